@@ -205,7 +205,7 @@ std::string channels_found(const FileChannels& file) {
 }
 
 // Layers of the profile in the file: with color, or if none has color, with any role.
-std::vector<std::string> find_layers(const Profile& profile, const Names& names) {
+std::vector<std::string> find_view_layers(const Profile& profile, const Names& names) {
     std::set<std::string> with_color, with_any;
     for (const auto& [role, sources] : profile.roles)
         for (const auto& source : sources)
@@ -219,13 +219,13 @@ std::vector<std::string> find_layers(const Profile& profile, const Names& names)
 }
 
 // The layer to use; `note` gets the reason.
-Result<std::string> choose_layer(const Profile& profile, const Names& names,
-                                 const std::vector<std::string>& layers, const std::string& wanted,
-                                 std::string& note) {
+Result<std::string> choose_view_layer(const Profile& profile, const Names& names,
+                                      const std::vector<std::string>& layers,
+                                      const std::string& wanted, std::string& note) {
     if (!wanted.empty()) {
         if (std::find(layers.begin(), layers.end(), wanted) != layers.end()) return wanted;
         return Status(StatusCode::usage,
-                      "layer '" + wanted + "' is not in the file; found are " + shown(layers));
+                      "view layer '" + wanted + "' is not in the file; found are " + shown(layers));
     }
     if (layers.size() == 1) return layers[0];
     if (layers[0].empty()) {
@@ -264,15 +264,15 @@ Result<std::string> choose_layer(const Profile& profile, const Names& names,
     });
     if (best.size() > 1)
         return Status(StatusCode::input,
-                      "several layers: " + shown(layers) + "; choose one with --layer");
-    note = "layer " + best[0] + " of " + shown(layers) + ", because it has the most planes";
+                      "several view layers: " + shown(layers) + "; choose one with --view-layer");
+    note = "view layer " + best[0] + " of " + shown(layers) + ", because it has the most planes";
     return best[0];
 }
 
 }  // namespace
 
 Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& file,
-                                   const std::string& layer, const std::string& view) {
+                                   const std::string& view_layer, const std::string& view) {
     ProfileMatch match;
     match.profile = profile.name;
     match.why = "named";
@@ -294,9 +294,9 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
         return Status(StatusCode::usage,
                       "several views: " + joined(match.views) + "; choose one with --view");
     const Names names = names_in_view(file, match.view);
-    match.layers = find_layers(profile, names);
+    match.view_layers = find_view_layers(profile, names);
     for (const auto& [role, sources] : profile.roles) match.missing[role] = looked_for(sources);
-    if (match.layers.empty()) {
+    if (match.view_layers.empty()) {
         std::string text =
             "profile " + profile.name + " matches no channels of this file; it looked for";
         for (const auto& [role, wanted] : match.missing)
@@ -304,10 +304,11 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
         return Status(StatusCode::input, text + " found: " + channels_found(file));
     }
     std::string note;
-    ASSIGN_OR_RETURN(match.layer, choose_layer(profile, names, match.layers, layer, note));
+    ASSIGN_OR_RETURN(match.view_layer,
+                     choose_view_layer(profile, names, match.view_layers, view_layer, note));
     if (!note.empty()) match.notes.push_back(note);
 
-    for (const auto& [role, found] : find_roles(profile, match.layer, names)) {
+    for (const auto& [role, found] : find_roles(profile, match.view_layer, names)) {
         match.roles[role] = found.channels;
         match.missing.erase(role);
         switch (role) {
@@ -332,7 +333,7 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
 }
 
 Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const FileChannels& file,
-                                    const std::string& layer, const std::string& view) {
+                                    const std::string& view_layer, const std::string& view) {
     const Names names = names_in_view(file, view_of(view, file));
     for (const auto& profile : profiles) {
         std::string why = "no other profile matches";
@@ -344,7 +345,7 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
             why = "channels " + joined(complete(pattern, *layers.begin(), names)->channels);
         }
         if (!is_it) continue;
-        Result<ProfileMatch> match = match_profile(profile, file, layer, view);
+        Result<ProfileMatch> match = match_profile(profile, file, view_layer, view);
         if (match.ok()) {
             match->detected = true;
             match->why = why;
@@ -372,8 +373,9 @@ std::string ProfileMatch::text() const {
     std::string text;
     const auto add = [&](const std::string& line) { text += printable(line) + "\n"; };
     add(concat("profile ", profile, detected ? " (detected: " : " (", why, ")"));
-    if (!layers.empty() && !(layers.size() == 1 && layers[0].empty()))
-        add("layer " + shown(layer) + (layers.size() > 1 ? " of " + shown(layers) : std::string()));
+    if (!view_layers.empty() && !(view_layers.size() == 1 && view_layers[0].empty()))
+        add("view layer " + shown(view_layer) +
+            (view_layers.size() > 1 ? " of " + shown(view_layers) : std::string()));
     if (!views.empty()) add("view " + view + " of " + joined(views));
     for (const auto& [role, found] : roles) {
         std::string line = concat(name_of(role), ": ", joined(found.channels));

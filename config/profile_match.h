@@ -46,14 +46,14 @@ inline constexpr const char* kAllViews = "all";
 
 struct ProfileMatch {
     std::string profile;
-    bool detected = false;  // by detection, not by name
-    std::string why;        // "channels ViewLayer.Vector.X, ..." or "named"
-    std::string layer;      // empty = the unnamed layer
-    std::string view;       // empty = the only or default one
+    bool detected = false;   // by detection, not by name
+    std::string why;         // "channels ViewLayer.Vector.X, ..." or "named"
+    std::string view_layer;  // empty = the unnamed view layer
+    std::string view;        // empty = the only or default one
     std::map<Role, RoleChannels> roles;
-    std::map<Role, std::string> missing;  // role -> the names searched for
-    ConvertOptions options;               // without origin_x and origin_y
-    std::vector<std::string> layers;      // candidates in this view; "" = the unnamed one
+    std::map<Role, std::string> missing;   // role -> the names searched for
+    ConvertOptions options;                // without origin_x and origin_y
+    std::vector<std::string> view_layers;  // candidates in this view; "" = the unnamed one
     std::vector<std::string> views;
     std::vector<std::string> other_views;  // of kAllViews: those with channels, without `view`
     std::vector<std::string> notes;
@@ -61,16 +61,18 @@ struct ProfileMatch {
 };
 
 // The roles that the file has by this profile. Absent roles, even color, are listed in `missing`:
-// the caller may have them in separate files. `layer` and `view`: the user's choice, empty = none.
-// Without a choice, the unnamed layer is used, otherwise the layer with color and the most roles.
-// Errors: StatusCode::input if no role is found (lists the names searched for and found) or if
-// several layers are equally good (lists them); StatusCode::usage for an unknown layer or view
+// the caller may have them in separate files. `view_layer` and `view`: the user's choice, empty =
+// none. Without a choice, the unnamed layer is used, otherwise the layer with color and the most
+// roles. Errors: StatusCode::input if no role is found (lists the names searched for and found) or
+// if several layers are equally good (lists them); StatusCode::usage for an unknown layer or view
 // (lists the existing ones).
 Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& file,
-                                   const std::string& layer = {}, const std::string& view = {});
+                                   const std::string& view_layer = {},
+                                   const std::string& view = {});
 
 // By the first of `profiles` whose detect_channels the file has.
 Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const FileChannels& file,
-                                    const std::string& layer = {}, const std::string& view = {});
+                                    const std::string& view_layer = {},
+                                    const std::string& view = {});
 
 }  // namespace postchain

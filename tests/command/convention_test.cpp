@@ -95,9 +95,9 @@ TEST_F(ConventionTest, LayersAreChosenOrListed) {
             file.channels.push_back({concat(layer, ".Combined.", "RGBA"[c]), io::PixelType::float32,
                                      &planes->color, c});
     ASSERT_TRUE(io::write_planes_exr(in(1), file).ok());
-    expect_ends(run_on(in(1), out(1)), 4, {"one", "two", "--layer"});
-    expect_ends(run_on(in(1), out(1), {"--layer", "three"}), 2, {"one", "two"});
-    expect_ends(run_on(in(1), out(1), {"--layer", "two"}), 0);
+    expect_ends(run_on(in(1), out(1)), 4, {"one", "two", "--view-layer"});
+    expect_ends(run_on(in(1), out(1), {"--view-layer", "three"}), 2, {"one", "two"});
+    expect_ends(run_on(in(1), out(1), {"--view-layer", "two"}), 0);
     const auto before = oiio_channels(in(1)), after = oiio_channels(out(1));
     EXPECT_EQ(named(before, "one.Combined.G"), named(after, "one.Combined.G"));
     EXPECT_NE(named(before, "two.Combined.G").bytes, named(after, "two.Combined.G").bytes);

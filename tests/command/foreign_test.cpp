@@ -31,7 +31,7 @@ TEST_F(ForeignTest, EmptyWordsAreRefused) {
           {"run", at("all.yaml"), "-i", in(), "-o", out(), "--frames"},
           {"run", at("all.yaml"), "-i", in(), "-o", out(), "--set"},
           {"run", "-i", in(), "-o", out()},
-          {"plan", at("all.yaml"), "-i", in(), "--layer"},
+          {"plan", at("all.yaml"), "-i", in(), "--view-layer"},
           {"inspect", in(), "--profile"},
           {"inspect"},
           {"diff", in(), in(), "--frames"},
@@ -88,7 +88,7 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
           {evil},
           {"run", at(evil), "-i", path, "-o", out(1)},
           {"inspect", path, "--profile", evil},
-          {"inspect", path, "--layer", evil}}) {
+          {"inspect", path, "--view-layer", evil}}) {
         const auto outcome = run(arguments);
         expect_harmless(outcome.out);
         expect_harmless(outcome.err);

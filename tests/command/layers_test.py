@@ -15,7 +15,7 @@ class Layers(Frames):
     def test_what_is_not_asked_for_keeps_its_bits(self):
         before = exr.read(FRAMES / "layers.0002.exr")
         for options, changed in [((), ["Combined"]),
-                                 (("--layers", "Emit,GlossDir"), ["Combined", "Emit", "GlossDir"])]:
+                                 (("--aovs", "Emit,GlossDir"), ["Combined", "Emit", "GlossDir"])]:
             after = self.filtered("balanced", *options)
             self.assertEqual(set(after.channels), set(before.channels))
             for name in before.channels:
@@ -33,20 +33,20 @@ class Layers(Frames):
                                   capture_output=True, text=True, check=True).stdout
         self.assertNotIn("cost of extra layers", planned())
         self.assertIn("cost of extra layers: 2 layers with 4 ids, 1 run, ",
-                      planned("--layers", "Emit", "--cryptomatte", "filter"))
+                      planned("--aovs", "Emit", "--cryptomatte", "filter"))
         found = json.loads(planned("--cryptomatte", "filter", "--json"))["layer_cost"]
         self.assertEqual((found["layers"], found["ids"], found["runs"]), (1, 4, 1))
 
     def test_errors(self):
         pattern = str(FRAMES / "layers.####.exr")
-        for options in (("--layers", "Combined_kez"), ("--cryptomatte", "filter=")):
+        for options in (("--aovs", "Combined_kez"), ("--cryptomatte", "filter=")):
             self.assertIn(options[0], self.run_on(pattern, "fast", *options, code=2))
         self.assertIn("did you mean 'ball'?",
                       self.run_on(pattern, "fast", "--cryptomatte", "filter=bal", code=4))
 
     def test_a_filtered_cryptomatte_has_the_filtered_mattes(self):
         path, before = self.matte_frame()
-        self.run_on(path, "balanced", "--layers", "Combined_key", "--cryptomatte", "filter")
+        self.run_on(path, "balanced", "--aovs", "Combined_key", "--cryptomatte", "filter")
         after = exr.read(f"{self.folder}/out.0002.exr")
         for word, name in zip("RGB", OBJECTS[1:]):
             filtered = after.values(channel("Combined_key", word))
@@ -81,7 +81,7 @@ class Layers(Frames):
         path = f"{self.folder}/grid.0002.exr"
         exr.write(path, picture)
         chain = self.chain("motion_blur: {mode: guertin, max_blur_px: 8, shutter_frames: 0.5}")
-        self.run_on(path, chain, "--layers", "Combined_key,Combined_fill", "--cryptomatte",
+        self.run_on(path, chain, "--aovs", "Combined_key,Combined_fill", "--cryptomatte",
                     "filter")
         report, = self.sidecar()["layers"]["cryptomattes"]
         self.assertEqual(report["ids"], len(names))
@@ -112,7 +112,7 @@ class FillMask(Frames):
         return values
 
     def test_is_added_and_changes_nothing_else(self):
-        options = ("--layers", "Combined_*", "--cryptomatte", "filter")
+        options = ("--aovs", "Combined_*", "--cryptomatte", "filter")
         plain = self.filtered("balanced", *options)
         masked = self.filtered("balanced", *options, "--fill-mask", "fill")
         self.assertEqual(set(masked.channels) - set(plain.channels), set(self.SHARES))
@@ -135,7 +135,7 @@ class FillMask(Frames):
         os.rename(f"{self.folder}/out.0002.exr", again)
         self.assertIn("fill.frame", self.run_on(again, "fast", "--fill-mask", "fill", code=4))
         self.run_on(again, "fast", "--fill-mask", "a b", code=2)
-        for options in (["--fill-mask", "second"], ["--layers", "all"], ["--cryptomatte", "filter"]):
+        for options in (["--fill-mask", "second"], ["--aovs", "all"], ["--cryptomatte", "filter"]):
             self.assertIn("EXR", self.run_on(again, "fast", *options, output="out.####.png",
                                              code=2))
 
@@ -146,7 +146,7 @@ class WrittenChannels(Frames):
 
     def only(self, *channels):
         return self.filtered("balanced", "--channels", ",".join([*self.COLOR, *channels]),
-                             "--layers", "Combined_*", "--cryptomatte", "filter")
+                             "--aovs", "Combined_*", "--cryptomatte", "filter")
 
     def names(self, picture):
         return {name for name in picture.attributes if name.startswith("cryptomatte/")}
@@ -198,7 +198,7 @@ class WrittenChannels(Frames):
             self.assertIn(why, self.run_on(path, "balanced", "--cryptomatte", "filter",
                                            code=filtered))
         # Ids stay unchanged, whatever their hash.
-        self.run_on(path, "balanced", "--layers", "all")
+        self.run_on(path, "balanced", "--aovs", "all")
         self.assertEqual(exr.read(f"{self.folder}/out.0002.exr").raw(f"{CRYPTO}00.r"),
                          hashed.raw(f"{CRYPTO}00.r"))
 
@@ -240,10 +240,10 @@ class LayersOfSomeFrames(Frames):
     def test_each_layer_is_filtered_with_the_neighbors_that_have_it(self):
         for folder, frames in (("all", (1, 2, 3)), ("first", (1, 2)), ("alone", (2,))):
             self.write(folder, frames)
-        plain, first, alone = (self.second("all"), self.second("first", "--layers", "all"),
-                               self.second("alone", "--layers", "all"))
+        plain, first, alone = (self.second("all"), self.second("first", "--aovs", "all"),
+                               self.second("alone", "--aovs", "all"))
         self.assertFalse(self.same(plain, alone, "Combined"))
-        after = self.second("all", "--layers", "all")
+        after = self.second("all", "--aovs", "all")
         self.assertTrue(self.same(after, plain, "Combined"))
         self.assertTrue(self.same(after, first, "key"))
         self.assertFalse(self.same(after, alone, "key"))
@@ -257,7 +257,7 @@ class LayersOfSomeFrames(Frames):
         for word in "RGB":
             half = [value / 2 for value in after.values(channel("Combined", word))]
             self.assertLess(largest_difference(after.values(channel("zed", word)), half), 1e-5)
-        after = self.second("all", "--layers", "fill")  # which no other frame has
+        after = self.second("all", "--aovs", "fill")  # which no other frame has
         self.assertTrue(self.same(after, plain, "Combined"))
         self.assertTrue(self.same(after, alone, "fill"))
 

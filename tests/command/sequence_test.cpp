@@ -61,7 +61,7 @@ TEST_F(SequenceTest, BadArgumentsAreUsageErrors) {
                                   {"--no-elide=no_rule"},
                                   {"--elide", "still_blocks"},
                                   {"--view", "left"},
-                                  {"--layer", "no_layer"},
+                                  {"--view-layer", "no_layer"},
                                   {"--log-format", "xml"},
                                   {"--frames", "1:2"},
                                   {"--chunk", "4/3"},

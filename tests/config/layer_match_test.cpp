@@ -40,11 +40,12 @@ struct Layers {
     }
     std::vector<std::string> chosen(const std::string& choice) const {
         std::vector<std::string> names;
-        for (size_t i : must(choose_layers(all, choice, match.layer))) names.push_back(all[i].name);
+        for (size_t i : must(choose_layers(all, choice, match.view_layer)))
+            names.push_back(all[i].name);
         return names;
     }
     std::string error(const std::string& choice) const {
-        const auto indices = choose_layers(all, choice, match.layer);
+        const auto indices = choose_layers(all, choice, match.view_layer);
         EXPECT_FALSE(indices.ok());
         EXPECT_EQ(indices.status().code(), StatusCode::usage);
         return indices.status().message();
@@ -122,7 +123,7 @@ TEST(Layers, OfPartsAndViews) {
     const Layers named = layers_of(
         "beauty: V.Combined.R V.Combined.G V.Combined.B V.Combined.A|data: V.Depth.Z V.Vector.X "
         "V.Vector.Y V.Vector.Z V.Vector.W|light: V.key.R V.key.G V.key.B");
-    EXPECT_EQ(named.match.layer, "V");
+    EXPECT_EQ(named.match.view_layer, "V");
     EXPECT_THAT(named.chosen("all"), ElementsAre("light.V.key"));
     // The layers belong to the view that is filtered.
     const Layers view = layers_of(
@@ -135,7 +136,7 @@ TEST(Layers, OfPartsAndViews) {
                 ElementsAre("key.right.R", "key.right.G", "key.right.B"));
     const Layers part_of_view =
         layers_of(file_of(concat("L@left: ", kBlender, "|R@right: ", kBlender)), "right");
-    EXPECT_EQ(part_of_view.match.layer, "ViewLayer");
+    EXPECT_EQ(part_of_view.match.view_layer, "ViewLayer");
     EXPECT_THAT(part_of_view.chosen("all"),
                 ElementsAre("R.ViewLayer.Combined_key", "R.ViewLayer.DiffDir"));
     // Another view layer has its own depth and vectors.
@@ -161,7 +162,8 @@ TEST(Layers, TwoOfOneName) {
         for (const char* word : {"R", "G", "B", "A"})
             channels += concat(" ", layer, ".Combined.", word);
     EXPECT_THAT(detect_profile(builtin_profiles(), file_of(channels), "", "").status().message(),
-                AllOf(HasSubstr("several layers: A, B, C"), HasSubstr("choose one with --layer")));
+                AllOf(HasSubstr("several view layers: A, B, C"),
+                      HasSubstr("choose one with --view-layer")));
 }
 
 TEST(Layers, AProfilesOwnListCounts) {

@@ -42,7 +42,7 @@ std::string channels(const ProfileMatch& match, Role role) {
 // part's.
 std::string told(const ProfileMatch& match) {
     std::string text = match.profile;
-    if (!match.layer.empty()) text += ", layer " + match.layer;
+    if (!match.view_layer.empty()) text += ", layer " + match.view_layer;
     if (!match.view.empty()) text += ", view " + match.view;
     const char* before = ": ";
     for (const auto& [role, from] : match.roles) {
@@ -215,7 +215,7 @@ TEST(Profiles, FindsLayersViewsAndParts) {
         EXPECT_EQ(told(must(detect(one.file, one.layer, one.view))), one.told);
     // Blender's compositor adds a layer "Composite" that has only color.
     const auto with_vectors = must(detect(with_layers({"ViewLayer", "Composite"}, false)));
-    EXPECT_EQ(with_vectors.layer, "ViewLayer");
+    EXPECT_EQ(with_vectors.view_layer, "ViewLayer");
     EXPECT_THAT(with_vectors.notes,
                 ElementsAre(HasSubstr("layer ViewLayer of Composite, ViewLayer")));
     EXPECT_THAT(must(detect(kViewsInLayer, "", "right")).text(),
@@ -237,9 +237,9 @@ TEST(Profiles, SaysWhatIsThereInstead) {
         {file_of(""), "", "", StatusCode::input, ""},
         {FileChannels(), "", "", StatusCode::input, ""},
         {layers, "", "", StatusCode::input,
-         "several layers: bg.sky, fg, mid; choose one with --layer"},
+         "several view layers: bg.sky, fg, mid; choose one with --view-layer"},
         {layers, "bg", "", StatusCode::usage,
-         "layer 'bg' is not in the file; found are bg.sky, fg, mid"},
+         "view layer 'bg' is not in the file; found are bg.sky, fg, mid"},
         {kViewsByName, "", "", StatusCode::usage,
          "several views: left, right; choose one with --view"},
         {kViewsByName, "", "center", StatusCode::usage,

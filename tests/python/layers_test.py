@@ -24,15 +24,15 @@ def extras_of(frame):
     ranks[..., 0] = numpy.where(square > 0, ids[0], ids[1])
     ranks[..., 1] = 1
     ranks[5, 5] = ids[1], 0.75, ids[0], 0.25
-    return {"layers": {"View.key": key, "uv": planes["color"][..., :3] - key[..., :3]},
+    return {"aovs": {"View.key": key, "uv": planes["color"][..., :3] - key[..., :3]},
             "mattes": {"hero": square}, "cryptomattes": {"Object": (ranks, MANIFEST)}}
 
 
 def write_frame(path, frame):
     extras = extras_of(frame)
     channels = {"hero": extras["mattes"]["hero"]}
-    for name, layer in (("View.key", extras["layers"]["View.key"]),
-                        ("color_uv", extras["layers"]["uv"])):
+    for name, layer in (("View.key", extras["aovs"]["View.key"]),
+                        ("color_uv", extras["aovs"]["uv"])):
         for i in range(layer.shape[2]):
             channels[f"{name}.{'RGBA'[i]}"] = layer[..., i]
     for i, letter in enumerate("rgba"):
@@ -68,30 +68,30 @@ def frame_of(number, **settings):
 
 def test_the_bits_of_the_command(layered, tmp_path):
     chain = postchain.Chain(chain_with("hero"))
-    written = run_command(layered, chain_with("hero"), tmp_path, "--layers",
+    written = run_command(layered, chain_with("hero"), tmp_path, "--aovs",
                           "View.key,color_uv", "--cryptomatte", "filter")
     before, frame, after = (frame_of(number, cryptomatte="filter") for number in range(3))
-    found = chain.run_layers(frame, before=before, after=after)
+    found = chain.run_aovs(frame, before=before, after=after)
     assert (bits(found.color) == bits(color_of_exr(written))).all()
-    assert list(found.layers) == ["View.key", "uv"] and list(found.cryptomattes) == ["Object"]
-    assert found.layers["View.key"].shape == (HEIGHT, WIDTH, 4)
-    assert found.layers["uv"].shape == (HEIGHT, WIDTH, 3)
+    assert list(found.aovs) == ["View.key", "uv"] and list(found.cryptomattes) == ["Object"]
+    assert found.aovs["View.key"].shape == (HEIGHT, WIDTH, 4)
+    assert found.aovs["uv"].shape == (HEIGHT, WIDTH, 3)
     for name, channels in [("View.key", [f"View.key.{letter}" for letter in "RGBA"]),
                            ("uv", [f"color_uv.{letter}" for letter in "RGB"])]:
         expected = channels_of_exr(written, channels)
-        assert (bits(found.layers[name]) == bits(expected)).all(), name
+        assert (bits(found.aovs[name]) == bits(expected)).all(), name
     ranks = channels_of_exr(written, [f"Object00.{letter}" for letter in "rgba"])
     assert (bits(found.cryptomattes["Object"]) == bits(ranks)).all()
     with pytest.raises(postchain.UsageError,
                        match="before: is frame 3, but the one before frame 2 is frame 1"):
-        chain.run_layers(frame, before=after, after=before)
+        chain.run_aovs(frame, before=after, after=before)
     given = extras_of(1)
     # The matte holds the square out; without it the coverage is blurred too.
     assert (bits(ranks) == bits(given["cryptomattes"]["Object"][0])).all()
     (tmp_path / "blurred").mkdir()
     blurred = run_command(layered, BLUR, tmp_path / "blurred", "--cryptomatte", "filter=square")
     settings = {"cryptomatte": "filter=square"}
-    only = postchain.Chain(BLUR).run_layers(frame_of(1, **settings), before=frame_of(0, **settings),
+    only = postchain.Chain(BLUR).run_aovs(frame_of(1, **settings), before=frame_of(0, **settings),
                                             after=frame_of(2, **settings)).cryptomattes["Object"]
     expected = channels_of_exr(blurred, [f"Object00.{letter}" for letter in "rgba"])
     assert (bits(only) == bits(expected)).all() and (bits(only) != bits(ranks)).any()
@@ -99,21 +99,21 @@ def test_the_bits_of_the_command(layered, tmp_path):
     # As arguments, with dicts as neighbors; the color of run() is the same.
     neighbors = {"before": dict(planes_of(0), **extras_of(0)),
                  "after": dict(planes_of(2), **extras_of(2))}
-    again = chain.run_layers(**planes_of(1), **given, **neighbors, camera=CAMERA, frame=2,
+    again = chain.run_aovs(**planes_of(1), **given, **neighbors, camera=CAMERA, frame=2,
                              cryptomatte="filter")
-    assert (bits(again.layers["uv"]) == bits(found.layers["uv"])).all()
+    assert (bits(again.aovs["uv"]) == bits(found.aovs["uv"])).all()
     mattes = {name: dict(planes_of(number), mattes=extras_of(number)["mattes"])
               for name, number in (("before", 0), ("after", 2))}
     alone = chain.run(**planes_of(1), mattes=given["mattes"], camera=CAMERA, frame=2, **mattes)
     assert (bits(alone) == bits(found.color)).all()
 
     # From the files.
-    read = [postchain.read(layered / "frame.####.exr", frame=number, layers="View.key,color_uv",
+    read = [postchain.read(layered / "frame.####.exr", frame=number, aovs="View.key,color_uv",
                            camera=layered / "camera.json", cryptomatte="filter")
             for number in (1, 2, 3)]
-    files = chain.run_layers(read[1], before=read[0], after=read[2])
+    files = chain.run_aovs(read[1], before=read[0], after=read[2])
     assert (bits(files.color) == bits(found.color)).all()
-    assert (bits(files.layers["color_uv"]) == bits(found.layers["uv"])).all()
+    assert (bits(files.aovs["color_uv"]) == bits(found.aovs["uv"])).all()
     assert (bits(files.cryptomattes["Object"]) == bits(ranks)).all()
 
 
@@ -138,42 +138,42 @@ def frame_of_ids(number):
                            cryptomattes=extras_of(number)["cryptomattes"])
 
 
-def test_a_plan_with_layers():
-    layers = extras_of(1)["layers"]
-    plans = [postchain.Chain(FXAA).plan(planes_of(1)["color"], layers=given)
-             for given in (None, layers)]
+def test_a_plan_with_aovs():
+    aovs = extras_of(1)["aovs"]
+    plans = [postchain.Chain(FXAA).plan(planes_of(1)["color"], aovs=given)
+             for given in (None, aovs)]
     assert len(plans[0]["textures"]) < len(plans[1]["textures"])
 
 
 def test_a_neighbor_without_a_layer():
     extras = extras_of(1)
-    before = dict(planes_of(0), layers={"uv": extras_of(0)["layers"]["uv"]})
+    before = dict(planes_of(0), aovs={"uv": extras_of(0)["aovs"]["uv"]})
     chain = postchain.Chain(BLUR)
     with pytest.warns(postchain.Warning, match="before: lacks these layers.*View.key"):
-        found = chain.run_layers(**planes_of(1), layers=extras["layers"], before=before,
+        found = chain.run_aovs(**planes_of(1), aovs=extras["aovs"], before=before,
                                  camera=CAMERA)
-    without = chain.run_layers(**planes_of(1), layers=extras["layers"], camera=CAMERA)
-    assert (bits(found.layers["View.key"]) == bits(without.layers["View.key"])).all()
-    assert (bits(found.layers["uv"]) != bits(without.layers["uv"])).any()
+    without = chain.run_aovs(**planes_of(1), aovs=extras["aovs"], camera=CAMERA)
+    assert (bits(found.aovs["View.key"]) == bits(without.aovs["View.key"])).all()
+    assert (bits(found.aovs["uv"]) != bits(without.aovs["uv"])).any()
 
 
 @pytest.mark.parametrize("argument, value, words", [
-    ("layers", [1], "layers: is a list; give a dict of arrays by name"),
-    ("layers", {"a": numpy.zeros((32, 48), "f4")}, r"layers\['a'\]: has the shape 32x48; give"),
-    ("layers", {"a": numpy.zeros((32, 48, 3))}, r"layers\['a'\]: has the type float64; convert"),
-    ("layers", {"a": numpy.zeros((31, 48, 3), "f4")}, "is 48x31 pixels, color 48x32; the planes"),
-    ("layers", {5: numpy.zeros((32, 48, 3), "f4")}, "layers: 5 is not a name; give a string"),
-    ("layers", {"a,b": numpy.zeros((32, 48, 3), "f4")}, "'a,b' is not a name"),
+    ("aovs", [1], "aovs: is a list; give a dict of arrays by name"),
+    ("aovs", {"a": numpy.zeros((32, 48), "f4")}, r"aovs\['a'\]: has the shape 32x48; give"),
+    ("aovs", {"a": numpy.zeros((32, 48, 3))}, r"aovs\['a'\]: has the type float64; convert"),
+    ("aovs", {"a": numpy.zeros((31, 48, 3), "f4")}, "is 48x31 pixels, color 48x32; the planes"),
+    ("aovs", {5: numpy.zeros((32, 48, 3), "f4")}, "aovs: 5 is not a name; give a string"),
+    ("aovs", {"a,b": numpy.zeros((32, 48, 3), "f4")}, "'a,b' is not a name"),
     ("mattes", {"m": numpy.zeros((32, 48, 3), "f4")}, r"mattes\['m'\]: has the shape 32x48x3"),
     ("mattes", {"Z": numpy.zeros((32, 48), "f4")}, "another array has the channel Z; rename"),
-    ("layers", {"motion": numpy.zeros((32, 48, 3), "f4")}, r"layers\['motion'\]: another plane or"),
+    ("aovs", {"motion": numpy.zeros((32, 48, 3), "f4")}, r"aovs\['motion'\]: another plane or"),
     ("cryptomattes", {"c": numpy.zeros((32, 48, 6), "f4")}, "32x48x6; give height x width x 4, 8"),
     ("cryptomattes", {"c": numpy.zeros((32, 48, 4), "f2")}, "float16, and ids are the bits of"),
     ("cryptomattes", {"c": (numpy.zeros((32, 48, 4), "f4"), 5)}, "its manifest is a int; give a d"),
 ])
 def test_wrong_arrays(argument, value, words):
     with pytest.raises(postchain.UsageError, match=words) as caught:
-        postchain.Chain(BLUR).run_layers(**planes_of(0), camera=CAMERA, **{argument: value})
+        postchain.Chain(BLUR).run_aovs(**planes_of(0), camera=CAMERA, **{argument: value})
     assert caught.value.place.startswith(argument) and caught.value.remedy
 
 
@@ -184,25 +184,25 @@ def test_names_of_planes():
             ({"mattes": {"A": matte}}, r"mattes\['A'\]: the channel A is one of color; rename"),
             ({"mattes": {"Z": matte}}, r"mattes\['Z'\]: the channel Z is one of depth"),
             ({"mattes": {"motion.x": matte, "motion.y": matte}}, "motion.x is one of motion"),
-            ({"layers": {"key": color}, "mattes": {"key.A": matte}},
-             r"mattes\['key.A'\]: the channel key.A is one of layers\['key'\]")]:
+            ({"aovs": {"key": color}, "mattes": {"key.A": matte}},
+             r"mattes\['key.A'\]: the channel key.A is one of aovs\['key'\]")]:
         with pytest.raises(postchain.UsageError, match=words):
             postchain.Frame(color, **arrays)
-    found = postchain.Chain(FXAA).run_layers(color, layers={"a\0b": color, "a\0c": color})
-    assert list(found.layers) == ["a\0b", "a\0c"]
+    found = postchain.Chain(FXAA).run_aovs(color, aovs={"a\0b": color, "a\0c": color})
+    assert list(found.aovs) == ["a\0b", "a\0c"]
 
 
 def test_wrong_calls():
     matted, fxaa = postchain.Chain(chain_with("hero")), postchain.Chain(FXAA)
     planes, extras = dict(planes_of(1), camera=CAMERA), extras_of(1)
-    layers, mattes = ({key: extras[key]} for key in ("layers", "mattes"))
+    aovs, mattes = ({key: extras[key]} for key in ("aovs", "mattes"))
     for words, call in [
             ("mattes: the chain names 'hero'; give mattes=", lambda: matted.run(**planes)),
             ("before: mattes: the chain names 'hero'",
              lambda: matted.run(**planes, **mattes, before=planes_of(0))),
-            ("call run_layers", lambda: fxaa.run(frame_of(1))),
-            ("give them to Frame", lambda: fxaa.run_layers(frame_of(1), **layers)),
+            ("call run_aovs", lambda: fxaa.run(frame_of(1))),
+            ("give them to Frame", lambda: fxaa.run_aovs(frame_of(1), **aovs)),
             ("cryptomatte: unknown policy", lambda: frame_of(1, cryptomatte="blur")),
-            ("layers: run.. returns the color; call run_la", lambda: fxaa.run(planes["color"], **layers))]:
+            ("aovs: run.. returns the color; call run_ao", lambda: fxaa.run(planes["color"], **aovs))]:
         with pytest.raises(postchain.UsageError, match=words):
             call()

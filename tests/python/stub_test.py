@@ -53,7 +53,7 @@ def test_the_stub_has_every_name():
 def test_the_stub_has_every_argument():
     stubbed = members(STUB)
     array, file, plan, layer, read, tune = (set(TABLES[key]) for key in (
-        "array_keys", "file_keys", "plan_keys", "layer_keys", "read_keys", "tune_input_keys"))
+        "array_keys", "file_keys", "plan_keys", "aov_keys", "read_keys", "tune_input_keys"))
     for name, keys in [("run_sequence", set(TABLES["settings"])), ("read", read), ("diff", file),
                        ("tune", tune | set(TABLES["tune"])),
                        ("plan_sequence", set(TABLES["settings"])), ("scene", set()),
@@ -61,7 +61,7 @@ def test_the_stub_has_every_argument():
                        ("set_threads", set())]:
         expect_arguments(getattr(postchain, name), stubbed[name], keys)
     chain = members(stubbed["Chain"])
-    for name, keys in (("run", array | plan), ("run_layers", array | layer | plan),
+    for name, keys in (("run", array | plan), ("run_aovs", array | layer | plan),
                        ("plan", array | layer | plan)):
         expect_arguments(getattr(postchain.Chain, name), chain[name], keys)
     expect_arguments(postchain.Frame.__init__, members(stubbed["Frame"])["__init__"],

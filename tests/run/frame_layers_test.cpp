@@ -64,7 +64,7 @@ class FrameLayersTest : public testing::Test {
 };
 
 TEST_F(FrameLayersTest, OfAllThoseAreLeftThatCannotBeFiltered) {
-    settings_.layers = "all";
+    settings_.aovs = "all";
     const auto layers = found();
     ASSERT_TRUE(layers.ok()) << layers.status().message();
     EXPECT_THAT(filtered(*layers), ElementsAre("color.plain"));
@@ -81,14 +81,14 @@ TEST_F(FrameLayersTest, OneThatIsNamedAndCannotBeFilteredIsAnError) {
         {"small", StatusCode::input},  {"apart", StatusCode::input},
         {"normal", StatusCode::usage}, {"nothing", StatusCode::usage}};
     for (const auto& [name, code] : cases) {
-        settings_.layers = name;
+        settings_.aovs = name;
         const auto layers = found();
         EXPECT_EQ(layers.status().code(), code) << name << layers.status().message();
     }
 }
 
 TEST_F(FrameLayersTest, WhatIsNotWrittenIsNotFiltered) {
-    settings_.layers = "plain";
+    settings_.aovs = "plain";
     EXPECT_THAT(left(*found()), testing::Contains(Pair("color.small", "not requested")));
     settings_.written.channels = {"R", "G", "B", "small.*"};
     const auto layers = found();
@@ -150,7 +150,7 @@ class LayersOfARun : public SequenceTest {
 };
 
 TEST_F(LayersOfARun, LightGroupsStillSumToTheColorAndTheRestStays) {
-    settings_.source.layers.layers = "Combined_*";
+    settings_.source.layers.aovs = "Combined_*";
     ASSERT_TRUE(last_frame().status.ok());
     const ImageF color = read(out(2), "Combined");
     ImageF sum(color.width, color.height, 3);

@@ -57,7 +57,7 @@ TEST(JobSettings, EachValueArrives) {
                                        {"frames", "3-5"},
                                        {"cuts", "4"},
                                        {"profile", "cycles"},
-                                       {"layer", "two"},
+                                       {"view_layer", "two"},
                                        {"view", "left"},
                                        {"nonfinite", "clamp"},
                                        {"precision", "fp16"},
@@ -81,7 +81,7 @@ TEST(JobSettings, EachValueArrives) {
     EXPECT_EQ(settings->frames->frames, (std::vector<int>{3, 4, 5}));
     EXPECT_EQ(settings->source.cuts, std::set<int>{4});
     EXPECT_EQ(settings->source.profile->name, "cycles");
-    EXPECT_EQ(settings->source.layer, "two");
+    EXPECT_EQ(settings->source.view_layer, "two");
     EXPECT_EQ(settings->source.view, "left");
     EXPECT_EQ(settings->source.nonfinite_color, NonfiniteColor::clamp);
     EXPECT_EQ(settings->plan.precision, Precision::fp16);
@@ -118,7 +118,7 @@ TEST(JobSettings, ErrorsNameTheSetting) {
     }
     EXPECT_FALSE(settings_of({{"no_elide", "all"}, {"elide", "uniform_blocks"}}).ok());
     JobSettings job;
-    EXPECT_FALSE(table().set(&job, "layer", "").ok());
+    EXPECT_FALSE(table().set(&job, "view_layer", "").ok());
     EXPECT_FALSE(table().set(&job, "output", ParameterValue()).ok());
     EXPECT_FALSE(table().set(&job, "strict", "yes").ok());
 }

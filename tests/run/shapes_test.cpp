@@ -238,7 +238,7 @@ TEST(RefusedShapes, SayWhy) {
     const FilePart layers{.name = "flat",
                           .channels = {{"x.B"}, {"x.G"}, {"x.R"}, {"y.B"}, {"y.G"}, {"y.R"}}};
     for (const auto& [parts, words] : std::vector<std::pair<std::vector<FilePart>, const char*>>{
-             {{layers, deep}, "several layers"},  // being deep is not the fault
+             {{layers, deep}, "several view layers"},  // being deep is not the fault
              {{deep_tiles}, "flatten the file"},
              {{deep, data}, "R, G, B"}}) {
         test::write_file(path, parts);

@@ -114,11 +114,15 @@ TEST_F(RequestTest, TablesOfAConfigurationOfColorAreHeldUnderTheRoots) {
 
 // A new row of a table that names files must be checked against the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
-    const std::set<std::string> no_files = {
-        "frames",          "chunk",        "cuts",      "layer",           "view",
-        "layers",          "max_memory",   "no_elide",  "elide",           "compression",
-        "channels",        "ocio_display", "ocio_view", "ocio_colorspace", "input_transfer",
-        "output_transfer", "cryptomatte",  "fill_mask"};
+    const std::set<std::string> no_files = {"frames",         "chunk",
+                                            "cuts",           "view_layer",
+                                            "view",           "aovs",
+                                            "max_memory",     "no_elide",
+                                            "elide",          "compression",
+                                            "channels",       "ocio_display",
+                                            "ocio_view",      "ocio_colorspace",
+                                            "input_transfer", "output_transfer",
+                                            "cryptomatte",    "fill_mask"};
     size_t files = 0;
     for (const ParameterTable* table :
          {&reader_->run_table(), &experiment::ab_parameters(), &experiment::bench_parameters()})

@@ -171,7 +171,7 @@ TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {
     settle();
     const ImageF as_held = *session_->shown().color;
     session_->view().compare = Compare::difference;
-    session_->hold_chain();
+    session_->keep_as_other_chain();
     EXPECT_TRUE(session_->document().set(0, "samples", int64_t(2)).ok());
     const struct {
         CompareTarget target;

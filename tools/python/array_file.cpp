@@ -51,7 +51,7 @@ py::ssize_t channels_in(const py::array& array) {
     return array.ndim() == 2 ? 1 : array.shape(2);
 }
 
-// Entries of a dict of arrays, with the name of each for messages: "layers['diffuse']".
+// Entries of a dict of arrays, with the name of each for messages: "aovs['diffuse']".
 struct NamedArray {
     std::string name, argument;
     py::object value;
@@ -105,7 +105,7 @@ ArrayFile::ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::
     add("depth", arrays.depth, {"Z"});
     add("motion", arrays.motion, {"motion.x", "motion.y"});
     add("motion_back", arrays.motion_back, {"motion_back.x", "motion_back.y"});
-    for (const auto& [name, argument, value] : named_arrays("layers", arrays.layers)) {
+    for (const auto& [name, argument, value] : named_arrays("aovs", arrays.aovs)) {
         const py::array layer = float_array(argument, value);
         if (channels_in(layer) != 3 && channels_in(layer) != 4)
             wrong(argument, concat("has the shape ", shape_text(layer),

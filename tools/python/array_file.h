@@ -18,7 +18,7 @@ namespace postchain::python {
 // Arrays as they were given; None = no such plane.
 struct FrameArrays {
     pybind11::object color, depth, motion, motion_back;
-    pybind11::object layers;        // dict by name: height x width x 3 or 4
+    pybind11::object aovs;          // dict by name: height x width x 3 or 4
     pybind11::object mattes;        // dict by name: height x width
     pybind11::object cryptomattes;  // dict by name: ranks, or (ranks, manifest)
 };
@@ -32,7 +32,7 @@ class ArrayFile final : public io::PixelFile {
     // pixels, too large; a name that another array has.
     ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& path);
 
-    // The array that has the channel: "color", "layers['diffuse']".
+    // The array that has the channel: "color", "aovs['diffuse']".
     const std::string& argument_of(const std::string& channel) const {
         return channels_.at(channel).argument;
     }

@@ -64,7 +64,7 @@ py::object tables() {
     for (const Parameter& row : tune::tune_parameters().rows())
         if (tune_keys().contains(row.key)) json["tune"][row.key] = io::json_from(row_schema(row));
     json["tune_input_keys"] = tune_input_keys();
-    json["layer_keys"] = layer_keys();
+    json["aov_keys"] = aov_keys();
     json["read_keys"] = read_keys();
     json["array_keys"] = array_keys();
     json["file_keys"] = file_keys();

@@ -18,7 +18,7 @@ namespace py = pybind11;
 namespace postchain::python {
 namespace {
 
-// The arguments of run(), run_layers() and plan() that describe frames.
+// The arguments of run(), run_aovs() and plan() that describe frames.
 struct FrameArguments {
     std::string method;  // for messages
     py::object color;    // an array, or a Frame
@@ -29,7 +29,7 @@ struct FrameArguments {
 };
 
 bool has_any(const FrameArrays& arrays) {
-    for (const auto* one : {&arrays.depth, &arrays.motion, &arrays.motion_back, &arrays.layers,
+    for (const auto* one : {&arrays.depth, &arrays.motion, &arrays.motion_back, &arrays.aovs,
                             &arrays.mattes, &arrays.cryptomattes})
         if (!one->is_none()) return true;
     return false;
@@ -58,7 +58,7 @@ FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame
                                                           {"depth", &arrays.depth},
                                                           {"motion", &arrays.motion},
                                                           {"motion_back", &arrays.motion_back},
-                                                          {"layers", &arrays.layers},
+                                                          {"aovs", &arrays.aovs},
                                                           {"mattes", &arrays.mattes},
                                                           {"cryptomattes", &arrays.cryptomattes}};
     std::vector<std::string> known;
@@ -151,8 +151,8 @@ constexpr const char* kArrayArguments =
     "cryptomattes: a dict by name of float32, height x width x 4, 8, ... (id, coverage of each\n"
     "  rank), or of (array, manifest); for the mattes \"cryptomatte:NAME\" of passes";
 constexpr const char* kFrameArgument = "\nframe: the frame's number, for seeds and the camera";
-constexpr const char* kLayersArgument =
-    "\nlayers: a dict by name of height x width x 3 or 4, filtered with color's weights";
+constexpr const char* kAovsArgument =
+    "\naovs: a dict by name of height x width x 3 or 4, filtered with color's weights";
 
 template <class>
 using Object = py::object;
@@ -188,8 +188,7 @@ void add_action(ChainClass& chain, const char* name, const std::string& text, co
 }
 
 void add_actions(ChainClass& chain) {
-    const py::arg_v layers = py::arg("layers") = py::none(),
-                    device = py::arg("device") = py::none();
+    const py::arg_v aovs = py::arg("aovs") = py::none(), device = py::arg("device") = py::none();
     const std::string settings =
         "\n\nFurther arguments:" + rows_text(&array_keys()) + rows_text(&plan_keys());
     add_action(
@@ -199,33 +198,31 @@ void add_actions(ChainClass& chain) {
                kArrayArguments, kFrameArgument, settings),
         [](const ChainObject& self, const FrameArguments& given, const py::kwargs& values,
            const PlanOptions& options, const py::object& on) {
-            if (values.contains("layers"))
-                raise(Status(StatusCode::usage,
-                             "layers: run() returns the color; call run_layers()"));
+            if (values.contains("aovs"))
+                raise(Status(StatusCode::usage, "aovs: run() returns the color; call run_aovs()"));
             return run_chain(self, frames_of(given, values), options, device_of(on));
         },
         device);
     add_action(
-        chain, "run_layers",
-        concat("Filters one frame with its layers and cryptomattes, as `postchain run --layers`; "
+        chain, "run_aovs",
+        concat("Filters one frame with its AOVs and cryptomattes, as `postchain run --aovs`; "
                "returns a\nFiltered. Color has the bits of run().\n\n",
-               kArrayArguments, kLayersArgument, kFrameArgument, settings,
-               rows_text(&layer_keys())),
+               kArrayArguments, kAovsArgument, kFrameArgument, settings, rows_text(&aov_keys())),
         [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
            const PlanOptions& options, const py::object& planes, const py::object& on) {
-            given.arrays.layers = planes;
-            return run_layers(self, frames_of(given, values), options, device_of(on));
+            given.arrays.aovs = planes;
+            return run_aovs(self, frames_of(given, values), options, device_of(on));
         },
-        layers, device);
+        aovs, device);
     add_action(
         chain, "plan",
-        "What run() or run_layers() would do with these arguments, as a dict; computes nothing.",
+        "What run() or run_aovs() would do with these arguments, as a dict; computes nothing.",
         [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
            const PlanOptions& options, const py::object& planes) {
-            given.arrays.layers = planes;
+            given.arrays.aovs = planes;
             return plan_chain(self, frames_of(given, values), options);
         },
-        layers);
+        aovs);
 }
 
 }  // namespace
@@ -285,24 +282,24 @@ void add_chain(py::module_& module) {
 
 void add_frame(py::module_& module) {
     const std::string text =
-        "One frame of arrays, for Chain.run() and run_layers(): as `color`, `before` or `after`. "
+        "One frame of arrays, for Chain.run() and run_aovs(): as `color`, `before` or `after`. "
         "It keeps the "
         "arrays,\nwhich must not change, and converts them once. Arguments are those of "
-        "Chain.run_layers().";
+        "Chain.run_aovs().";
     py::class_<Frame, std::shared_ptr<Frame>> frame(module, "Frame", text.c_str());
     frame.def(
-        py::init(
-            [](const py::object& color, const py::object& depth, const py::object& motion,
-               const py::object& motion_back, const py::object& camera, const py::object& layers,
-               const py::object& mattes, const py::object& cryptomattes, const py::object& number,
-               const std::string& depth_encoding, double pixel_aspect, const py::kwargs& settings) {
-                return Frame::of_arrays(
-                    "Frame", {color, depth, motion, motion_back, layers, mattes, cryptomattes},
-                    number, camera, depth_encoding, pixel_aspect, settings);
-            }),
+        py::init([](const py::object& color, const py::object& depth, const py::object& motion,
+                    const py::object& motion_back, const py::object& camera, const py::object& aovs,
+                    const py::object& mattes, const py::object& cryptomattes,
+                    const py::object& number, const std::string& depth_encoding,
+                    double pixel_aspect, const py::kwargs& settings) {
+            return Frame::of_arrays("Frame",
+                                    {color, depth, motion, motion_back, aovs, mattes, cryptomattes},
+                                    number, camera, depth_encoding, pixel_aspect, settings);
+        }),
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),
-        py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
+        py::arg("aovs") = py::none(), py::arg("mattes") = py::none(),
         py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
         py::arg("depth_encoding") = "linear", py::arg("pixel_aspect") = 1.0);
     frame.def("planes", planes_of_frame,

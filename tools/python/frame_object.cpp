@@ -92,16 +92,15 @@ void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
         expect(where.channels, role == Role::inverse_depth ? "depth" : name_of(role));
     std::set<std::string> found;
     for (const FileLayer& layer : header.layers.filtered) {
-        expect(layer.channels.channels, concat("layers['", layer.name, "']"));
+        expect(layer.channels.channels, concat("aovs['", layer.name, "']"));
         found.insert(layer.name);
     }
     if (layers.is_none()) return;
     for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(layers))
         if (const std::string name = py::str(key); !found.contains(name))
-            raise(
-                Status(StatusCode::usage,
-                       concat("layers['", name,
-                              "']: another plane or cryptomatte has this name; rename the layer")));
+            raise(Status(StatusCode::usage,
+                         concat("aovs['", name,
+                                "']: another plane or cryptomatte has this name; rename the AOV")));
 }
 
 std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned) {
@@ -134,14 +133,14 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     frame->settings_.profile = value_of(find_profile("generic"));
     // Layers are what the caller calls so, whatever their names are.
     frame->settings_.profile->data = {""};
-    frame->settings_.layers.layers = "all";
+    frame->settings_.layers.aovs = "all";
     io::OpenFrame files;
     files.frame_number = number;
     const auto file = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
     files.files[Role::color] = file;
     frame->depth_encoding_ = DepthEncoding(encoding - encodings.begin());
     if (const Status status = frame->open(std::move(files)); !status.ok()) raise(status);
-    check_names(*file, frame->header_, arrays.layers);
+    check_names(*file, frame->header_, arrays.aovs);
     return frame;
 }
 
@@ -272,12 +271,12 @@ py::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                     const PlanOptions& options, const std::shared_ptr<Device>& device) {
     if (frames.frame->header().layers.any_filtered())
         raise(Status(StatusCode::usage,
-                     "run: the frame has layers or cryptomattes to filter; call run_layers()"));
+                     "run: the frame has AOVs or cryptomattes to filter; call run_aovs()"));
     return array_of(std::move(filtered_arrays(chain, frames, options, *device).view.color));
 }
 
-py::object run_layers(const ChainObject& chain, const FrameWithNeighbors& frames,
-                      const PlanOptions& options, const std::shared_ptr<Device>& device) {
+py::object run_aovs(const ChainObject& chain, const FrameWithNeighbors& frames,
+                    const PlanOptions& options, const std::shared_ptr<Device>& device) {
     FilteredArrays filtered = filtered_arrays(chain, frames, options, *device);
     sequence::FilteredView& view = filtered.view;
     py::dict layers, cryptomattes;

@@ -19,7 +19,7 @@ class Frame : public std::enable_shared_from_this<Frame> {
   public:
     // `method`: the caller's, for messages. `number`: None is 0, and no neighbor's number is held
     // against it. `camera`: a dict, a path, or None. `settings`: keys of array_keys() and
-    // layer_keys(). Raise.
+    // aov_keys(). Raise.
     static std::shared_ptr<Frame> of_arrays(const std::string& method, const FrameArrays& arrays,
                                             const pybind11::object& number,
                                             const pybind11::object& camera,
@@ -75,12 +75,12 @@ Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeigh
 PlanOptions plan_options_of(const pybind11::kwargs& settings);
 
 // The color that the chain makes of the frame, with as many channels as its own. Errors (usage): it
-// has layers or cryptomattes to filter. Raises; warns.
+// has AOVs or cryptomattes to filter. Raises; warns.
 pybind11::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                           const PlanOptions& options, const std::shared_ptr<Device>& device);
-// postchain.Filtered: color, layers and cryptomattes. Raises; warns.
-pybind11::object run_layers(const ChainObject& chain, const FrameWithNeighbors& frames,
-                            const PlanOptions& options, const std::shared_ptr<Device>& device);
+// postchain.Filtered: color, AOVs and cryptomattes. Raises; warns.
+pybind11::object run_aovs(const ChainObject& chain, const FrameWithNeighbors& frames,
+                          const PlanOptions& options, const std::shared_ptr<Device>& device);
 // The plan as JSON, as `postchain plan --json` prints it. Raises; warns.
 pybind11::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                             const PlanOptions& options);

@@ -22,12 +22,12 @@ const std::set<std::string>& array_keys() {
 
 const std::set<std::string>& file_keys() {
     static const std::set<std::string> keys = {
-        "nonfinite",   "camera_motion", "cuts",           "profile", "layer",          "view",
+        "nonfinite",   "camera_motion", "cuts",           "profile", "view_layer",     "view",
         "data_window", "max_memory",    "input_transfer", "ocio",    "ocio_colorspace"};
     return keys;
 }
 
-const std::set<std::string>& layer_keys() {
+const std::set<std::string>& aov_keys() {
     static const std::set<std::string> keys = {"cryptomatte"};
     return keys;
 }
@@ -35,7 +35,7 @@ const std::set<std::string>& layer_keys() {
 const std::set<std::string>& frame_keys() {
     static const std::set<std::string> keys = [] {
         std::set<std::string> all = array_keys();
-        all.insert(layer_keys().begin(), layer_keys().end());
+        all.insert(aov_keys().begin(), aov_keys().end());
         return all;
     }();
     return keys;
@@ -44,7 +44,7 @@ const std::set<std::string>& frame_keys() {
 const std::set<std::string>& read_keys() {
     static const std::set<std::string> keys = [] {
         std::set<std::string> all = file_keys();
-        all.insert({"layers", "cryptomatte"});
+        all.insert({"aovs", "cryptomatte"});
         return all;
     }();
     return keys;

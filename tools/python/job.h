@@ -12,14 +12,14 @@ namespace postchain::python {
 
 const ParameterTable& job_parameters();
 
-// The keys that decide how arrays are read, how the color of files is, which layers are filtered,
+// The keys that decide how arrays are read, how the color of files is, which AOVs are filtered,
 // and how a frame is planned.
 const std::set<std::string>& array_keys();
 const std::set<std::string>& file_keys();
-const std::set<std::string>& layer_keys();  // of arrays
+const std::set<std::string>& aov_keys();  // of arrays
 const std::set<std::string>& plan_keys();
-const std::set<std::string>& frame_keys();  // a Frame of arrays: array_keys() and layer_keys()
-const std::set<std::string>& read_keys();   // a Frame of files: file_keys() and those of layers
+const std::set<std::string>& frame_keys();  // a Frame of arrays: array_keys() and aov_keys()
+const std::set<std::string>& read_keys();   // a Frame of files: file_keys() and those of AOVs
 
 // `input` as for --input. `camera`: a dict, a path, or None. `keys`: those of `values` that are
 // allowed; null: all. `place` begins the messages. Raises; warns.

@@ -204,7 +204,7 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
         if (!profile.ok()) return profile.status().at("--profile");
         work.source.profile = std::move(*profile);
     }
-    work.source.layer = options.job.layer;
+    work.source.view_layer = options.job.view_layer;
     work.source.view = options.job.view;
     ASSIGN_OR_RETURN(work.source.max_memory, sequence::memory_limit_of(options.job.max_memory));
     const bool many = work.frames.size() > 1;
@@ -516,7 +516,7 @@ RunSubcommand add_diff(CLI::App& subcommand, Options& o) {
         ->default_str(metrics::name_of(flip.tone_mapper));
     subcommand.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
         ->type_name("NAME");
-    for (const char* key : {"layer", "view", "max_memory"})
+    for (const char* key : {"view_layer", "view", "max_memory"})
         add_setting(subcommand, *job_parameters().find(key), &o.job);
     add_threads(subcommand, o);
     subcommand.add_flag("--json", o.json,

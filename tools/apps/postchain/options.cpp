@@ -149,8 +149,9 @@ void add_list(CLI::App& subcommand, const std::string& name, const std::string& 
 }
 
 void add_displayed(CLI::App& subcommand, Options& o) {
-    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
-                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
+    for (const char* key :
+         {"frames", "profile", "view_layer", "view", "max_memory", "input_transfer", "ocio",
+          "ocio_display", "ocio_view", "ocio_colorspace"})
         add_setting(subcommand, *job_parameters().find(key), &o.job);
     add_threads(subcommand, o);
 }

@@ -78,7 +78,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     if (!view.truth.empty()) {
         Options truth = options;
         truth.job.input = view.truth;
-        truth.job.camera = truth.job.profile = truth.job.layer = truth.job.view = "";
+        truth.job.camera = truth.job.profile = truth.job.view_layer = truth.job.view = "";
         auto settings = run_settings_of(truth);
         if (!settings.ok()) return settings.status().at("--truth");
         session.truth = std::move(*settings);

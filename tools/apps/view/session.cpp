@@ -331,7 +331,7 @@ void Session::request_other() {
         {.id = 0, .source = source_, .chain = other_, .scale = 1, .texture = "", .may_stop = true});
 }
 
-void Session::hold_chain() {
+void Session::keep_as_other_chain() {
     other_ = std::make_shared<const Chain>(document_.chain_at(frame_));
     other_source_ = nullptr;
     other_sent_ = false;

@@ -120,7 +120,7 @@ class Session {
     const std::shared_ptr<const Chain>& chain() const { return chain_; }
 
     // Compares from now on with the chain as it is.
-    void hold_chain();
+    void keep_as_other_chain();
     bool has_other_chain() const { return other_ != nullptr; }
     bool has_truth() const { return truth_ != nullptr; }
 

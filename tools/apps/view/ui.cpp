@@ -40,11 +40,11 @@ void draw_compare_panel(UiContext& ui) {
     with("the frame before the chain", CompareTarget::before, true);
     with("chain B", CompareTarget::other_chain, ui.session.has_other_chain());
     ImGui::SameLine();
-    if (ImGui::SmallButton("hold this chain as B")) {
-        ui.session.hold_chain();
+    if (ImGui::SmallButton("keep this chain as B")) {
+        ui.session.keep_as_other_chain();
         view.target = CompareTarget::other_chain;
     }
-    ui.mark("hold");
+    ui.mark("keep");
     with("ground truth", CompareTarget::truth, ui.session.has_truth());
     if (!ui.session.has_truth()) ImGui::TextDisabled("ground truth: open with --truth IN");
     ImGui::Separator();

@@ -71,9 +71,9 @@ def _lens(camera):
 
 def _rigid(matrix):
     """Rows of the matrix without its scale, which Blender ignores in cameras."""
-    place, turn, _ = matrix.decompose()
-    rows = turn.to_matrix().to_4x4()
-    rows.translation = place
+    position, rotation, _ = matrix.decompose()
+    rows = rotation.to_matrix().to_4x4()
+    rows.translation = position
     return [list(row) for row in rows]
 
 

@@ -71,7 +71,7 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
                    f"--frames={frame}", "-o", self._at("report"), "--on-existing", "overwrite",
                    "--repeats", "1"]
         if len([layer for layer in scene.view_layers if layer.use]) > 1:
-            measure += ["--layer", filtering.view_layer(scene)]
+            measure += ["--view-layer", filtering.view_layer(scene)]
         call = f"compare.render({self._folder!r}, {frame}, {scene.postchain.truth_samples})"
         return [command.blender("Render", call, images=4),
                 command.postchain("Measure", measure)]

@@ -139,7 +139,7 @@ def steps(scene, pattern, behind, output, frames):
             arguments = ["run", name, "-i", pattern, "--camera", path, "--frames=" + ranges(part),
                          "-o", output, "--on-existing", scene.postchain.existing]
             if len([layer for layer in scene.view_layers if layer.use]) > 1:
-                arguments += ["--layer", view_layer(scene)]
+                arguments += ["--view-layer", view_layer(scene)]
             if behind:
                 arguments += ["--behind", behind]
             if scene.render.use_multiview:

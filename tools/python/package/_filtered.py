@@ -1,11 +1,11 @@
-"""The result of Chain.run_layers()."""
+"""The result of Chain.run_aovs()."""
 from typing import Any, Dict, NamedTuple
 
 
 class Filtered(NamedTuple):
-    """A frame with its layers. `color`: as of run(). `layers`: float32 by name, with as many channels
+    """A frame with its AOVs. `color`: as of run(). `aovs`: float32 by name, with as many channels
     as given. `cryptomattes`: the filtered ones by name, float32 of height x width x (id, coverage of
     each rank); empty unless they were filtered."""
     color: Any
-    layers: Dict[str, Any]
+    aovs: Dict[str, Any]
     cryptomattes: Dict[str, Any]

@@ -54,11 +54,11 @@ void store(double value, PixelType type, std::byte* to) {
     std::memcpy(to, &bits, sizeof(bits));
 }
 
-struct Unpacked {
+struct ScratchBytes {
     std::unique_ptr<std::byte[]> bytes;
     size_t room = 0;
 
-    std::byte* hold(size_t count) {
+    std::byte* at_least(size_t count) {
         if (count > room) {
             bytes.reset();  // so that both are never allocated together
             room = 0;
@@ -71,7 +71,7 @@ struct Unpacked {
 
 // Buffers of one thread.
 struct DeepBuffers {
-    Unpacked packed, words, counts, samples;
+    ScratchBytes packed, words, counts, samples;
     std::vector<int32_t> ends;  // per pixel: samples up to it in its line
     Inflater inflater;
     DeepPixel pixel;
@@ -183,16 +183,16 @@ class DeepReader {
     // Data that would have grown are stored unpacked, in `raw` bytes of which the first are used:
     // OpenEXR writes as many counts for a tile at the border as for a whole one.
     Status unpack(uint64_t at, uint64_t packed, size_t bytes, uint64_t raw, DeepBuffers& buffers,
-                  Unpacked& to, const std::byte*& result) const {
+                  ScratchBytes& to, const std::byte*& result) const {
         const bool is_raw = packed == raw || (method_ == ExrMethod::none && packed == bytes);
         if (packed > raw || (method_ == ExrMethod::none && !is_raw))
             return chunk_is_damaged("its size is wrong");
-        std::byte* out = to.hold(bytes);
+        std::byte* out = to.at_least(bytes);
         result = out;
-        std::byte* from = is_raw ? out : buffers.packed.hold(size_t(packed));
+        std::byte* from = is_raw ? out : buffers.packed.at_least(size_t(packed));
         if (!source_.read_at(at, from, is_raw ? bytes : size_t(packed))) return chunk_is_cut();
         if (is_raw) return {};
-        std::byte* words = buffers.words.hold(bytes);
+        std::byte* words = buffers.words.at_least(bytes);
         const bool whole = method_ == ExrMethod::rle
                                ? unpack_runs(from, size_t(packed), words, bytes)
                                : buffers.inflater.unpack(from, size_t(packed), words, bytes);

@@ -58,14 +58,14 @@ std::string manifest_file(const std::string& frame, const std::string& name) {
     return (fs::path(frame).parent_path() / relative).string();
 }
 
-std::string take_manifest_file(const std::string& name, const PathHold& hold, Cryptomatte& to) {
+std::string take_manifest_file(const std::string& name, const PathCheck& check, Cryptomatte& to) {
     fs::path path = to.manifest_file;
     if (path.empty())
         return concat("its manifest file ", quoted(name), " is not in the frame's folder");
-    if (hold) {
-        auto held = hold(path.string());
-        if (!held.ok()) return concat("its manifest file: ", held.status().message());
-        path = std::move(*held);
+    if (check) {
+        auto allowed = check(path.string());
+        if (!allowed.ok()) return concat("its manifest file: ", allowed.status().message());
+        path = std::move(*allowed);
     }
     std::error_code error;
     if (!fs::is_regular_file(path, error))
@@ -82,11 +82,11 @@ std::string take_manifest_file(const std::string& name, const PathHold& hold, Cr
 
 // Reads the manifest from a cryptomatte's attributes, or from the file that they name.
 std::string find_manifest(const std::map<std::string, std::string>& attributes,
-                          const PathHold& hold, Cryptomatte& to) {
+                          const PathCheck& check, Cryptomatte& to) {
     if (const auto text = attributes.find("manifest"); text != attributes.end())
         return take_manifest(text->second, to);
     if (const auto name = attributes.find("manif_file"); name != attributes.end())
-        return take_manifest_file(name->second, hold, to);
+        return take_manifest_file(name->second, check, to);
     return "it has no manifest";
 }
 
@@ -207,7 +207,7 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
 }
 
 Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file, Manifests manifests,
-                                                   const PathHold& hold,
+                                                   const PathCheck& check,
                                                    const CryptoView& view) try {
     // By name, since each part of a file may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
@@ -244,7 +244,7 @@ Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file, Manife
         if (const auto named = own.find("manif_file"); named != own.end() && !own.count("manifest"))
             cryptomatte.manifest_file = manifest_file(file.path(), named->second);
         if (manifests == Manifests::read)
-            cryptomatte.no_manifest = find_manifest(own, hold, cryptomatte);
+            cryptomatte.no_manifest = find_manifest(own, check, cryptomatte);
         all.push_back(std::move(cryptomatte));
     }
     return all;

@@ -59,8 +59,8 @@ struct Cryptomatte {
 enum class Manifests { read, not_read };
 
 // Returns the path to read, without links, for a file that a frame names, or why it must not be
-// read. Without a PathHold every file is read, and links are followed.
-using PathHold = std::function<Result<std::string>(const std::string& path)>;
+// read. Without a PathCheck every file is read, and links are followed.
+using PathCheck = std::function<Result<std::string>(const std::string& path)>;
 
 // The view of a file whose cryptomattes are meant. Empty: every channel, as in a file without
 // views.
@@ -75,7 +75,7 @@ struct CryptoView {
 // ranks that are not float channels or are in parts of different size.
 Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file,
                                                    Manifests manifests = Manifests::read,
-                                                   const PathHold& hold = {},
+                                                   const PathCheck& check = {},
                                                    const CryptoView& view = {});
 
 // The attributes of `part` that are invalid in a file with only the channels of `written`: those of

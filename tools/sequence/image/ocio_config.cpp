@@ -99,23 +99,23 @@ std::map<std::string, std::string> variables_of(const ocio::Config& config,
     return variables;
 }
 
-struct Kept {
+struct CachedConfig {
     std::vector<FileStamp> stamps;  // of its file, then of every table that it names
     std::map<std::string, std::string> variables;
     std::shared_ptr<OIIO::ColorConfig> config;  // none until it is asked for
 };
 
-Result<Kept> read(const std::string& path) {
+Result<CachedConfig> read(const std::string& path) {
     std::error_code error;
     if (!fs::is_regular_file(path, error))
         return Status(StatusCode::input, path + ": no such file (OpenColorIO configuration)");
     try {
-        Kept kept;
+        CachedConfig entry;
         const auto config = ocio::Config::CreateFromFile(path.c_str());
         for (const std::string& file : files_of(*config, path))
-            kept.stamps.push_back(FileStamp::of(file));
-        kept.variables = variables_of(*config, path);
-        return kept;
+            entry.stamps.push_back(FileStamp::of(file));
+        entry.variables = variables_of(*config, path);
+        return entry;
     } catch (const ocio::Exception& exception) {
         return unusable(path, exception.what());
     }
@@ -125,11 +125,11 @@ bool is_same(const FileStamp& stamp) {
     return FileStamp::of(stamp.path) == stamp;
 }
 
-std::mutex mutex;  // of what is kept
+std::mutex mutex;  // of the cache
 
-// The one kept for this path, as its files are now; `mutex` is held.
-Result<Kept*> kept_of(const std::string& path) {
-    static std::map<std::string, Kept> all;  // reading one takes long
+// The cache entry of this path, as its files are now; `mutex` is held.
+Result<CachedConfig*> cached(const std::string& path) {
+    static std::map<std::string, CachedConfig> all;  // reading one takes long
     const auto known = all.find(path);
     if (known != all.end()) {
         const auto& stamps = known->second.stamps;
@@ -137,25 +137,25 @@ Result<Kept*> kept_of(const std::string& path) {
         all.erase(known);
         ocio::ClearAllCaches();  // OpenColorIO keeps tables by their names
     }
-    ASSIGN_OR_RETURN(auto kept, read(path));
-    return &all.emplace(path, std::move(kept)).first->second;
+    ASSIGN_OR_RETURN(auto entry, read(path));
+    return &all.emplace(path, std::move(entry)).first->second;
 }
 
 }  // namespace
 
 Result<OcioSources> ocio_sources(const std::string& path) {
     const std::lock_guard lock(mutex);
-    ASSIGN_OR_RETURN(const auto kept, kept_of(path));
+    ASSIGN_OR_RETURN(const auto entry, cached(path));
     OcioSources sources;
-    for (const FileStamp& stamp : kept->stamps) sources.files.push_back(stamp.path);
-    sources.variables = kept->variables;
+    for (const FileStamp& stamp : entry->stamps) sources.files.push_back(stamp.path);
+    sources.variables = entry->variables;
     return sources;
 }
 
 Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path) {
     const std::lock_guard lock(mutex);
-    ASSIGN_OR_RETURN(const auto kept, kept_of(path));
-    std::shared_ptr<OIIO::ColorConfig>& config = kept->config;
+    ASSIGN_OR_RETURN(const auto entry, cached(path));
+    std::shared_ptr<OIIO::ColorConfig>& config = entry->config;
     if (!config) {
         auto made = std::make_shared<OIIO::ColorConfig>(path);
         if (made->has_error()) return unusable(path, made->geterror());

@@ -323,13 +323,13 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const io::PixelFile& file, const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
-    ASSIGN_OR_RETURN(
-        auto cryptomattes,
-        io::find_cryptomattes(
-            file,
-            settings.mattes.empty() && settings.ids.empty() ? io::Manifests::not_read
-                                                            : io::Manifests::read,
-            settings.hold, {match.view, !match.views.empty() && match.view == match.views[0]}));
+    ASSIGN_OR_RETURN(auto cryptomattes,
+                     io::find_cryptomattes(
+                         file,
+                         settings.mattes.empty() && settings.ids.empty() ? io::Manifests::not_read
+                                                                         : io::Manifests::read,
+                         settings.manifest_check,
+                         {match.view, !match.views.empty() && match.view == match.views[0]}));
     mark_cryptomattes(cryptomattes, layers);
     std::vector<std::string> notes;
     const auto ids = ids_of_names(settings.ids, cryptomattes, notes);
@@ -354,9 +354,9 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     result.filtered_cryptomattes = result.cryptomattes.size();
     std::move(kept.begin(), kept.end(), std::back_inserter(result.cryptomattes));
 
-    const auto chosen = choose_layers(layers, settings.layers, match.layer);
-    if (!chosen.ok()) return chosen.status().at(file.path() + ": --layers");
-    const std::vector<std::string> words = words_of_list(settings.layers);
+    const auto chosen = choose_layers(layers, settings.aovs, match.view_layer);
+    if (!chosen.ok()) return chosen.status().at(file.path() + ": --aovs");
+    const std::vector<std::string> words = words_of_list(settings.aovs);
     const bool all = std::find(words.begin(), words.end(), "all") != words.end();
     for (size_t i = 0; i < layers.size(); ++i) {
         FileLayer& layer = layers[i];
@@ -367,8 +367,9 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
             if (!is_of_filtered(layer, result))
                 result.left.push_back({layer.name, !layer.is_color() ? layer.data
-                                                   : all ? "is not of layer " + match.layer
-                                                         : "not requested"});
+                                                   : all
+                                                       ? "is not of view layer " + match.view_layer
+                                                       : "not requested"});
             continue;
         }
         const std::string why = obstacle(file, layer.channels, match);
@@ -378,7 +379,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
             result.left.push_back({layer.name, why});
         else
             return Status(StatusCode::input,
-                          concat(file.path(), ": --layers: layer ", layer.name, " ", why));
+                          concat(file.path(), ": --aovs: layer ", layer.name, " ", why));
     }
     for (size_t i = 0; i < result.cryptomattes.size(); ++i) {
         const io::Cryptomatte& one = result.cryptomattes[i];

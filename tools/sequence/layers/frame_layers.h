@@ -2,7 +2,7 @@
 // or left unchanged and why.
 //
 //   channels --config/layer_match--> color and data
-//   "--layers", "--cryptomatte", "matte:" --find_frame_layers--> FrameLayers
+//   "--aovs", "--cryptomatte", "matte:" --find_frame_layers--> FrameLayers
 //   FrameLayers --read_layers, read_mattes--> planes Role::layers, Role::mattes
 //
 // Docs: docs/layers.md.
@@ -25,11 +25,11 @@ enum class CryptomatteChoice {
 };
 
 struct LayerSettings {
-    std::string layers = "none";  // choose_layers()
+    std::string aovs = "none";  // choose_layers()
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
     std::vector<std::string> ids;     // to filter: names and patterns; empty = all
     std::vector<std::string> mattes;  // mattes_of() the chains
-    io::PathHold hold;                // of the manifest files; none = all are read
+    io::PathCheck manifest_check;     // of the manifest files; none = all are read
     io::ExrSettings written;          // only layers that it writes are filtered
     std::string fill_mask;            // layers/fill_mask.h; empty = none
 };

@@ -39,8 +39,9 @@ Json describe_roles(const ProfileMatch& match) {
         roles[name_of(role)] = {{"part", where.part}, {"channels", where.channels}};
     Json missing = Json::object();
     for (const auto& [role, names] : match.missing) missing[name_of(role)] = names;
-    return {{"profile", match.profile}, {"detected", match.detected}, {"why", match.why},
-            {"layer", match.layer},     {"view", match.view},         {"roles", roles},
+    return {{"profile", match.profile}, {"detected", match.detected},
+            {"why", match.why},         {"view_layer", match.view_layer},
+            {"view", match.view},       {"roles", roles},
             {"missing", missing},       {"notes", match.notes}};
 }
 

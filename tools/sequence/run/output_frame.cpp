@@ -214,7 +214,7 @@ Status check_output(const FrameHeader& header, const FrameReport& report,
         if (!header.layers.filtered.empty() || header.layers.filtered_cryptomattes > 0)
             return Status(StatusCode::usage,
                           path +
-                              ": --layers and --cryptomatte filter apply only to EXR outputs, "
+                              ": --aovs and --cryptomatte filter apply only to EXR outputs, "
                               "which can hold more than color; write .exr");
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
             return Status(

@@ -41,11 +41,11 @@ struct ViewInputs {
     FrameInputs inputs;
 };
 
-class Walk {
+class Runner {
   public:
-    Walk(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
-         const std::atomic<bool>* stop, const FrameStart& start, FrameFeed& feed,
-         const WaitObserver& waits, const StepObserver& steps)
+    Runner(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
+           const std::atomic<bool>* stop, const FrameStart& start, FrameFeed& feed,
+           const WaitObserver& waits, const StepObserver& steps)
         : job_(job),
           settings_(settings),
           observer_(observer),
@@ -60,7 +60,7 @@ class Walk {
               [this](int frame) { return job_.keep() == io::Keep::all && feed_.has(frame); }),
           gate_(settings.source.max_memory) {}
 
-    Result<RunSummary> walk() {
+    Result<RunSummary> run() {
         start_ = Clock::now();
         std::thread reader, writer;
         try {
@@ -411,7 +411,7 @@ Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, Fra
                                  const FrameObserver& observer, const std::atomic<bool>* stop,
                                  const FrameStart& start, const WaitObserver& waits,
                                  const StepObserver& steps) {
-    return Walk(job, settings, observer, stop, start, feed, waits, steps).walk();
+    return Runner(job, settings, observer, stop, start, feed, waits, steps).run();
 }
 
 Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,

@@ -80,7 +80,7 @@ Result<Value> named(const char* key, Result<Value> value) {
 Status set_source(const JobSettings& job, Diagnostics& notes, SourceSettings& source) {
     static_cast<SourceChoices&>(source) = job;
     ASSIGN_OR_RETURN(source.input_transfer, input_transfer_of(job));
-    source.layers.layers = job.layers;
+    source.layers.aovs = job.aovs;
     RETURN_IF_ERROR(set_cryptomatte(job.cryptomatte, source.layers));
     if (Status status = check_fill_mask(job.fill_mask); !status.ok())
         return status.at(option_name("fill_mask"));
@@ -211,10 +211,10 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                  "a profile file (default: detected)",
              .unset_means = "detected",
              .group = kInputGroup})
-        .text("layer", &JobSettings::layer,
+        .text("view_layer", &JobSettings::view_layer,
               {.unit = "NAME",
-               .help = "layer to use if there are several",
-               .unset_means = "the only layer",
+               .help = "view layer to use if there are several",
+               .unset_means = "the only view layer",
                .group = kInputGroup})
         .text("view", &JobSettings::view,
               {.unit = "NAME",
@@ -260,10 +260,10 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "color space of the frames in the OpenColorIO configuration",
                .unset_means = "the configuration's role scene_linear",
                .group = kInputGroup})
-        .text("layers", &JobSettings::layers,
+        .text("aovs", &JobSettings::aovs,
               {.unit = "NAMES",
-               .help = "extra color layers to filter: none, all, or comma-separated names and "
-                       "patterns",
+               .help = "AOVs (extra color layers) to filter: none, all, or comma-separated names "
+                       "and patterns",
                .unset_means = "none",
                .group = kLayerGroup})
         .text("cryptomatte", &JobSettings::cryptomatte,

@@ -29,7 +29,7 @@ struct JobSettings : SourceChoices, RunChoices {
     std::string ocio;
     std::string ocio_colorspace;
 
-    std::string layers = "none";       // "none", "all", or comma-separated names
+    std::string aovs = "none";         // "none", "all", or comma-separated names
     std::string cryptomatte = "keep";  // "keep", "filter", "filter=NAMES"
     std::string fill_mask;
 

@@ -40,7 +40,7 @@ Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& fi
         all.parts.insert(all.parts.end(), more.parts.begin(), more.parts.end());
     }
     ASSIGN_OR_RETURN(auto match,
-                     detect_profile(builtin_profiles(), all, settings.layer, settings.view));
+                     detect_profile(builtin_profiles(), all, settings.view_layer, settings.view));
     for (const Profile& profile : builtin_profiles())
         if (profile.name == match.profile) return Writer{profile, true, match.why};
     return Status(StatusCode::internal, "a detected profile is not among those detected from");
@@ -51,12 +51,12 @@ Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& wr
                                 const io::PixelFile& file) {
     const FileChannels channels = io::channels_of(file);
     if (!settings.profile) {
-        auto own = detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
+        auto own = detect_profile(builtin_profiles(), channels, settings.view_layer, settings.view);
         if (own.ok())
             for (const Profile& profile : builtin_profiles())
                 if (profile.name == own->profile && !profile.detect_channels.empty()) return own;
     }
-    auto match = match_profile(writer.profile, channels, settings.layer, settings.view);
+    auto match = match_profile(writer.profile, channels, settings.view_layer, settings.view);
     if (!match.ok()) return match;
     match->detected = writer.detected;
     match->why = writer.why;

@@ -27,8 +27,8 @@ enum class DataWindow {
 
 // The settings that need no conversion: a job's rows set them (settings/job_settings.h).
 struct SourceChoices {
-    std::string layer;  // empty = the only one
-    std::string view;   // empty = the default one; kAllViews: FrameHeader::match
+    std::string view_layer;  // empty = the only one
+    std::string view;        // empty = the default one; kAllViews: FrameHeader::match
     NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;

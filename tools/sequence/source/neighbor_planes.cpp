@@ -208,7 +208,7 @@ Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::strin
     if (const auto lacking = layers_lacking(layers, header.layers); !lacking.empty())
         return Status(StatusCode::input,
                       concat(path, ": the layer behind lacks these layers of the frame: ",
-                             joined(lacking), "; render them too, or leave out --layers"));
+                             joined(lacking), "; render them too, or leave out --aovs"));
     behind.planes = needed | RoleSet{Role::color};
     behind.header = std::move(header);
     return behind;

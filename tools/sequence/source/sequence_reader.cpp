@@ -124,9 +124,9 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     auto other = enter(number, on_disk_->at(number));
     if (other.status().code() == StatusCode::usage) {
         // Read for its color, with whichever layers it has.
-        const std::string asked = std::exchange(settings_.layers.layers, "all");
+        const std::string asked = std::exchange(settings_.layers.aovs, "all");
         other = enter(number, on_disk_->at(number));
-        settings_.layers.layers = asked;
+        settings_.layers.aovs = asked;
         if (other.ok()) (*other)->is_neighbor_only = true;
     }
     if (!other.ok()) {

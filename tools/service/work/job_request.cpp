@@ -267,7 +267,7 @@ void read_study(RequestBody& body, const Roots& roots, const PassRegistry& regis
     }
     study = std::move(read.study);
     for (study::Scene& scene : study.scenes)
-        scene.measured.run.source.layers.hold = roots.resolver();
+        scene.measured.run.source.layers.manifest_check = roots.resolver();
 }
 
 }  // namespace
@@ -431,7 +431,7 @@ class RequestParser {
         if (behind) settings->input.patterns.emplace(Role::behind, std::move(*behind));
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
-        settings->source.layers.hold = roots_.resolver();
+        settings->source.layers.manifest_check = roots_.resolver();
         request_.run = std::move(*settings);
         complete();
         request_.bench.chain_name = request_.chain.name;

@@ -24,14 +24,13 @@ std::vector<const CLI::App*> subcommands(const CLI::App& app) {
 // roff: a line must not start with a dot; backslashes and dashes must be escaped.
 std::string roff(const std::string& text) {
     std::string out;
-    for (char c : text) {
+    for (char c : text)
         if (c == '\\')
             out += "\\e";
         else if (c == '-')
             out += "\\-";
         else
             out += c;
-    }
     if (!out.empty() && (out[0] == '.' || out[0] == '\'')) out = "\\&" + out;
     return out;
 }
@@ -120,11 +119,10 @@ std::string bash_completion(const CLI::App& app) {
     for (const CLI::App* subcommand : subcommands(app)) {
         for (const CLI::Option* option : subcommand->get_options()) {
             auto words = choices_of(*option);
-            if (option->get_name(false, true) == "--set") {
+            if (option->get_name(false, true) == "--set")
                 for (const auto& key : set_keys()) words.push_back(key + "=");
-            } else if (option->get_name(false, true) == "--profile") {
+            else if (option->get_name(false, true) == "--profile")
                 for (const auto& profile : builtin_profiles()) words.push_back(profile.name);
-            }
             if (words.empty()) continue;
             for (const auto& name : option->get_lnames())
                 out += "    \"" + subcommand->get_name() + " --" + name +

@@ -47,13 +47,12 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
     }
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.write.notes) log::warning(report.output + ": " + note);
-    if (!report.status.ok()) {
+    if (!report.status.ok())
         log::error(report.status.message());
-    } else if (log::progress_is_shown()) {
+    else if (log::progress_is_shown())
         log::detail(frame_line(report));
-    } else {
+    else
         log::info(frame_line(report));
-    }
     log::progress(
         double(progress.done) / double(progress.total),
         concat(progress.done, "/", progress.total, " frames, ", log::duration(progress.elapsed_s),

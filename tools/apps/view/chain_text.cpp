@@ -127,12 +127,11 @@ bool edit_map(const TextNode& map, const Rows& old_rows, const Rows& new_rows,
     Rows added;
     for (const auto& row : others(new_rows, old_rows)) {
         const TextNode* value = map.find(row.first);
-        if (!value) {
+        if (!value)
             added.push_back(row);
-        } else if (!value->is_scalar() || value->quoted ||
-                   !edits.replace(value->line, value->column, value->text, row.second)) {
+        else if (!value->is_scalar() || value->quoted ||
+                 !edits.replace(value->line, value->column, value->text, row.second))
             return false;
-        }
     }
     if (added.empty()) return true;
     if (map.entries.empty()) return false;

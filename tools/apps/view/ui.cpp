@@ -59,12 +59,11 @@ void draw_compare_panel(UiContext& ui) {
     const Painted& painted = ui.session.painted();
     if (view.compare == Compare::off || painted.metrics.empty()) return;
     ImGui::Text("of the %d x %d pixels on screen:", view.visible.width, view.visible.height);
-    for (const auto& [name, value] : painted.metrics) {
+    for (const auto& [name, value] : painted.metrics)
         if (value)
             ImGui::Text("%-8s %.4g", name.c_str(), *value);
         else
             ImGui::Text("%-8s equal", name.c_str());
-    }
     if (!painted.legend.empty()) ImGui::TextWrapped("%s", painted.legend.c_str());
 }
 

@@ -122,15 +122,13 @@ Status check_chunk_count(const PartSizes& part, PartNeeds& needs) {
 // Errors (input): no data window, no channels, sizes above the limits, levels of unknown kind, a
 // number of chunks that contradicts the sizes.
 Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
-    if (!part.data_window || part.channels.empty()) {
+    if (!part.data_window || part.channels.empty())
         return input_error("damaged header: no data window or no channels");
-    }
     const Window& w = *part.data_window;
     const int64_t signed_width = int64_t(w.max_x) - w.min_x + 1;
     const int64_t signed_height = int64_t(w.max_y) - w.min_y + 1;
-    if (signed_width < 1 || signed_height < 1) {
+    if (signed_width < 1 || signed_height < 1)
         return input_error("damaged header: empty data window");
-    }
     if (signed_width > limits.max_side || signed_height > limits.max_side) {
         return input_error(concat("the data window is ", std::to_string(signed_width), "x",
                                   std::to_string(signed_height), " pixels; the limit is ",
@@ -166,13 +164,11 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
         RETURN_IF_ERROR(check_chunk_count(part, needs));
         return needs;
     }
-    if (!part.tile || part.tile->width < 1 || part.tile->height < 1) {
+    if (!part.tile || part.tile->width < 1 || part.tile->height < 1)
         return input_error("damaged header: tiles of size 0");
-    }
     const auto [tile_width, tile_height, levels] = *part.tile;
-    if ((levels & 0xf) > 2 || (levels >> 4) > 1) {
+    if ((levels & 0xf) > 2 || (levels >> 4) > 1)
         return input_error("damaged header: unknown kind of levels");
-    }
     const std::string tile = concat("a tile of ", std::to_string(tile_width), "x",
                                     std::to_string(tile_height), " pixels");
     if (tile_width > uint32_t(limits.max_side) || tile_height > uint32_t(limits.max_side)) {
@@ -297,9 +293,8 @@ Status read_channels(Cursor& in, const ReadLimits& limits, PartSizes& part) {
         const int32_t x_sampling = in.int32();
         const int32_t y_sampling = in.int32();
         if (!in.good()) break;
-        if (type < 0 || type > 2 || x_sampling < 1 || y_sampling < 1) {
+        if (type < 0 || type > 2 || x_sampling < 1 || y_sampling < 1)
             return input_error("damaged header: a channel of unknown type or sampling");
-        }
         part.channels.push_back({type == 1 ? 2 : 4, x_sampling, y_sampling});
     }
     return {};
@@ -349,12 +344,10 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
         const std::string type = in.name();
         const int32_t size = in.int32();
         if (!in.good()) return truncated();
-        if (size < 0) {
+        if (size < 0)
             return input_error(concat("damaged header: attribute ", name, " of negative size"));
-        }
-        if (fixed_size(type).value_or(size) != size) {
+        if (fixed_size(type).value_or(size) != size)
             return input_error(concat("damaged header: attribute ", name, " of wrong size"));
-        }
         const uint64_t end = in.at() + uint64_t(size);
         if (end > limits.max_header_bytes) {
             return input_error(
@@ -367,16 +360,14 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
         } else if (type == "chlist") {  // under another name too: see fixed_size()
             PartSizes other;
             status = read_channels(in, limits, name == "channels" ? part : other);
-            if (status.ok() && in.good() && in.at() != end) {
+            if (status.ok() && in.good() && in.at() != end)
                 status = input_error("damaged header: a list of channels has a wrong size");
-            }
         } else if (type == "preview") {  // width, height, 4 bytes a pixel
             const uint64_t width = in.number(4);
             const uint64_t height = in.number(4);
             if (in.good() &&
-                (width > 65535 || height > 65535 || 8 + 4 * width * height != uint64_t(size))) {
+                (width > 65535 || height > 65535 || 8 + 4 * width * height != uint64_t(size)))
                 status = input_error("damaged header: a preview of wrong size");
-            }
         } else if (name == "compression" && size == 1) {
             part.compression = int(in.number(1));
         } else if (name == "tiles" && size == 9) {

@@ -267,9 +267,8 @@ std::string attribute_text(const Imf::Attribute& a) {
             [&] {
                 return text_as<Imf::ChannelList>(a, [](const Imf::ChannelList& list) {
                     std::string text;
-                    for (auto it = list.begin(); it != list.end(); ++it) {
+                    for (auto it = list.begin(); it != list.end(); ++it)
                         text += concat(text.empty() ? "" : ", ", it.name());
-                    }
                     return text;
                 });
             });

@@ -48,9 +48,8 @@ ExrPart part_of(const Imf::Header& header) {
         part.chromaticities = {c.red.x,  c.red.y,  c.green.x, c.green.y,
                                c.blue.x, c.blue.y, c.white.x, c.white.y};
     }
-    for (auto it = header.begin(); it != header.end(); ++it) {
+    for (auto it = header.begin(); it != header.end(); ++it)
         part.attributes[it.name()] = attribute_text(it.attribute());
-    }
     return part;
 }
 

@@ -59,9 +59,8 @@ int samples_between(int low, int high, int sampling) {
 }
 
 const PartPixels::Plane* PartPixels::find(std::string_view channel) const {
-    for (const Plane& p : planes) {
+    for (const Plane& p : planes)
         if (p.channel.name == channel) return &p;
-    }
     return nullptr;
 }
 

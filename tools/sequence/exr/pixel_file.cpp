@@ -61,9 +61,8 @@ Status check_deep(const ExrPart& part, const Flattening& flattening) {
 }  // namespace
 
 const ExrChannel* ExrPart::find(std::string_view channel) const {
-    for (const ExrChannel& c : channels) {
+    for (const ExrChannel& c : channels)
         if (c.name == channel) return &c;
-    }
     return nullptr;
 }
 
@@ -74,9 +73,8 @@ bool ExrPart::luminance_chroma() const {
 }
 
 Status PixelFile::check_channels(int part, const std::vector<std::string>& channels) const try {
-    if (part < 0 || size_t(part) >= parts().size()) {
+    if (part < 0 || size_t(part) >= parts().size())
         return input_error(path(), concat("has no part ", part));
-    }
     const ExrPart& p = parts()[size_t(part)];
     const std::string place =
         p.name.empty() ? path() : concat(path(), ": part ", part, " '", p.name, "'");
@@ -145,9 +143,8 @@ Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>
                             std::find(channels.begin(), channels.end(), c.name) != channels.end();
         if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
     }
-    for (const std::string& name : channels) {
+    for (const std::string& name : channels)
         if (pixels.find(name) == nullptr) return check_channels(part, {name});
-    }
     RETURN_IF_ERROR(read_planes(pixels));
     return pixels;
 } catch (...) {

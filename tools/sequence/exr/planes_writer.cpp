@@ -22,9 +22,8 @@ struct EncodedPlanes {
 // Errors contain `path`.
 Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& file,
                                     const WriteOptions& options) {
-    if (file.channels.empty()) {
+    if (file.channels.empty())
         return Status(StatusCode::internal, concat(path, ": no channels to write"));
-    }
     const ImageF& first = *file.channels[0].image;
     for (const PlaneChannel& c : file.channels) {
         if (c.image->width != first.width || c.image->height != first.height ||
@@ -58,17 +57,15 @@ Result<Packer> write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded,
     Imf::Header header(box_of(file.display_window.value_or(pixels.window)), box_of(pixels.window));
     header.compression() = Imf::ZIP_COMPRESSION;
     header.zipCompressionLevel() = options.zip_level;
-    for (const PlaneChannel& c : file.channels) {
+    for (const PlaneChannel& c : file.channels)
         header.channels().insert(c.name, Imf::Channel(imf_type(c.type)));
-    }
     const auto insert = [&header](const std::string& name, const AttributeValue& value) {
-        if (const auto* s = std::get_if<std::string>(&value)) {
+        if (const auto* s = std::get_if<std::string>(&value))
             header.insert(name, Imf::StringAttribute(*s));
-        } else if (const auto* f = std::get_if<float>(&value)) {
+        else if (const auto* f = std::get_if<float>(&value))
             header.insert(name, Imf::FloatAttribute(*f));
-        } else {
+        else
             header.insert(name, Imf::IntAttribute(std::get<int>(value)));
-        }
     };
     for (const auto& [name, value] : file.attributes) insert(name, value);
     for (const auto& [name, value] : options.attributes) insert(name, value);
@@ -79,9 +76,8 @@ Result<Packer> write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded,
 // The channels of one image as float.
 PlanesFile file_of(const ImageF& image, const std::vector<std::string>& names) {
     PlanesFile file;
-    for (size_t i = 0; i < names.size(); ++i) {
+    for (size_t i = 0; i < names.size(); ++i)
         file.channels.push_back({names[i], PixelType::float32, &image, int(i)});
-    }
     return file;
 }
 

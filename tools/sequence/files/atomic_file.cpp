@@ -96,14 +96,12 @@ std::string why_not_in(const std::string& folder, int error) {
         namespace fs = std::filesystem;
         for (fs::path p = folder; !p.empty() && p != p.parent_path(); p = p.parent_path()) {
             std::error_code ignored;
-            if (fs::exists(p, ignored) && !fs::is_directory(p, ignored)) {
+            if (fs::exists(p, ignored) && !fs::is_directory(p, ignored))
                 return concat(p.string(), " is a file, not a folder");
-            }
         }
     }
-    if (errno == ENOENT || errno == ENOTDIR) {
+    if (errno == ENOENT || errno == ENOTDIR)
         return concat("folder ", folder, " does not exist; create it first");
-    }
     return concat("cannot write in folder ", folder, ": ", reason_of(errno));
 }
 
@@ -206,9 +204,8 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     file.temporary_ = temporary_of(path, ::getpid());
     if (file.temporary_.size() >= PATH_MAX) return output_error(path, reason_of(ENAMETOOLONG));
     struct stat info;
-    if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode)) {
+    if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode))
         return output_error(path, "is a folder, not a file");
-    }
     // Registered before it exists, so that a signal at any time finds it.
     void* live = enlist(file.temporary_);
     if (live == nullptr) return output_error(path, "is already being written by this process");
@@ -284,9 +281,7 @@ Status AtomicFile::flush() try {
 
 Status AtomicFile::write(const void* bytes, size_t count) try {
     if (!failed_.ok()) return failed_;
-    if (buffer_.size() + count > kBufferBytes) {
-        RETURN_IF_ERROR(flush());
-    }
+    if (buffer_.size() + count > kBufferBytes) RETURN_IF_ERROR(flush());
     buffer_.append(static_cast<const char*>(bytes), count);
     position_ += count;
     size_ = std::max(size_, position_);
@@ -428,9 +423,8 @@ void remove_dead_temporaries(const std::string& folder,
 
 void remove_live_temporaries() {
     const int saved = errno;
-    for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next) {
+    for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next)
         if (e->live.load()) ::unlink(e->path);
-    }
     errno = saved;
 }
 

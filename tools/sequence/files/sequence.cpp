@@ -74,9 +74,8 @@ std::optional<Token> token_at(std::string_view name, size_t at, bool& blank_padd
         blank_padded = n > 0 && width[0] != '0';
     }
     int digits = 1;
-    if (n > 0 && std::from_chars(width.data(), width.data() + n, digits).ec != std::errc()) {
+    if (n > 0 && std::from_chars(width.data(), width.data() + n, digits).ec != std::errc())
         digits = kMaxDigits + 1;
-    }
     return Token{at, end - at, std::max(digits, 1)};
 }
 
@@ -116,9 +115,8 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
                                       "' is not N, A-B or A-BxSTEP (numbers up to ",
                                       std::to_string(kMaxFrameNumber), ")"));
         }
-        if (*step < 1) {
+        if (*step < 1)
             return usage_error(concat("frames '", text, "': '", item, "': the step must be >= 1"));
-        }
         if (*last < *first) {
             return usage_error(concat("frames '", text, "': '", item,
                                       "' runs backwards; write the smaller number first"));
@@ -176,9 +174,7 @@ Result<PathPattern> PathPattern::parse(std::string_view path) {
     const size_t slash = path.rfind('/');
     const std::string_view name = slash == std::string_view::npos ? path : path.substr(slash + 1);
     if (name.empty()) return usage_error(concat("path '", path, "': no file name"));
-    if (path.find('\0') != std::string_view::npos) {
-        return usage_error("path: has a zero byte");
-    }
+    if (path.find('\0') != std::string_view::npos) return usage_error("path: has a zero byte");
     pattern.folder_ = slash == std::string_view::npos ? "."
                       : slash == 0                    ? "/"
                                                       : std::string(path.substr(0, slash));
@@ -230,9 +226,8 @@ std::optional<int> PathPattern::match(std::string_view file_name) const {
         return {};
     }
     if (file_name.size() <= prefix_.size() + suffix_.size() || !file_name.starts_with(prefix_) ||
-        !file_name.ends_with(suffix_)) {
+        !file_name.ends_with(suffix_))
         return {};
-    }
     const std::string_view number =
         file_name.substr(prefix_.size(), file_name.size() - prefix_.size() - suffix_.size());
     std::string_view rest = number;
@@ -315,20 +310,17 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         rest.remove_prefix(key->size() + 1);
         // A comma ends the path only if another plane follows: names may contain commas.
         size_t end = rest.find(',');
-        while (end != std::string_view::npos && !key_of(rest.substr(end + 1))) {
+        while (end != std::string_view::npos && !key_of(rest.substr(end + 1)))
             end = rest.find(',', end + 1);
-        }
         Result<PathPattern> pattern = PathPattern::parse(rest.substr(0, end));
         if (!pattern.ok()) return pattern.status().at(concat("input ", *key));
-        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(*pattern)).second) {
+        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(*pattern)).second)
             return usage_error(concat("input '", text, "': ", *key, "= is given twice"));
-        }
         if (end == std::string_view::npos) break;
         rest.remove_prefix(end + 1);
     }
-    if (!spec.patterns.contains(Role::color)) {
+    if (!spec.patterns.contains(Role::color))
         return usage_error(concat("input '", text, "': color= is missing"));
-    }
     return spec;
 }
 
@@ -426,9 +418,8 @@ Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameR
             if (!list.frames.empty()) {
                 // Listed up to a limit: two files may be a billion frames apart.
                 for (int64_t hole = int64_t(list.frames.back()) + 1;
-                     hole < frame && list.gaps.size() < kMaxFrames; ++hole) {
+                     hole < frame && list.gaps.size() < kMaxFrames; ++hole)
                     list.gaps.push_back(int(hole));
-                }
             }
             list.frames.push_back(frame);
         }

@@ -70,9 +70,8 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
                                  "write it as EXR"));
         frame.files[role] = file;
     }
-    if (!frame.files.contains(Role::color)) {
+    if (!frame.files.contains(Role::color))
         return Status(StatusCode::internal, "open_frame without a color file");
-    }
     return frame;
 } catch (...) {
     return status_of_exception("opening a frame");
@@ -136,9 +135,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
         PixelFile& file = files.file_of(role);
         const auto it = assignment.find(role);
         if (it == assignment.end()) {
-            if (role == Role::color) {
-                RETURN_IF_ERROR(file.explain_no_color());
-            }
+            if (role == Role::color) RETURN_IF_ERROR(file.explain_no_color());
             return Status(StatusCode::input,
                           concat(file.path(), ": no channels for ", name_of(role)));
         }
@@ -189,13 +186,11 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
                 outside_value(role, convention, pixels.find(names[0])->channel.type);
             frame.planes[role] =
                 pixels.interleaved(names, frame.window, channels_of(role), 1, outside);
-            if (role == Role::inverse_depth) {
+            if (role == Role::inverse_depth)
                 frame.half_depth = pixels.find(names[0])->channel.type == PixelType::half;
-            }
         }
-        if (is_color && keep == Keep::all) {
+        if (is_color && keep == Keep::all)
             frame.kept = std::make_shared<PartPixels>(std::move(pixels));
-        }
     }
 
     FrameDescription& d = frame.description;

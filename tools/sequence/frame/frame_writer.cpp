@@ -58,15 +58,13 @@ Imf::Header color_header(const Imf::Header& from, const std::vector<std::string>
     Imf::Header header = without(from, left_out);
     if (keep_type && deep)
         header.setType(from.type() == Imf::DEEPTILE ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
-    for (const auto& [name, value] : options.attributes) {
+    for (const auto& [name, value] : options.attributes)
         header.insert(name, Imf::StringAttribute(value));
-    }
     header.zipCompressionLevel() = options.zip_level;
     // The level of DWA is an attribute of the file; OpenEXR does not copy it into a header it
     // reads.
-    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
+    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel"))
         header.dwaCompressionLevel() = level->value();
-    }
     apply_settings(options.exr, color, header);
     bool only_color = true;
     for (auto it = header.channels().begin(); it != header.channels().end(); ++it)
@@ -261,9 +259,8 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
     if (report.skipped) return report;
     if (frame.kept == nullptr || color.width != frame.description.width ||
-        color.height != frame.description.height || color.channels != 4) {
+        color.height != frame.description.height || color.channels != 4)
         return Status(StatusCode::internal, concat(path, ": color does not fit the frame"));
-    }
     const int color_part = frame.kept->part;
     const RoleChannels& source = frame.assignment.at(Role::color);
     RETURN_IF_ERROR(check_rewritable(frame.files.color_file(), source, options));

@@ -26,12 +26,11 @@ Status unusable(const std::string& path, std::string why) {
 }
 
 void add_sources(const ocio::ConstTransformRcPtr& transform, std::set<std::string>& sources) {
-    if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const ocio::GroupTransform>(transform)) {
+    if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const ocio::GroupTransform>(transform))
         for (int i = 0; i < group->getNumTransforms(); ++i)
             add_sources(group->getTransform(i), sources);
-    } else if (const auto file = OCIO_DYNAMIC_POINTER_CAST<const ocio::FileTransform>(transform)) {
+    else if (const auto file = OCIO_DYNAMIC_POINTER_CAST<const ocio::FileTransform>(transform))
         sources.insert(file->getSrc());
-    }
 }
 
 // The files named by the file transforms of a configuration, as written.

@@ -350,14 +350,13 @@ void to_file_convention(ImageF& color, const ConvertOptions& conversion, const I
     for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
         float* rgba = color.data.data() + 4 * pixel;
         const float* was = stored.data.data() + 4 * pixel;
-        for (int c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c)
             if (rgba[3] == was[3] && was[3] != 0 && rgba[c] == was[c] * was[3])
                 rgba[c] = was[c];
             else if (rgba[3] != 0)
                 rgba[c] /= rgba[3];
             else if (rgba[c] == 0 && was[3] == 0 && std::isfinite(was[c]))
                 rgba[c] = was[c];
-        }
     }
 }
 

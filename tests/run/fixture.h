@@ -34,7 +34,7 @@ class SequenceTest : public testing::Test {
     void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
     Result<RunSummary> go(const FrameObserver& observer = {},
                           const std::atomic<bool>* stop = nullptr) {
-        return run_sequence(chain_, settings_, test::executor(), "renderer", observer, stop);
+        return run_sequence(chain_, settings_, test::executor(), "renderer", {observer, stop});
     }
     // The report on a run's last frame, or the run's error.
     FrameReport last_frame() {

@@ -95,9 +95,10 @@ TEST_F(RunnerTest, StopsWithinAFrame) {
     test::write_sequence(at(""), {1});
     const uint64_t before = test::executor().counters().dispatches;
     std::atomic<bool> stop = false;
-    const auto summary =
-        run_sequence(chain_, settings_, test::executor(), "renderer", {}, &stop, {}, {},
-                     [&](FrameStep step, int, bool) { stop = stop || step == FrameStep::filter; });
+    const auto summary = run_sequence(chain_, settings_, test::executor(), "renderer",
+                                      {.stop = &stop, .steps = [&](FrameStep step, int, bool) {
+                                           stop = stop || step == FrameStep::filter;
+                                       }});
     ASSERT_TRUE(summary.ok()) << summary.status().message();
     EXPECT_TRUE(stop);
     EXPECT_EQ(test::executor().counters().dispatches, before);
@@ -245,7 +246,7 @@ TEST_F(RunnerTest, AFrameThatIsProcessedKnowsTheNextOne) {
     ASSERT_TRUE(tasks.ok()) << tasks.status().message();
     ListFeed feed(std::move(*tasks), settings_);
     PatientJob job(5);
-    const auto summary = walk_sequence(job, settings_, feed, {}, nullptr);
+    const auto summary = walk_sequence(job, settings_, feed, {});
     ASSERT_TRUE(summary.ok()) << summary.status().message();
     EXPECT_EQ(summary->written, 5u);
     EXPECT_EQ(job.known, (std::vector<int>{2, 3, 4, 5}));

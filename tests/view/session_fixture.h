@@ -71,9 +71,8 @@ class SessionTest : public testing::Test {
         auto context = egl::Context::create(options);
         EXPECT_TRUE(context.ok());
         Executor executor((*context)->device());
-        const auto summary = sequence::run_sequence(
-            session_->document().chain_at(frame), settings, executor, "",
-            [](const auto&, const auto&) {}, nullptr);
+        const auto summary = sequence::run_sequence(session_->document().chain_at(frame), settings,
+                                                    executor, "", {});
         EXPECT_TRUE(summary.ok() && summary->failed == 0);
         return test::read_color(settings.output.format(frame));
     }

@@ -82,7 +82,7 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
                 });
             };
             return sequence::run_sequence(chain.chain, settings, executor, device->renderer(),
-                                          observer, &call.stop());
+                                          {observer, &call.stop()});
         },
         callbacks.watch(stopped));
     if (!summary.ok()) raise(summary.status());

@@ -19,6 +19,7 @@
 #include "tools/measure/blind/comparison.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/run/device.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/source/frame_source.h"
 
@@ -183,7 +184,7 @@ Status write(const BlindWork& work, const std::string& path, std::string_view te
 
 Result<int> make_folder(const Options& options, const BlindOptions& blind) {
     ASSIGN_OR_RETURN(auto work, work_of(options, blind));
-    io::set_exr_threads(threads_of(options));
+    io::set_exr_threads(sequence::threads_of(options.threads));
     const StopOnSignal stop;
     const auto pictures = pictures_of(work, stop);
     log::progress("");

@@ -20,6 +20,7 @@
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/png.h"
+#include "tools/sequence/run/device.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/frame_source.h"
 #include "tools/sequence/source/memory.h"
@@ -232,7 +233,7 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     // The parser has checked the name.
     if (!diff.tone_mapper.empty())
         work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
-    work.compare.flip.threads = threads_of(options);
+    work.compare.flip.threads = sequence::threads_of(options.threads);
     RETURN_IF_ERROR(add_maps(diff, work));
     RETURN_IF_ERROR(check_read(diff, work));
     return work;
@@ -387,7 +388,7 @@ Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& ma
 
 Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
     ASSIGN_OR_RETURN(DiffWork work, work_of(options, diff));
-    io::set_exr_threads(threads_of(options));
+    io::set_exr_threads(sequence::threads_of(options.threads));
     const StopOnSignal stop;
     if (work.wants("hdr_flip") && work.frames.size() > 1)
         RETURN_IF_ERROR(find_exposures(work, stop));

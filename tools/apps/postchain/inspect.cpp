@@ -14,6 +14,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/run/device.h"
 #include "tools/sequence/run/inspect_frame.h"
 #include "tools/sequence/settings/run_settings.h"
 
@@ -204,7 +205,7 @@ Result<int> inspect_subcommand(const Options& options) {
         return kExitOk;
     }
     ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
-    io::set_exr_threads(threads_of(options));
+    io::set_exr_threads(sequence::threads_of(options.threads));
     ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
     // Without --frames the first frame is printed, and all are surveyed.
     std::vector<int> shown = list.frames;

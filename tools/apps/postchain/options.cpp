@@ -238,10 +238,6 @@ Result<sequence::RunSettings> run_settings_of(const Options& options) {
     return settings;
 }
 
-int threads_of(const Options& options) {
-    return sequence::threads_of(options.threads);
-}
-
 Result<egl::ContextOptions> choose_device(const Options& options) {
     const auto warn = [](const std::string& text) { log::warning(text); };
     auto context = sequence::choose_device(options.device, options.threads, warn);

@@ -91,7 +91,6 @@ Result<sequence::RunSettings> run_settings_of(const Options& options);
 // sequence::choose_device() with --device and --threads.
 Result<egl::ContextOptions> choose_device(const Options& options);
 Result<std::unique_ptr<egl::Context>> context_of(const Options& options);
-int threads_of(const Options& options);
 
 inline constexpr const char* kVersion = POSTCHAIN_VERSION;
 

@@ -14,6 +14,7 @@
 #include "chain/plan/plan_print.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/record/layers_json.h"
+#include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {
@@ -190,7 +191,7 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
         if (!read.ok()) return read.status().at("--calibration");
         calibration = std::move(*read);
     }
-    io::set_exr_threads(threads_of(options));
+    io::set_exr_threads(sequence::threads_of(options.threads));
     Status first_failure;
     size_t good = 0;
     PlanSummaries summaries;

@@ -180,18 +180,19 @@ Result<int> run_subcommand(const Options& options, const std::optional<sequence:
     const std::string renderer = sequence::renderer_text(context->device());
     log::detail("renderer: " + renderer);
     Executor executor(context->device());
-    auto summary = sequence::run_sequence(
-        chain.chain, settings, executor, renderer,
-        [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
-            say(report, progress, options.json);
-            cuts.erase(report.frame);
-            if (like && report.frame == like->frame && report.status.ok())
-                log::info(concat(options.like, report.provenance == like->work
-                                                   ? ": repeated, the same chain, settings and "
-                                                     "input files"
-                                                   : ": chain, settings or input files differ"));
-        },
-        &stop.flag(), {}, WaitLines());
+    const auto finished = [&](const sequence::FrameReport& report,
+                              const sequence::RunProgress& progress) {
+        say(report, progress, options.json);
+        cuts.erase(report.frame);
+        if (like && report.frame == like->frame && report.status.ok())
+            log::info(concat(options.like, report.provenance == like->work
+                                               ? ": repeated, the same chain, settings and "
+                                                 "input files"
+                                               : ": chain, settings or input files differ"));
+    };
+    auto summary =
+        sequence::run_sequence(chain.chain, settings, executor, renderer,
+                               {.finished = finished, .stop = &stop.flag(), .waits = WaitLines()});
     log::progress("");
     if (!summary.ok()) return summary.status();
     std::string text = concat(summary->written, " written");

@@ -14,6 +14,7 @@
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/run/device.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/source/frame_source.h"
 
@@ -159,7 +160,7 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
 
 Result<int> sheet_subcommand(const Options& options, const SheetOptions& sheet) {
     ASSIGN_OR_RETURN(const SheetWork work, work_of(options, sheet));
-    io::set_exr_threads(threads_of(options));
+    io::set_exr_threads(sequence::threads_of(options.threads));
     const StopOnSignal stop;
     ASSIGN_OR_RETURN(const auto layout, layout_of(work, sheet));
     io::ContactSheet page(layout);

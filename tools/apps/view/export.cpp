@@ -79,12 +79,11 @@ Status write_frames(const ExportJob& job, Executor& executor, const std::string&
     for (const int frame : job.frames) {
         settings.frames = io::FrameRange{{frame}};
         Status failed;
-        const auto summary = sequence::run_sequence(
-            *job.chains.at(frame), settings, executor, renderer,
-            [&](const sequence::FrameReport& report, const sequence::RunProgress&) {
-                failed = report.status;
-            },
-            &stop);
+        const auto summary =
+            sequence::run_sequence(*job.chains.at(frame), settings, executor, renderer,
+                                   {[&](const sequence::FrameReport& report,
+                                        const sequence::RunProgress&) { failed = report.status; },
+                                    &stop});
         if (!summary.ok()) return summary.status();
         if (!failed.ok()) return failed;
         if (stop) return stopped(job);

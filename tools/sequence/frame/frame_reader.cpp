@@ -116,21 +116,23 @@ float outside_value(Role role, const ConvertOptions& convention, PixelType type)
     return 0;
 }
 
-Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep, const std::optional<PlanesArea>& area) try {
-    wanted.add(Role::color);
-    InputFrame frame;
-    frame.assignment = assignment;
+namespace {
 
-    // All reads, by file and part, so that each part is read once.
-    struct Job {
-        PixelFile* file;
-        int part;
-        std::vector<Role> roles;
-        std::vector<std::string> channels;
-    };
-    std::vector<Job> jobs;
-    for (const Role role : kAllRoles) {
+// The channels of one part, for all roles that have theirs there.
+struct PartRead {
+    PixelFile* file;
+    int part;
+    std::vector<Role> roles;
+    std::vector<std::string> channels;
+
+    const ExrPart& info() const { return file->parts()[size_t(part)]; }
+};
+
+// Every part is read once; the first is color's.
+Result<std::vector<PartRead>> reads_of(const OpenFrame& files, const ChannelAssignment& assignment,
+                                       RoleSet wanted) {
+    std::vector<PartRead> reads;
+    for (const Role role : kAllRoles) {  // which begins with color
         if (!wanted.has(role)) continue;
         PixelFile& file = files.file_of(role);
         const auto it = assignment.find(role);
@@ -146,53 +148,73 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
                                  source.channels.size(), " channels"));
         }
         RETURN_IF_ERROR(file.check_channels(source.part, source.channels));
-        auto job = std::find_if(jobs.begin(), jobs.end(), [&](const Job& j) {
-            return j.file == &file && j.part == source.part;
+        auto read = std::find_if(reads.begin(), reads.end(), [&](const PartRead& known) {
+            return known.file == &file && known.part == source.part;
         });
-        if (job == jobs.end()) job = jobs.insert(job, Job{&file, source.part, {}, {}});
-        job->roles.push_back(role);
-        job->channels.insert(job->channels.end(), source.channels.begin(), source.channels.end());
+        if (read == reads.end()) read = reads.insert(read, PartRead{&file, source.part, {}, {}});
+        read->roles.push_back(role);
+        read->channels.insert(read->channels.end(), source.channels.begin(), source.channels.end());
     }
+    return reads;
+}
 
-    // kAllRoles begins with color, so the first job is color's part.
-    const ExrPart& color_part = jobs[0].file->parts()[size_t(jobs[0].part)];
+// InputFrame::outside: of the roles in color's file.
+std::map<int, std::map<std::string, float>> outside_values(const OpenFrame& files,
+                                                           const ChannelAssignment& assignment,
+                                                           const ConvertOptions& convention) {
+    std::map<int, std::map<std::string, float>> outside;
+    const PixelFile& color_file = files.file_of(Role::color);
+    for (const auto& [role, source] : assignment) {
+        if (&files.file_of(role) != &color_file || role == Role::color) continue;
+        const ExrPart& part = color_file.parts()[size_t(source.part)];
+        for (const std::string& name : source.channels)
+            if (const ExrChannel* channel = part.find(name))
+                outside[source.part][name] = outside_value(role, convention, channel->type);
+    }
+    return outside;
+}
+
+// Reads the planes of a part into `frame`. `all`: keeps every channel of the part for the writer.
+Status read_planes(PartRead& read, bool all, Keep keep, const ConvertOptions& convention,
+                   InputFrame& frame) {
+    if (!read.info().data_window.contains(frame.data_window)) {
+        return Status(StatusCode::input,
+                      concat(read.file->path(), ": the data window of ", name_of(read.roles[0]),
+                             ", ", read.info().data_window.text(),
+                             ", does not cover that of color, ", frame.data_window.text()));
+    }
+    if (all) read.channels.clear();
+    std::optional<Window> rows;
+    if (keep == Keep::nothing) rows = frame.window;
+    ASSIGN_OR_RETURN(PartPixels pixels, read.file->read_part(read.part, read.channels, rows));
+    for (const Role role : read.roles) {
+        const std::vector<std::string>& names = frame.assignment.at(role).channels;
+        const PixelType type = pixels.find(names[0])->channel.type;
+        const float outside = outside_value(role, convention, type);
+        frame.planes[role] = pixels.interleaved(names, frame.window, channels_of(role), 1, outside);
+        if (role == Role::inverse_depth) frame.half_depth = type == PixelType::half;
+    }
+    if (all) frame.kept = std::make_shared<PartPixels>(std::move(pixels));
+    return Status();
+}
+
+}  // namespace
+
+Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
+                              Keep keep, const std::optional<PlanesArea>& area) try {
+    wanted.add(Role::color);
+    ASSIGN_OR_RETURN(auto reads, reads_of(files, assignment, wanted));
+    const ExrPart& color_part = reads[0].info();
+    const ConvertOptions convention = area ? area->convention : ConvertOptions();
+    InputFrame frame;
+    frame.assignment = assignment;
     frame.data_window = color_part.data_window;
     frame.display_window = color_part.display_window;
     frame.window = area ? area->window : frame.data_window;
-    const ConvertOptions convention = area ? area->convention : ConvertOptions();
-    for (const auto& [role, source] : assignment) {
-        if (&files.file_of(role) != jobs[0].file || role == Role::color) continue;
-        const ExrPart& part = jobs[0].file->parts()[size_t(source.part)];
-        for (const std::string& name : source.channels)
-            if (const ExrChannel* channel = part.find(name))
-                frame.outside[source.part][name] = outside_value(role, convention, channel->type);
-    }
-    for (Job& job : jobs) {
-        const ExrPart& part = job.file->parts()[size_t(job.part)];
-        if (!part.data_window.contains(frame.data_window)) {
-            return Status(StatusCode::input,
-                          concat(job.file->path(), ": the data window of ", name_of(job.roles[0]),
-                                 ", ", part.data_window.text(), ", does not cover that of color, ",
-                                 frame.data_window.text()));
-        }
-        const bool is_color = &job == &jobs[0];
-        if (is_color && keep == Keep::all) job.channels.clear();  // all of them
-        std::optional<Window> rows;
-        if (keep == Keep::nothing) rows = frame.window;
-        ASSIGN_OR_RETURN(PartPixels pixels, job.file->read_part(job.part, job.channels, rows));
-        for (const Role role : job.roles) {
-            const std::vector<std::string>& names = assignment.at(role).channels;
-            const float outside =
-                outside_value(role, convention, pixels.find(names[0])->channel.type);
-            frame.planes[role] =
-                pixels.interleaved(names, frame.window, channels_of(role), 1, outside);
-            if (role == Role::inverse_depth)
-                frame.half_depth = pixels.find(names[0])->channel.type == PixelType::half;
-        }
-        if (is_color && keep == Keep::all)
-            frame.kept = std::make_shared<PartPixels>(std::move(pixels));
-    }
-
+    frame.outside = outside_values(files, assignment, convention);
+    for (PartRead& read : reads)
+        RETURN_IF_ERROR(
+            read_planes(read, &read == &reads[0] && keep == Keep::all, keep, convention, frame));
     FrameDescription& d = frame.description;
     d.width = frame.window.width();
     d.height = frame.window.height();

@@ -8,7 +8,6 @@
 #include "tools/sequence/record/fingerprint.h"
 #include "tools/sequence/run/output_frame.h"
 #include "tools/sequence/run/run_files.h"
-#include "tools/sequence/run/runner.h"
 #include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence {
@@ -158,9 +157,7 @@ Status check_images(const RunSettings& settings) {
 }  // namespace
 
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
-                                const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop, const FrameStart& start,
-                                const WaitObserver& waits, const StepObserver& steps) {
+                                const std::string& renderer, const RunCallbacks& callbacks) {
     RunSettings settings = settings_for(asked, {&chain});
     settings.source.all_views = true;
     std::vector<int> gaps;
@@ -180,16 +177,16 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
     RETURN_IF_ERROR(check_images(settings));
-    const StopScope within_a_frame(executor, stop);
+    const StopScope within_a_frame(executor, callbacks.stop);
     FilterJob job(chain, settings, files, executor, renderer);
     std::unique_ptr<FrameFeed> feed;
     if (settings.watch)
         feed = std::make_unique<WatchFeed>(std::move(tasks), settings);
     else
         feed = std::make_unique<ListFeed>(std::move(tasks), settings);
-    auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits, steps);
+    auto summary = walk_sequence(job, settings, *feed, callbacks);
     if (!summary.ok()) return summary;
-    if (frames_are_unknown(settings) && summary->total == 0 && !(stop && *stop))
+    if (frames_are_unknown(settings) && summary->total == 0 && !(callbacks.stop && *callbacks.stop))
         return Status(
             StatusCode::input,
             concat(settings.input.color().text(), ": ", io::why_none(settings.input.color()),

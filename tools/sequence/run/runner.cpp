@@ -43,17 +43,12 @@ struct ViewInputs {
 
 class Runner {
   public:
-    Runner(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
-           const std::atomic<bool>* stop, const FrameStart& start, FrameFeed& feed,
-           const WaitObserver& waits, const StepObserver& steps)
+    Runner(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
+           const RunCallbacks& callbacks)
         : job_(job),
           settings_(settings),
-          observer_(observer),
-          stop_(stop),
-          frame_start_(start),
           feed_(feed),
-          waits_(waits),
-          steps_(steps),
+          callbacks_(callbacks),
           reader_(
               settings.source, settings.input,
               [&job](const FrameHeader& header) { return job.planes(header); },
@@ -97,7 +92,9 @@ class Runner {
   private:
     // After a failure under ErrorPolicy::stop the frames before it are finished, so that the
     // outputs do not depend on how far ahead the reader was.
-    bool given_up(size_t index) const { return index > first_failed_ || (stop_ && *stop_); }
+    bool given_up(size_t index) const {
+        return index > first_failed_ || (callbacks_.stop && *callbacks_.stop);
+    }
 
     // ------------------------------------------------------------------- reader thread
     void read_all() {
@@ -131,7 +128,7 @@ class Runner {
     Status read(const FrameFeed::Fed& fed, Numbered& next) {
         const FrameTask& task = fed.task;
         FrameReport& report = next.frame.report;
-        if (frame_start_) RETURN_IF_ERROR(frame_start_(task));
+        if (callbacks_.start) RETURN_IF_ERROR(callbacks_.start(task));
         if (!fed.missing.ok()) {
             report.outcome = Outcome::missing;
             report.status = fed.missing;
@@ -288,7 +285,7 @@ class Runner {
 
     // --------------------------------------------------------------------- any thread
     void step(FrameStep step, int frame, bool begins) const {
-        if (steps_) steps_(step, frame, begins);
+        if (callbacks_.steps) callbacks_.steps(step, frame, begins);
     }
 
     template <class Stage>
@@ -326,7 +323,6 @@ class Runner {
                     break;
                 case Outcome::failed:
                     // Giving up a frame because of a stop is not a failure.
-
                     if (report->status.code() == StatusCode::canceled) continue;
                     ++summary_.failed;
                     break;
@@ -338,9 +334,9 @@ class Runner {
             RunProgress progress = progress_so_far();
             progress.remaining_s =
                 progress.elapsed_s / double(done_) * double(progress.total - done_);
-            if (!observer_) continue;
+            if (!callbacks_.finished) continue;
             const Status status = guarded(concat("frame ", report->frame), [&] {
-                observer_(*report, progress);
+                callbacks_.finished(*report, progress);
                 return Status();
             });
             if (!status.ok() && summary_.first_failure.ok()) {
@@ -356,19 +352,15 @@ class Runner {
     }
 
     void report_waiting() {
-        if (!waits_) return;
+        if (!callbacks_.waits) return;
         if (const std::string text = feed_.waits_for(); !text.empty())
-            waits_(text, progress_so_far());
+            callbacks_.waits(text, progress_so_far());
     }
 
     FrameJob& job_;
     const RunSettings& settings_;
-    const FrameObserver& observer_;
-    const std::atomic<bool>* stop_;
-    const FrameStart& frame_start_;
     FrameFeed& feed_;
-    const WaitObserver& waits_;
-    const StepObserver& steps_;
+    const RunCallbacks& callbacks_;
     SequenceReader reader_;                               // used by the reader thread
     std::map<std::string, SequenceReader> view_readers_;  // of the other views; likewise
     MemoryGate gate_;
@@ -408,10 +400,8 @@ class VisitJob final : public FrameJob {
 }  // namespace
 
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
-                                 const FrameObserver& observer, const std::atomic<bool>* stop,
-                                 const FrameStart& start, const WaitObserver& waits,
-                                 const StepObserver& steps) {
-    return Runner(job, settings, observer, stop, start, feed, waits, steps).run();
+                                 const RunCallbacks& callbacks) {
+    return Runner(job, settings, feed, callbacks).run();
 }
 
 Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
@@ -421,7 +411,7 @@ Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
     ASSIGN_OR_RETURN(auto tasks, plan_tasks(settings, false, gaps));
     ListFeed feed(std::move(tasks), settings);
     VisitJob job(wanted, visitor);
-    auto summary = walk_sequence(job, settings, feed, observer, stop);
+    auto summary = walk_sequence(job, settings, feed, {observer, stop});
     if (summary.ok()) summary->gaps = std::move(gaps);
     return summary;
 }

@@ -59,15 +59,20 @@ class FrameJob {
 
 inline constexpr int kFramesInFlight = 4;  // reading, waiting, processing, writing
 
-// Runs the job on each frame of the feed. `stop` (may be null) ends the walk; the
-// frame under way is not written. `waits` is called while the walk can only wait for a frame.
-// Failures of single frames are in the summary; under ErrorPolicy::stop every frame before the
-// failed one is still finished. Errors (internal): no thread could be started. Throws nothing:
-// exceptions of libraries become a Status.
+// What a walk calls, and what ends it; each may be empty.
+struct RunCallbacks {
+    FrameObserver finished = {};
+    const std::atomic<bool>* stop = nullptr;  // the frame under way is not written
+    FrameStart start = {};
+    WaitObserver waits = {};  // while the walk can only wait for a frame
+    StepObserver steps = {};
+};
+
+// Runs the job on each frame of the feed. Failures of single frames are in the summary; under
+// ErrorPolicy::stop every frame before the failed one is still finished. Errors (internal): no
+// thread could be started. Throws nothing: exceptions of libraries become a Status.
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
-                                 const FrameObserver& observer, const std::atomic<bool>* stop,
-                                 const FrameStart& start = {}, const WaitObserver& waits = {},
-                                 const StepObserver& steps = {});
+                                 const RunCallbacks& callbacks);
 
 // Called on the caller's thread with each frame in order. An error fails that frame.
 using FrameVisitor = std::function<Status(SourceFrame& frame, FrameReport& report)>;

@@ -133,13 +133,15 @@ class FramesWork {
         const Status status =
             sequence::run_sequence(
                 chain_, settings, context_.gl.executor(), context_.gl.renderer(),
-                [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
-                    if (!context_.lost) finish(report, progress);
-                },
-                &context_.stop, [&](const FrameTask& task) { return start(task); }, {},
-                [&](sequence::FrameStep step, int frame, bool begins) {
-                    context_.progress.step(step, frame, begins);
-                })
+                {.finished =
+                     [&](const sequence::FrameReport& report,
+                         const sequence::RunProgress& progress) {
+                         if (!context_.lost) finish(report, progress);
+                     },
+                 .stop = &context_.stop,
+                 .start = [&](const FrameTask& task) { return start(task); },
+                 .steps = [&](sequence::FrameStep step, int frame,
+                              bool begins) { context_.progress.step(step, frame, begins); }})
                 .status();
         context_.progress.does("the job did not go on");
         return status;

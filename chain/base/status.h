@@ -71,6 +71,11 @@ class [[nodiscard]] Result {
     const T* operator->() const { return &value(); }
     Status status() const { return ok() ? Status() : std::get<Status>(state_); }
 
+    // The same value, or the same failure with "place: " put before its message.
+    Result at(const std::string& place) && {
+        return ok() ? std::move(*this) : Result(std::get<Status>(state_).at(place));
+    }
+
   private:
     std::variant<T, Status> state_;
 };

@@ -62,17 +62,18 @@ Status add_neighbors(const ChainObject& chain, const PlanOptions& options,
             source.description.missing_neighbors[which] = "not given";
             continue;
         }
-        auto neighbor = read_neighbor(chain, options, given, planes.of(which), frame);
-        if (!neighbor.ok()) return neighbor.status().at(name_of(which));
+        ASSIGN_OR_RETURN(
+            auto neighbor,
+            read_neighbor(chain, options, given, planes.of(which), frame).at(name_of(which)));
         if (planes.of(which).empty()) continue;
-        const sequence::FrameHeader& header = neighbor->frame->header();
+        const sequence::FrameHeader& header = neighbor.frame->header();
         if (planes.of(which).has(Role::layers))
             if (const auto lacking = sequence::layers_lacking(frame.header().layers, header.layers);
                 !lacking.empty())
                 source.warnings.push_back(concat(name_of(which), ": lacks these layers, which are ",
                                                  "filtered without it: ", joined(lacking)));
-        neighbors[which] = {&header, &neighbor->source->planes, neighbor->source->cryptomattes};
-        read[which] = std::move(*neighbor);
+        neighbors[which] = {&header, &neighbor.source->planes, neighbor.source->cryptomattes};
+        read[which] = std::move(neighbor);
     }
     sequence::add_neighbors(neighbors, planes, frame.header().window, source);
     return Status();

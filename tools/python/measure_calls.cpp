@@ -84,10 +84,9 @@ class Comparer {
         for (const Picture& reference : references) {
             if (stop) return stopped();
             ASSIGN_OR_RETURN(auto pixels, read(reference));
-            const auto image = metrics::rgb_image_of(pixels);
-            if (!image.ok()) return image.status().at(reference.name());
+            ASSIGN_OR_RETURN(const auto image, metrics::rgb_image_of(pixels).at(reference.name()));
             range =
-                metrics::joined(range, metrics::exposure_range(*image, settings_.flip.tone_mapper));
+                metrics::joined(range, metrics::exposure_range(image, settings_.flip.tone_mapper));
         }
         settings_.exposures = range;
         return Status();

@@ -62,9 +62,8 @@ Result<Side> side_of(const std::string& text) {
                       text +
                           ": is not NAME=OUT, as in joint=out/joint.####.exr; a name has "
                           "letters, digits, _ and - only");
-    auto files = io::PathPattern::parse(text.substr(at + 1));
-    if (!files.ok()) return files.status().at(name);
-    return Side{name, std::move(*files)};
+    ASSIGN_OR_RETURN(auto files, io::PathPattern::parse(text.substr(at + 1)).at(name));
+    return Side{name, std::move(files)};
 }
 
 // Frames that every side has, or the requested ones.
@@ -110,9 +109,7 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
     with_view.job.preview = true;  // uses the view of previews
     ASSIGN_OR_RETURN(work.settings, run_settings_of(with_view));
     if (!blind.truth.empty()) {
-        auto truth = io::PathPattern::parse(blind.truth);
-        if (!truth.ok()) return truth.status().at("--truth");
-        work.truth = std::move(*truth);
+        ASSIGN_OR_RETURN(work.truth, io::PathPattern::parse(blind.truth).at("--truth"));
     }
     ASSIGN_OR_RETURN(work.frames, frames_of(work));
     work.files = io::OutputFiles(blind.on_existing);

@@ -84,9 +84,7 @@ void print_table(const std::vector<Sequence>& sequences) {
 Result<int> check_subcommand(const Options& options, const CheckOptions& check) {
     std::optional<io::FrameRange> frames;
     if (!check.frames.empty()) {
-        auto range = io::FrameRange::parse(check.frames);
-        if (!range.ok()) return range.status().at("--frames");
-        frames = std::move(*range);
+        ASSIGN_OR_RETURN(frames, io::FrameRange::parse(check.frames).at("--frames"));
     }
     std::vector<Sequence> sequences;
     Json all = Json::array();

@@ -97,37 +97,34 @@ Result<metrics::MetricLimit> limit_of(const std::string& text) {
 Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptions& diff,
                                          DiffWork& work) {
     bool& sequence = work.sequence;
-    auto a = io::PathPattern::parse(diff.a);
-    if (!a.ok()) return a.status().at("A");
-    auto b = io::PathPattern::parse(diff.b);
-    if (!b.ok()) return b.status().at("B");
-    if (a->has_token() != b->has_token())
-        return Status(StatusCode::usage, concat("diff: ", a->text(), " and ", b->text(),
+    ASSIGN_OR_RETURN(const auto a, io::PathPattern::parse(diff.a).at("A"));
+    ASSIGN_OR_RETURN(const auto b, io::PathPattern::parse(diff.b).at("B"));
+    if (a.has_token() != b.has_token())
+        return Status(StatusCode::usage, concat("diff: ", a.text(), " and ", b.text(),
                                                 ": one is a sequence, the other a single image"));
-    work.files.read(*a, "the reference");
-    work.files.read(*b, "the compared image");
+    work.files.read(a, "the reference");
+    work.files.read(b, "the compared image");
     if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
-    sequence = a->has_token();
+    sequence = a.has_token();
     if (!sequence) {
         if (!options.job.frames.empty())
             return Status(StatusCode::usage,
                           "--frames: A and B are single images; give patterns (A.####.exr)");
-        return std::vector<DiffFrame>{{a->literal_frame(), a->text(), b->text()}};
+        return std::vector<DiffFrame>{{a.literal_frame(), a.text(), b.text()}};
     }
-    const auto in_a = a->discover(), in_b = b->discover();
+    const auto in_a = a.discover(), in_b = b.discover();
     std::vector<int> numbers;
     if (!options.job.frames.empty()) {
-        auto range = io::FrameRange::parse(options.job.frames);
-        if (!range.ok()) return range.status().at("--frames");
-        numbers = range->frames;
+        ASSIGN_OR_RETURN(auto range, io::FrameRange::parse(options.job.frames).at("--frames"));
+        numbers = std::move(range.frames);
     } else {
         for (const auto& [number, path] : in_a) numbers.push_back(number);
-        if (numbers.empty()) return Status(StatusCode::input, a->text() + ": " + io::why_none(*a));
+        if (numbers.empty()) return Status(StatusCode::input, a.text() + ": " + io::why_none(a));
         std::vector<int> more;
         for (const auto& [number, path] : in_b)
             if (!in_a.count(number)) more.push_back(number);
         if (!more.empty())
-            log::warning(concat(b->text(), " has frames that ", a->text(),
+            log::warning(concat(b.text(), " has frames that ", a.text(),
                                 " lacks: ", sequence::frames_text(more)));
     }
     std::vector<DiffFrame> frames;
@@ -140,7 +137,7 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
             frames.push_back({number, path_a->second, path_b->second});
     }
     if (not_in_a.empty() && not_in_b.empty()) return frames;
-    std::string text = a->text() + " against " + b->text() + ": frames missing on disk:";
+    std::string text = a.text() + " against " + b.text() + ": frames missing on disk:";
     if (!not_in_a.empty()) text += " of A " + sequence::frames_text(not_in_a);
     if (!not_in_b.empty()) text += " of B " + sequence::frames_text(not_in_b);
     return Status(StatusCode::input, text);
@@ -148,18 +145,17 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
 
 Status add_maps(const DiffOptions& diff, DiffWork& work) {
     for (const auto& text : diff.maps) {
-        auto pattern = io::PathPattern::parse(text);
-        if (!pattern.ok()) return pattern.status().at("--map");
+        ASSIGN_OR_RETURN(auto pattern, io::PathPattern::parse(text).at("--map"));
         if (!text.ends_with(".png") && !text.ends_with(".exr"))
             return Status(StatusCode::usage, "--map: " + text + " is neither .png nor .exr");
-        if (work.sequence && !pattern->has_token() && work.frames.size() > 1)
+        if (work.sequence && !pattern.has_token() && work.frames.size() > 1)
             return Status(StatusCode::usage,
                           "--map: " + text + " is the same file for every frame; give a pattern");
         for (const auto& frame : work.frames)
-            work.files.write(io::OutputFile{pattern->format(frame.number),
+            work.files.write(io::OutputFile{pattern.format(frame.number),
                                             concat("the error map of frame ", frame.number),
                                             "name another map with --map"});
-        work.maps.push_back(std::move(*pattern));
+        work.maps.push_back(std::move(pattern));
     }
     if (!diff.map_metric.empty() && !metrics::find_map(diff.map_metric)) {
         std::string known;
@@ -201,9 +197,7 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     work.files = io::OutputFiles(diff.on_existing);
     ASSIGN_OR_RETURN(work.frames, frames_of(options, diff, work));
     if (!options.job.profile.empty()) {
-        auto profile = find_profile(options.job.profile);
-        if (!profile.ok()) return profile.status().at("--profile");
-        work.source.profile = std::move(*profile);
+        ASSIGN_OR_RETURN(work.source.profile, find_profile(options.job.profile).at("--profile"));
     }
     work.source.view_layer = options.job.view_layer;
     work.source.view = options.job.view;
@@ -243,42 +237,35 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
 // color, unreadable, different windows.
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
     const std::string both = frame.both();
-    auto a = read_logged(work, frame.a, frame.number);
-    if (!a.ok()) return a.status().at(both);
-    auto b = read_logged(work, frame.b, frame.number);
-    if (!b.ok()) return b.status().at(both);
+    ASSIGN_OR_RETURN(auto a, read_logged(work, frame.a, frame.number).at(both));
+    ASSIGN_OR_RETURN(auto b, read_logged(work, frame.b, frame.number).at(both));
     const auto same = [&](const char* what, const io::Window& wa, const io::Window& wb) {
         if (wa == wb) return Status();
         return Status(StatusCode::input,
                       concat(both, ": ", what, " differ: ", wa.width(), "x", wa.height(), " ",
                              wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
     };
-    const io::Window& display = a->input.display_window;
-    RETURN_IF_ERROR(same("display windows", display, b->input.display_window));
-    if (a->input.window != b->input.window) {
-        log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
-                         b->input.window.text(), ": compared in the display window ",
-                         display.text(), "; missing pixels count as clear"));
-        for (sequence::ColorFile* color : {&*a, &*b})
+    const io::Window& display = a.input.display_window;
+    RETURN_IF_ERROR(same("display windows", display, b.input.display_window));
+    if (a.input.window != b.input.window) {
+        log::info(concat(both, ": data windows differ, ", a.input.window.text(), " and ",
+                         b.input.window.text(), ": compared in the display window ", display.text(),
+                         "; missing pixels count as clear"));
+        for (sequence::ColorFile* color : {&a, &b})
             color->rgba() = io::placed(color->rgba(), color->input.window, display);
     }
     if (work.over)
-        for (sequence::ColorFile* color : {&*a, &*b})
+        for (sequence::ColorFile* color : {&a, &b})
             metrics::composite_over(color->rgba(), *work.over);
-    if (a->input.description.luma_weights != b->input.description.luma_weights)
+    if (a.input.description.luma_weights != b.input.description.luma_weights)
         log::warning(both + ": chromaticities differ; values are compared without conversion");
-    auto pair = metrics::pair_of(b->rgba(), a->rgba());
-    if (!pair.ok()) return pair.status().at(both);
-    return pair;
+    return metrics::pair_of(b.rgba(), a.rgba()).at(both);
 }
 
 Result<metrics::RgbImage> read_reference(const DiffWork& work, const DiffFrame& frame) {
-    auto color = read_logged(work, frame.a, frame.number);
-    if (!color.ok()) return color.status().at(frame.both());
-    if (work.over) metrics::composite_over(color->rgba(), *work.over);
-    auto image = metrics::rgb_image_of(color->rgba());
-    if (!image.ok()) return image.status().at(frame.a);
-    return image;
+    ASSIGN_OR_RETURN(auto color, read_logged(work, frame.a, frame.number).at(frame.both()));
+    if (work.over) metrics::composite_over(color.rgba(), *work.over);
+    return metrics::rgb_image_of(color.rgba()).at(frame.a);
 }
 
 // Exposures of a sequence, from all references.
@@ -373,11 +360,9 @@ Status write_map(const DiffWork& work, const std::string& path, const ImageF& ma
     if (path.ends_with(".exr")) return io::write_planes_exr(path, map, {"Y"}, permit).status();
     ImageF shown = map;
     for (float& v : shown.data) v /= float(row.shown_max);
-    const auto colors = io::magma_of(shown);
-    if (!colors.ok()) return colors.status().at(path);
-    const auto png = io::encode_png(*colors);
-    if (!png.ok()) return png.status().at(path);
-    return io::atomic_write_text(path, *png, permit).status();
+    ASSIGN_OR_RETURN(const auto colors, io::magma_of(shown).at(path));
+    ASSIGN_OR_RETURN(const auto png, io::encode_png(colors).at(path));
+    return io::atomic_write_text(path, png, permit).status();
 }
 
 Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& map) {

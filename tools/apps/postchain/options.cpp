@@ -222,8 +222,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
                                        builtin_passes(), options.sets));
     RETURN_IF_ERROR(log::write(file.diagnostics, log::Level::info));
     io::ApertureFiles pictures;
-    if (Status status = pictures.read(file.chain.camera); !status.ok())
-        return status.at("camera.aperture_image");
+    RETURN_IF_ERROR(pictures.read(file.chain.camera).at("camera.aperture_image"));
     return file;
 }
 

@@ -187,9 +187,8 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
     ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
     Calibration calibration;
     if (!plan.calibration.empty()) {
-        auto read = sequence::read_calibration(plan.calibration);
-        if (!read.ok()) return read.status().at("--calibration");
-        calibration = std::move(*read);
+        ASSIGN_OR_RETURN(calibration,
+                         sequence::read_calibration(plan.calibration).at("--calibration"));
     }
     io::set_exr_threads(sequence::threads_of(options.threads));
     Status first_failure;

@@ -135,13 +135,12 @@ void add_like(CLI::App& run, Options& options) {
 // longer hold. Does nothing without --like. Errors (input): those of read_record().
 Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options& options) {
     if (options.like.empty()) return std::optional<sequence::Record>();
-    auto record = sequence::read_record(options.like);
-    if (!record.ok()) return record.status().at("--like");
-    if (record->version != kVersion)
-        log::warning(concat(options.like, ": was made by postchain ", record->version, ", this is ",
+    ASSIGN_OR_RETURN(auto record, sequence::read_record(options.like).at("--like"));
+    if (record.version != kVersion)
+        log::warning(concat(options.like, ": was made by postchain ", record.version, ", this is ",
                             kVersion, ": the result may differ"));
-    if (options.chain.empty()) options.recorded_chain = record->chain;
-    for (const auto& [key, value] : record->settings) {
+    if (options.chain.empty()) options.recorded_chain = record.chain;
+    for (const auto& [key, value] : record.settings) {
         const Parameter* row = job_parameters().find(key);
         if (!row || !row->check(value).ok()) {
             log::warning(
@@ -153,11 +152,11 @@ Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options&
             row->set(&options.job, value);
     }
     if (!is_given(run, "input")) {
-        compare_inputs(*record, options.like);
-        if (!is_given(run, "frames")) options.job.frames = concat(record->frame);
+        compare_inputs(record, options.like);
+        if (!is_given(run, "frames")) options.job.frames = concat(record.frame);
     }
-    if (!is_given(run, "camera")) apply_camera(*record, options);
-    return std::optional(std::move(*record));
+    if (!is_given(run, "camera")) apply_camera(record, options);
+    return std::optional(std::move(record));
 }
 
 // ---------------------------------------------------------------------------------------- run

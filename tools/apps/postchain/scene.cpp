@@ -46,13 +46,11 @@ Result<int> scene_subcommand(const Options& options, const SceneOptions& scene) 
     ASSIGN_OR_RETURN(const auto size, parse_size(scene.size));
     request.width = size[0];
     request.height = size[1];
-    auto range = io::FrameRange::parse(scene.frames);
-    if (!range.ok()) return range.status().at("--frames");
-    request.frames = range->frames;
+    ASSIGN_OR_RETURN(auto range, io::FrameRange::parse(scene.frames).at("--frames"));
+    request.frames = std::move(range.frames);
     resolve_files(request.camera, "");
     io::ApertureFiles pictures;
-    if (Status status = pictures.read(request.camera); !status.ok())
-        return status.at("--aperture-image");
+    RETURN_IF_ERROR(pictures.read(request.camera).at("--aperture-image"));
     RETURN_IF_ERROR(scenes::model_for(request).status());
 
     const StopOnSignal stop;

@@ -300,9 +300,8 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
     if (!settings.guard.base.empty() && settings.guard.base[0] != '/')
         return Status(StatusCode::usage, "--base-path: begins with /, such as /postchain");
     for (const std::string& text : serve.trusted) {
-        auto network = service::Network::parse(text);
-        if (!network.ok()) return network.status().at("--trusted-proxy");
-        settings.guard.trusted.push_back(*network);
+        ASSIGN_OR_RETURN(const auto network, service::Network::parse(text).at("--trusted-proxy"));
+        settings.guard.trusted.push_back(network);
     }
     std::array<char, 256> name = {};
     if (gethostname(name.data(), name.size() - 1) == 0)

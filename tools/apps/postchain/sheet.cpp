@@ -57,10 +57,9 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     work.files = io::OutputFiles(sheet.on_existing);
     sequence::read_inputs(work.settings, work.files);
     if (!sheet.beside.empty()) {
-        auto beside = io::PathPattern::parse(sheet.beside);
-        if (!beside.ok()) return beside.status().at("--beside");
-        work.files.read(*beside, "the image beside it");
-        patterns.push_back(std::move(*beside));
+        ASSIGN_OR_RETURN(auto beside, io::PathPattern::parse(sheet.beside).at("--beside"));
+        work.files.read(beside, "the image beside it");
+        patterns.push_back(std::move(beside));
     }
     work.files.write(
         io::OutputFile{sheet.output, "the contact sheet", "name another with --output"});
@@ -193,10 +192,9 @@ Result<int> sheet_subcommand(const Options& options, const SheetOptions& sheet) 
     page.footer(work.frames.size() < work.of
                     ? concat(work.frames.size(), " of ", work.of, " frames")
                     : concat(work.of, work.of == 1 ? " frame" : " frames"));
-    const auto png = io::encode_png(page.picture());
-    if (!png.ok()) return png.status().at(sheet.output);
+    ASSIGN_OR_RETURN(const auto png, io::encode_png(page.picture()).at(sheet.output));
     ASSIGN_OR_RETURN(const auto permit, work.files.permit(sheet.output));
-    RETURN_IF_ERROR(io::atomic_write_text(sheet.output, *png, permit).status());
+    RETURN_IF_ERROR(io::atomic_write_text(sheet.output, png, permit).status());
     if (absent)
         log::warning(concat(absent, absent == 1 ? " image is" : " images are",
                             " not on disk; marked 'missing' on the sheet"));

@@ -48,9 +48,7 @@ Result<int> finish(const study::Study& study, const study::StudyFolder& folder, 
 Result<int> study_subcommand(const Options& options, const StudyOptions& s) {
     io::Chunk chunk;
     if (!s.settings.chunk.empty()) {
-        auto parsed = io::Chunk::parse(s.settings.chunk);
-        if (!parsed.ok()) return parsed.status().at("--chunk");
-        chunk = *parsed;
+        ASSIGN_OR_RETURN(chunk, io::Chunk::parse(s.settings.chunk).at("--chunk"));
     }
     ASSIGN_OR_RETURN(auto study, study_of(s.file));
     ASSIGN_OR_RETURN(auto folder,

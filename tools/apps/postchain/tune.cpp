@@ -24,9 +24,8 @@ Result<io::OutputFiles> files_of(const tune::TuneSettings& settings) {
     io::OutputFiles files(settings.on_existing);
     sequence::read_inputs(settings.run, files);
     if (!settings.truth.empty()) {
-        const auto truth = io::InputSpec::parse(settings.truth);
-        if (!truth.ok()) return truth.status().at("--truth");
-        files.read(truth->color(), "the ground truth");
+        ASSIGN_OR_RETURN(const auto truth, io::InputSpec::parse(settings.truth).at("--truth"));
+        files.read(truth.color(), "the ground truth");
     }
     files.write(io::OutputFile{settings.folder, "the chain file", "name another with --output"});
     return files;

@@ -121,9 +121,8 @@ Status write_sheet(const ExportJob& job, FrameFilter& filter, const std::atomic<
         progress(int(i) + 1);
     }
     sheet->footer(concat(chosen.size(), " of ", job.frames.size(), " frames"));
-    const auto png = io::encode_png(sheet->picture());
-    if (!png.ok()) return png.status().at(job.path);
-    return save_text(job.run, job.path, *png, "the contact sheet", job.replace);
+    ASSIGN_OR_RETURN(const auto png, io::encode_png(sheet->picture()).at(job.path));
+    return save_text(job.run, job.path, png, "the contact sheet", job.replace);
 }
 
 Status write_movie(const ExportJob& job, FrameFilter& filter, const std::atomic<bool>& stop,
@@ -159,9 +158,8 @@ Status run_export(const ExportJob& job, const std::atomic<bool>& stop,
     if (job.kind == ExportKind::sheet) return write_sheet(job, filter, stop, progress);
     if (job.kind == ExportKind::movie) return write_movie(job, filter, stop, progress);
     ASSIGN_OR_RETURN(const auto shown, filter.shown(job.frames[0], job.display));
-    const auto png = io::encode_png(shown);
-    if (!png.ok()) return png.status().at(job.path);
-    return save_text(job.run, job.path, *png, "the image", job.replace);
+    ASSIGN_OR_RETURN(const auto png, io::encode_png(shown).at(job.path));
+    return save_text(job.run, job.path, png, "the image", job.replace);
 } catch (...) {
     return status_of_exception(job.path);
 }

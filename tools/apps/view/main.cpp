@@ -79,9 +79,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
         Options truth = options;
         truth.job.input = view.truth;
         truth.job.camera = truth.job.profile = truth.job.view_layer = truth.job.view = "";
-        auto settings = run_settings_of(truth);
-        if (!settings.ok()) return settings.status().at("--truth");
-        session.truth = std::move(*settings);
+        ASSIGN_OR_RETURN(session.truth, run_settings_of(truth).at("--truth"));
     }
     if (!view.other.empty()) {
         Options other = options;

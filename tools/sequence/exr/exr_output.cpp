@@ -159,9 +159,8 @@ Status write_exr_file(const std::string& path, const WriteOptions& options, Writ
     ASSIGN_OR_RETURN(AtomicFile file, AtomicFile::create(path));
     AtomicOStream stream(file);
     try {
-        const Result<Packer> packer = write(stream);
-        if (!packer.ok()) return packer.status().at(path);
-        if (*packer == Packer::openexr) RETURN_IF_ERROR(check_complete(file));
+        ASSIGN_OR_RETURN(const Packer packer, write(stream).at(path));
+        if (packer == Packer::openexr) RETURN_IF_ERROR(check_complete(file));
         // The file keeps write errors that OpenEXR's destructors dropped.
         RETURN_IF_ERROR(file.flush());
     } catch (...) {

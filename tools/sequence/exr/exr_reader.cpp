@@ -90,9 +90,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     file.bytes_ = uint64_t(info.st_size);
     impl.stream->take(fd, file.bytes_);
     if (!is_file) return input_error(path, "is not a file");
-    Result<HeaderFacts> facts = scan_header(fd, file.bytes_, limits);
-    if (!facts.ok()) return facts.status().at(path);
-    impl.facts = std::move(*facts);
+    ASSIGN_OR_RETURN(impl.facts, scan_header(fd, file.bytes_, limits).at(path));
     static std::once_flag once;
     std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
     // Chunk tables are not reconstructed: an incomplete file is refused below.

@@ -78,8 +78,7 @@ Status PixelFile::check_channels(int part, const std::vector<std::string>& chann
     const ExrPart& p = parts()[size_t(part)];
     const std::string place =
         p.name.empty() ? path() : concat(path(), ": part ", part, " '", p.name, "'");
-    if (p.deep)
-        if (Status s = check_deep(p, flattening); !s.ok()) return s.at(place);
+    if (p.deep) RETURN_IF_ERROR(check_deep(p, flattening).at(place));
     for (const std::string& name : channels) {
         const ExrChannel* c = p.find(name);
         if (c == nullptr) {

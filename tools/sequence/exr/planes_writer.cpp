@@ -105,8 +105,7 @@ Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std:
         const PlanesFile file = file_of(image, names);
         ASSIGN_OR_RETURN(const auto encoded, encode_planes(place, file, WriteOptions()));
         Imf::StdOSStream stream;
-        const auto packer = write_encoded(stream, encoded, file, {});
-        if (!packer.ok()) return packer.status().at(place);
+        RETURN_IF_ERROR(write_encoded(stream, encoded, file, {}).status().at(place));
         return stream.str();
     } catch (...) {
         return status_of_exception(place);

@@ -312,9 +312,9 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         size_t end = rest.find(',');
         while (end != std::string_view::npos && !key_of(rest.substr(end + 1)))
             end = rest.find(',', end + 1);
-        Result<PathPattern> pattern = PathPattern::parse(rest.substr(0, end));
-        if (!pattern.ok()) return pattern.status().at(concat("input ", *key));
-        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(*pattern)).second)
+        ASSIGN_OR_RETURN(auto pattern,
+                         PathPattern::parse(rest.substr(0, end)).at(concat("input ", *key)));
+        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(pattern)).second)
             return usage_error(concat("input '", text, "': ", *key, "= is given twice"));
         if (end == std::string_view::npos) break;
         rest.remove_prefix(end + 1);

@@ -53,9 +53,7 @@ Result<BokehKernel> read(const std::string& path) {
 }  // namespace
 
 Result<BokehKernel> read_aperture_image(const std::string& path) try {
-    auto image = read(path);
-    if (!image.ok()) return image.status().at(path);
-    return image;
+    return read(path).at(path);
 } catch (...) {
     return status_of_exception(path);
 }

@@ -136,15 +136,12 @@ Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& lim
         return Status(StatusCode::input, path + ": no such file");
     if (!std::filesystem::is_regular_file(path, error))
         return Status(StatusCode::input, path + ": is not a file");
-    const auto calls = image_module(StatusCode::input);
-    if (!calls.ok()) return calls.status().at(path);
+    ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::input).at(path));
     ImageFile file;
     file.path_ = path;
     file.bytes_ = std::filesystem::file_size(path, error);
     file.format_ = image_format_of(path);
-    auto info = (*calls)->describe(path, file.format_->name);
-    if (!info.ok()) return info.status().at(path);
-    file.info_ = std::move(*info);
+    ASSIGN_OR_RETURN(file.info_, calls->describe(path, file.format_->name).at(path));
     const ImageInfo& i = file.info_;
     for (const int side : {i.width, i.height, i.display_width, i.display_height})
         if (side < 1 || side > limits.max_side)
@@ -158,14 +155,12 @@ Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& lim
     if (transfer) {
         file.transfer_ = *transfer;
     } else {
-        auto stated = stated_curve(i);
-        if (!stated.ok()) return stated.status().at(path);
-        file.transfer_ = *stated;
+        ASSIGN_OR_RETURN(file.transfer_, stated_curve(i).at(path));
     }
     // Reports an unusable configuration before pixels are decoded.
     if (const auto* space = std::get_if<OcioSpace>(&file.transfer_)) {
         ImageF pixel(1, 1, 3);
-        RETURN_IF_ERROR((*calls)->from_space(pixel, *space));
+        RETURN_IF_ERROR(calls->from_space(pixel, *space));
     }
     file.parts_ = {file.part()};
     return file;
@@ -192,12 +187,10 @@ Status ImageFile::read_planes(PartPixels& pixels) {
     const auto* space = std::get_if<OcioSpace>(&transfer_);
     const Curve curve = space ? Curve::linear : std::get<Curve>(transfer_);
     if (!stored_) {
-        const auto calls = image_module(StatusCode::input);
-        if (!calls.ok()) return calls.status().at(path_);
-        auto stored = (*calls)->read_stored(path_, info_);
-        if (!stored.ok()) return stored.status().at(path_);
-        if (space) RETURN_IF_ERROR(decode_space(**calls, *space, *stored));
-        stored_ = std::make_shared<const ImageF>(std::move(*stored));
+        ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::input).at(path_));
+        ASSIGN_OR_RETURN(auto stored, calls->read_stored(path_, info_).at(path_));
+        if (space) RETURN_IF_ERROR(decode_space(*calls, *space, stored));
+        stored_ = std::make_shared<const ImageF>(std::move(stored));
     }
     const ImageF& stored = *stored_;
     const Window whole = parts()[0].data_window;

@@ -206,11 +206,10 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
     picture.same_transfer = encoding.same_transfer;
     picture.compression = encoding.compression;
     picture.attributes = options.attributes;
-    const auto bytes = calls->encode(picture);
-    if (!bytes.ok()) return bytes.status().at(path);
+    ASSIGN_OR_RETURN(const auto bytes, calls->encode(picture).at(path));
     ASSIGN_OR_RETURN(AtomicFile file, AtomicFile::create(path));
-    RETURN_IF_ERROR(file.write(bytes->data(), bytes->size()));
-    report.bytes = bytes->size();
+    RETURN_IF_ERROR(file.write(bytes.data(), bytes.size()));
+    report.bytes = bytes.size();
     if (options.before_commit) RETURN_IF_ERROR(options.before_commit());
     ASSIGN_OR_RETURN(bool written, file.commit(options.on_existing));
     report.skipped = !written;

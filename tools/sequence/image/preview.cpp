@@ -68,9 +68,8 @@ Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions
 
 Status write_png_preview(const std::string& path, const ImageF& color,
                          const PreviewOptions& options) try {
-    const auto png = encode_png_preview(color, options);
-    if (!png.ok()) return png.status().at(path);
-    return atomic_write_text(path, *png, options.on_existing).status();
+    ASSIGN_OR_RETURN(const auto png, encode_png_preview(color, options).at(path));
+    return atomic_write_text(path, png, options.on_existing).status();
 } catch (...) {
     return status_of_exception(path);
 }

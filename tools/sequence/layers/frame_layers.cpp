@@ -332,17 +332,18 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                          {match.view, !match.views.empty() && match.view == match.views[0]}));
     mark_cryptomattes(cryptomattes, layers);
     std::vector<std::string> notes;
-    const auto ids = ids_of_names(settings.ids, cryptomattes, notes);
-    if (!ids.ok()) return ids.status().at(file.path() + ": --cryptomatte");
+    ASSIGN_OR_RETURN(
+        const auto ids,
+        ids_of_names(settings.ids, cryptomattes, notes).at(file.path() + ": --cryptomatte"));
     for (const std::string& note : notes) result.warnings.push_back(file.path() + ": " + note);
     std::vector<io::Cryptomatte> kept, faulty;
     for (size_t i = 0; i < cryptomattes.size(); ++i) {
         io::Cryptomatte& one = cryptomattes[i];
         const bool asked = settings.cryptomatte == CryptomatteChoice::filter &&
-                           (settings.ids.empty() || !(*ids)[i].empty());
+                           (settings.ids.empty() || !ids[i].empty());
         const bool filtered = asked && is_written(one, settings.written);
         if (filtered && !settings.ids.empty())
-            result.filtered_ids[result.cryptomattes.size()] = (*ids)[i];
+            result.filtered_ids[result.cryptomattes.size()] = ids[i];
         if (filtered && !one.fault.ok()) return one.fault;
         if (asked && one.levels.empty())
             result.warnings.push_back(one.fault.message() + ": nothing is filtered");
@@ -354,8 +355,9 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     result.filtered_cryptomattes = result.cryptomattes.size();
     std::move(kept.begin(), kept.end(), std::back_inserter(result.cryptomattes));
 
-    const auto chosen = choose_layers(layers, settings.aovs, match.view_layer);
-    if (!chosen.ok()) return chosen.status().at(file.path() + ": --aovs");
+    ASSIGN_OR_RETURN(
+        const auto chosen,
+        choose_layers(layers, settings.aovs, match.view_layer).at(file.path() + ": --aovs"));
     const std::vector<std::string> words = words_of_list(settings.aovs);
     const bool all = std::find(words.begin(), words.end(), "all") != words.end();
     for (size_t i = 0; i < layers.size(); ++i) {
@@ -364,7 +366,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
             result.left.push_back({layer.name, "is excluded by --channels"});
             continue;
         }
-        if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
+        if (!std::binary_search(chosen.begin(), chosen.end(), i)) {
             if (!is_of_filtered(layer, result))
                 result.left.push_back({layer.name, !layer.is_color() ? layer.data
                                                    : all

@@ -193,9 +193,8 @@ class Runner {
                         [this](const FrameHeader& of) { return job_.planes(of); },
                         [this](int frame) { return feed_.has(frame); })
                     .first->second;
-            auto inputs = reader.open(task.source, task.files);
-            if (!inputs.ok()) return inputs.status().at("view " + name);
-            const io::Window &its = color_part(inputs->frame->header).data_window,
+            ASSIGN_OR_RETURN(auto inputs, reader.open(task.source, task.files).at("view " + name));
+            const io::Window &its = color_part(inputs.frame->header).data_window,
                              &own = color_part(header).data_window;
             if (its != own)
                 return Status(
@@ -203,7 +202,7 @@ class Runner {
                     concat(task.files.at(Role::color), ": view ", name, " has the data window ",
                            its.text(), ", view ", header.match.view, " ", own.text(),
                            "; filter one after the other (--view ", name, ")"));
-            views.push_back({name, &reader, std::move(*inputs)});
+            views.push_back({name, &reader, std::move(inputs)});
         }
         return views;
     }

@@ -73,8 +73,7 @@ Status set_cryptomatte(const std::string& policy, LayerSettings& layers) {
 // The value of a setting's text. Its error names the setting.
 template <class Value>
 Result<Value> named(const char* key, Result<Value> value) {
-    if (value.ok()) return value;
-    return value.status().at(option_name(key));
+    return std::move(value).at(option_name(key));
 }
 
 Status set_source(const JobSettings& job, Diagnostics& notes, SourceSettings& source) {
@@ -82,8 +81,7 @@ Status set_source(const JobSettings& job, Diagnostics& notes, SourceSettings& so
     ASSIGN_OR_RETURN(source.input_transfer, input_transfer_of(job));
     source.layers.aovs = job.aovs;
     RETURN_IF_ERROR(set_cryptomatte(job.cryptomatte, source.layers));
-    if (Status status = check_fill_mask(job.fill_mask); !status.ok())
-        return status.at(option_name("fill_mask"));
+    RETURN_IF_ERROR(check_fill_mask(job.fill_mask).at(option_name("fill_mask")));
     source.layers.fill_mask = job.fill_mask;
     ASSIGN_OR_RETURN(source.max_memory, memory_limit_of(job.max_memory));
     if (!job.cuts.empty()) {
@@ -160,11 +158,10 @@ void add_other_inputs(const JobSettings& job, RunSettings& run) {
 
 Status read_aperture_images(CameraFile& file) {
     io::ApertureFiles pictures;
-    if (Status status = pictures.read(file.camera); !status.ok())
-        return status.at(file.file_name + ": aperture_image");
+    RETURN_IF_ERROR(pictures.read(file.camera).at(file.file_name + ": aperture_image"));
     for (auto& [number, frame] : file.frames)
-        if (Status status = pictures.read(frame.camera); !status.ok())
-            return status.at(concat(file.file_name, ": frames.", number, ".aperture_image"));
+        RETURN_IF_ERROR(pictures.read(frame.camera)
+                            .at(concat(file.file_name, ": frames.", number, ".aperture_image")));
     return Status();
 }
 

@@ -106,9 +106,7 @@ Status convert(const SourceSettings& settings, const FrameHeader& header, const 
         description.camera = header.camera;
         description.origin_x = window.min_x - strip.input.display_window.min_x;
         description.origin_y = window.min_y + from - strip.input.display_window.min_y;
-        auto health = convert_frame(some, description, options);
-        if (!health.ok()) return health.status().at(header.files.color_file().path());
-        return health;
+        return convert_frame(some, description, options).at(header.files.color_file().path());
     };
     SourceFindings& findings = strip.findings;
     const bool with_context = top < first || bottom > end;

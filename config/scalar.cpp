@@ -14,13 +14,6 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-std::string lower(std::string_view text) {
-    std::string result(text);
-    for (char& c : result)
-        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-    return result;
-}
-
 // digits [. digits] | . digits, then [e [sign] digits]: the decimal numbers of YAML 1.2, no sign.
 struct Decimal {
     bool whole = false;         // only digits
@@ -55,15 +48,15 @@ std::optional<Decimal> decimal(std::string_view text) {
 // 0x1f, 0o17, 0b01 (any case), without sign.
 bool is_based(std::string_view text) {
     if (text.size() < 3 || text[0] != '0') return false;
-    const char base = lower(text.substr(1, 1))[0];
+    const char base = lower_case(text.substr(1, 1))[0];
     if (base != 'x' && base != 'o' && base != 'b') return false;
-    for (char c : lower(text.substr(2)))
+    for (char c : lower_case(text.substr(2)))
         if (!is_digit(c) && !(base == 'x' && c >= 'a' && c <= 'f') && c != '_') return false;
     return true;
 }
 
 bool is_nonfinite(std::string_view text) {
-    std::string word = lower(text);
+    std::string word = lower_case(text);
     if (word.starts_with('.')) word.erase(0, 1);
     return word == "inf" || word == "infinity" || word == "nan";
 }
@@ -189,12 +182,12 @@ std::string yaml_text_of(const ParameterValue& value) {
     if (!word) return std::holds_alternative<std::monostate>(value) ? "null" : text_of(value);
     bool plain = !word->empty() && !is_digit((*word)[0]);
     for (char c : *word)
-        plain =
-            plain && (is_digit(c) || c == '_' || (lower({&c, 1}) >= "a" && lower({&c, 1}) <= "z"));
+        plain = plain && (is_digit(c) || c == '_' ||
+                          (lower_case({&c, 1}) >= "a" && lower_case({&c, 1}) <= "z"));
     // Words that this or another YAML reader would not read as strings.
     static const std::array<const char*, 12> taken = {
         "true", "false", "null", "inf", "infinity", "nan", "yes", "no", "on", "off", "y", "n"};
-    for (const char* t : taken) plain = plain && lower(*word) != t;
+    for (const char* t : taken) plain = plain && lower_case(*word) != t;
     if (plain) return *word;
     return postchain::quoted(*word);
 }

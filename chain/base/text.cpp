@@ -13,6 +13,13 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
     return text;
 }
 
+std::string lower_case(std::string_view text) {
+    std::string lower(text);
+    for (char& c : lower)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    return lower;
+}
+
 CodePoint code_point(std::string_view text, size_t at) {
     const auto byte = [&](size_t i) { return uint32_t(uint8_t(text[at + i])); };
     const uint32_t first = byte(0);

@@ -11,6 +11,9 @@ namespace postchain {
 // "a, b, c"
 std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
 
+// A to Z become a to z.
+std::string lower_case(std::string_view text);
+
 // The code point that begins at text[at], and how many bytes it takes; 0 bytes if it is not UTF-8
 // (RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF).
 struct CodePoint {

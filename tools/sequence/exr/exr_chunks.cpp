@@ -101,6 +101,25 @@ size_t ChunkLayout::nth_written(size_t n) const {
 
 namespace {
 
+// The numbers before a chunk's size: its part in a multi-part file, then its first line, or its
+// tile and level.
+struct ChunkHead {
+    ChunkHead(const ChunkLayout& layout, std::optional<int> part, size_t chunk) {
+        if (part) numbers[count++] = *part;
+        if (!layout.tiled) {
+            numbers[count++] = layout.area(chunk).min_y;
+            return;
+        }
+        numbers[count++] = int32_t(chunk % size_t(layout.across()));
+        numbers[count++] = int32_t(chunk / size_t(layout.across()));
+        count += 2;  // level 0
+    }
+    size_t bytes() const { return count * sizeof(int32_t); }
+
+    int32_t numbers[5] = {};
+    size_t count = 0;
+};
+
 // Buffers of one thread.
 struct UnpackBuffers {
     std::unique_ptr<std::byte[]> packed;
@@ -196,22 +215,12 @@ bool ChunkSource::read_at(uint64_t at, void* to, size_t count) const {
 }
 
 Status ChunkSource::check_place(const ChunkLayout& layout, size_t chunk, uint64_t& at) const {
-    int32_t expected[5];
-    size_t count = 0;
-    if (part) expected[count++] = *part;
-    if (layout.tiled) {
-        expected[count++] = int32_t(chunk % size_t(layout.across()));
-        expected[count++] = int32_t(chunk / size_t(layout.across()));
-        expected[count++] = 0;
-        expected[count++] = 0;
-    } else {
-        expected[count++] = layout.area(chunk).min_y;
-    }
+    const ChunkHead expected(layout, part, chunk);
     int32_t head[5];
-    if (!read_at(at, head, count * sizeof(int32_t))) return chunk_is_cut();
-    if (!std::equal(expected, expected + count, head))
+    if (!read_at(at, head, expected.bytes())) return chunk_is_cut();
+    if (!std::equal(head, head + expected.count, expected.numbers))
         return chunk_is_damaged("another chunk is in its place");
-    at += count * sizeof(int32_t);
+    at += expected.bytes();
     return {};
 }
 
@@ -293,19 +302,10 @@ class ChunkPacker {
 
 void write_chunk(Imf::OStream& stream, const ChunkLayout& layout, std::optional<int> part,
                  size_t index, const PackedChunk& chunk) {
-    int32_t head[6];
-    size_t count = 0;
-    if (part) head[count++] = *part;
-    if (layout.tiled) {
-        head[count++] = int32_t(index % size_t(layout.across()));
-        head[count++] = int32_t(index / size_t(layout.across()));
-        head[count++] = 0;  // level
-        head[count++] = 0;
-    } else {
-        head[count++] = layout.area(index).min_y;
-    }
-    head[count++] = int32_t(chunk.size);
-    stream.write(reinterpret_cast<const char*>(head), int(count * sizeof(int32_t)));
+    const ChunkHead head(layout, part, index);
+    const auto size = int32_t(chunk.size);
+    stream.write(reinterpret_cast<const char*>(head.numbers), int(head.bytes()));
+    stream.write(reinterpret_cast<const char*>(&size), sizeof(size));
     stream.write(reinterpret_cast<const char*>(chunk.bytes.get()), int(chunk.size));
 }
 

@@ -24,10 +24,10 @@
 #include <charconv>
 #include <cstring>
 #include <new>
-#include <optional>
 #include <stdexcept>
 
 #include "chain/base/status.h"
+#include "chain/base/text.h"
 #include "tools/sequence/exr/exr_settings.h"
 
 namespace postchain::io {
@@ -163,11 +163,11 @@ void AtomicOStream::seekp(uint64_t position) {
 
 namespace {
 
-template <class Value, class Text>
-std::optional<std::string> text_as(const Imf::Attribute& attribute, Text text) {
+// Null if the attribute has another type.
+template <class Value>
+const Value* value_as(const Imf::Attribute& attribute) {
     const auto* typed = dynamic_cast<const Imf::TypedAttribute<Value>*>(&attribute);
-    if (typed == nullptr) return {};
-    return text(typed->value());
+    return typed == nullptr ? nullptr : &typed->value();
 }
 
 std::string two_digits(int n) {
@@ -200,79 +200,47 @@ std::string attribute_text(const Imf::Attribute& a) {
         }
         return text;
     };
-    std::optional<std::string> t;
-    const auto try_all = [&](auto... tries) { (... || (t = tries()).has_value()); };
-    try_all([&] { return text_as<std::string>(a, [](const std::string& s) { return s; }); },
-            [&] { return text_as<float>(a, number); }, [&] { return text_as<int>(a, number); },
-            [&] { return text_as<double>(a, number); },
-            [&] { return text_as<IMATH_NAMESPACE::V2i>(a, vec2); },
-            [&] { return text_as<IMATH_NAMESPACE::V2f>(a, vec2); },
-            [&] { return text_as<IMATH_NAMESPACE::V2d>(a, vec2); },
-            [&] { return text_as<IMATH_NAMESPACE::V3i>(a, vec3); },
-            [&] { return text_as<IMATH_NAMESPACE::V3f>(a, vec3); },
-            [&] { return text_as<IMATH_NAMESPACE::V3d>(a, vec3); },
-            [&] { return text_as<IMATH_NAMESPACE::Box2i>(a, box); },
-            [&] { return text_as<IMATH_NAMESPACE::Box2f>(a, box); },
-            [&] { return text_as<IMATH_NAMESPACE::M33f>(a, matrix); },
-            [&] { return text_as<IMATH_NAMESPACE::M44f>(a, matrix); },
-            [&] {
-                return text_as<Imf::Rational>(
-                    a, [](Imf::Rational r) { return concat(r.n, "/", r.d); });
-            },
-            [&] {
-                return text_as<Imf::TimeCode>(a, [](const Imf::TimeCode& c) {
-                    return concat(two_digits(c.hours()), ":", two_digits(c.minutes()), ":",
-                                  two_digits(c.seconds()), c.dropFrame() ? ";" : ":",
-                                  two_digits(c.frame()));
-                });
-            },
-            [&] {
-                return text_as<Imf::Chromaticities>(a, [](const Imf::Chromaticities& c) {
-                    return concat("red ", c.red.x, " ", c.red.y, ", green ", c.green.x, " ",
-                                  c.green.y, ", blue ", c.blue.x, " ", c.blue.y, ", white ",
-                                  c.white.x, " ", c.white.y);
-                });
-            },
-            [&] {
-                return text_as<Imf::Compression>(
-                    a, [](Imf::Compression c) { return std::string(compression_name(c)); });
-            },
-            [&] {
-                return text_as<Imf::LineOrder>(a, [](Imf::LineOrder o) {
-                    return std::string(o == Imf::INCREASING_Y   ? "increasing y"
-                                       : o == Imf::DECREASING_Y ? "decreasing y"
-                                                                : "random y");
-                });
-            },
-            [&] {
-                return text_as<Imf::TileDescription>(a, [](const Imf::TileDescription& d) {
-                    return concat(d.xSize, "x", d.ySize,
-                                  d.mode == Imf::ONE_LEVEL       ? " one level"
-                                  : d.mode == Imf::MIPMAP_LEVELS ? " mip-map"
-                                                                 : " rip-map");
-                });
-            },
-            [&] {
-                return text_as<Imf::PreviewImage>(a, [](const Imf::PreviewImage& p) {
-                    return concat("(", p.width(), "x", p.height(), " preview)");
-                });
-            },
-            [&] {
-                return text_as<Imf::StringVector>(a, [](const Imf::StringVector& v) {
-                    std::string text;
-                    for (const std::string& s : v) text += (text.empty() ? "" : ", ") + s;
-                    return text;
-                });
-            },
-            [&] {
-                return text_as<Imf::ChannelList>(a, [](const Imf::ChannelList& list) {
-                    std::string text;
-                    for (auto it = list.begin(); it != list.end(); ++it)
-                        text += concat(text.empty() ? "" : ", ", it.name());
-                    return text;
-                });
-            });
-    return t ? *t : concat("(", a.typeName(), ")");
+    if (const auto* text = value_as<std::string>(a)) return *text;
+    if (const auto* v = value_as<float>(a)) return number(*v);
+    if (const auto* v = value_as<int>(a)) return number(*v);
+    if (const auto* v = value_as<double>(a)) return number(*v);
+    if (const auto* v = value_as<IMATH_NAMESPACE::V2i>(a)) return vec2(*v);
+    if (const auto* v = value_as<IMATH_NAMESPACE::V2f>(a)) return vec2(*v);
+    if (const auto* v = value_as<IMATH_NAMESPACE::V2d>(a)) return vec2(*v);
+    if (const auto* v = value_as<IMATH_NAMESPACE::V3i>(a)) return vec3(*v);
+    if (const auto* v = value_as<IMATH_NAMESPACE::V3f>(a)) return vec3(*v);
+    if (const auto* v = value_as<IMATH_NAMESPACE::V3d>(a)) return vec3(*v);
+    if (const auto* b = value_as<IMATH_NAMESPACE::Box2i>(a)) return box(*b);
+    if (const auto* b = value_as<IMATH_NAMESPACE::Box2f>(a)) return box(*b);
+    if (const auto* m = value_as<IMATH_NAMESPACE::M33f>(a)) return matrix(*m);
+    if (const auto* m = value_as<IMATH_NAMESPACE::M44f>(a)) return matrix(*m);
+    if (const auto* r = value_as<Imf::Rational>(a)) return concat(r->n, "/", r->d);
+    if (const auto* c = value_as<Imf::TimeCode>(a))
+        return concat(two_digits(c->hours()), ":", two_digits(c->minutes()), ":",
+                      two_digits(c->seconds()), c->dropFrame() ? ";" : ":", two_digits(c->frame()));
+    if (const auto* c = value_as<Imf::Chromaticities>(a))
+        return concat("red ", c->red.x, " ", c->red.y, ", green ", c->green.x, " ", c->green.y,
+                      ", blue ", c->blue.x, " ", c->blue.y, ", white ", c->white.x, " ",
+                      c->white.y);
+    if (const auto* c = value_as<Imf::Compression>(a)) return compression_name(*c);
+    if (const auto* order = value_as<Imf::LineOrder>(a))
+        return *order == Imf::INCREASING_Y   ? "increasing y"
+               : *order == Imf::DECREASING_Y ? "decreasing y"
+                                             : "random y";
+    if (const auto* d = value_as<Imf::TileDescription>(a))
+        return concat(d->xSize, "x", d->ySize,
+                      d->mode == Imf::ONE_LEVEL       ? " one level"
+                      : d->mode == Imf::MIPMAP_LEVELS ? " mip-map"
+                                                      : " rip-map");
+    if (const auto* p = value_as<Imf::PreviewImage>(a))
+        return concat("(", p->width(), "x", p->height(), " preview)");
+    if (const auto* words = value_as<Imf::StringVector>(a)) return joined(*words);
+    if (const auto* list = value_as<Imf::ChannelList>(a)) {
+        std::vector<std::string> names;
+        for (auto it = list->begin(); it != list->end(); ++it) names.emplace_back(it.name());
+        return joined(names);
+    }
+    return concat("(", a.typeName(), ")");
 }
 
 }  // namespace postchain::io

@@ -58,6 +58,12 @@ int samples_between(int low, int high, int sampling) {
     return int(floor_div(high) - floor_div(int64_t(low) - 1));
 }
 
+PartPixels::Plane::Plane(const ExrChannel& its_channel, const Window& window)
+    : channel(its_channel),
+      width(samples_between(window.min_x, window.max_x, channel.x_sampling)),
+      height(samples_between(window.min_y, window.max_y, channel.y_sampling)),
+      bytes(std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(total_bytes(), 1))) {}
+
 const PartPixels::Plane* PartPixels::find(std::string_view channel) const {
     for (const Plane& p : planes)
         if (p.channel.name == channel) return &p;
@@ -112,12 +118,9 @@ PartPixels PartPixels::placed(const Window& to, const std::map<std::string, floa
     result.window = to;
     const Window here = to.intersected(window);
     for (const Plane& from : planes) {
-        Plane& plane = result.planes.emplace_back();
-        plane.channel = from.channel;
+        Plane& plane = result.planes.emplace_back(from.channel, to);
         const int sampling_x = from.channel.x_sampling, sampling_y = from.channel.y_sampling;
-        plane.width = samples_between(to.min_x, to.max_x, sampling_x);
-        plane.height = samples_between(to.min_y, to.max_y, sampling_y);
-        plane.bytes = std::make_unique<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
+        std::fill_n(plane.bytes.get(), plane.total_bytes(), std::byte(0));
         if (const auto value = outside.find(from.channel.name); value != outside.end()) {
             const std::vector<std::byte> bytes = stored(value->second, from.channel.type);
             for (size_t at = 0; at < plane.total_bytes(); at += bytes.size())

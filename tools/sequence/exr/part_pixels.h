@@ -50,6 +50,9 @@ struct ExrChannel {
 class PartPixels {
   public:
     struct Plane {
+        // Its bytes are not set, so that a damaged file does not touch all of its pages.
+        Plane(const ExrChannel& its_channel, const Window& window);
+
         ExrChannel channel;
         int width = 0;  // samples; fewer than the data window's if subsampled
         int height = 0;

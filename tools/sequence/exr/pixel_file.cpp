@@ -22,17 +22,6 @@ std::string channel_names(const std::vector<ExrChannel>& channels) {
     return text;
 }
 
-PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
-    PartPixels::Plane plane;
-    plane.channel = channel;
-    plane.width = samples_between(w.min_x, w.max_x, channel.x_sampling);
-    plane.height = samples_between(w.min_y, w.max_y, channel.y_sampling);
-    // Not cleared, so that a damaged file does not touch all of its pages.
-    plane.bytes =
-        std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
-    return plane;
-}
-
 // Errors (input), without the place.
 Status check_deep(const ExrPart& part, const Flattening& flattening) {
     if (std::endian::native != std::endian::little)
@@ -140,7 +129,7 @@ Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>
     for (const ExrChannel& c : info.channels) {
         const bool wanted = channels.empty() ||
                             std::find(channels.begin(), channels.end(), c.name) != channels.end();
-        if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
+        if (wanted) pixels.planes.emplace_back(c, pixels.window);
     }
     for (const std::string& name : channels)
         if (pixels.find(name) == nullptr) return check_channels(part, {name});

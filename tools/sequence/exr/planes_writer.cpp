@@ -38,11 +38,8 @@ Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& f
                      file.origin_y + first.height - 1};
     std::vector<EncodeTarget> targets;
     for (const PlaneChannel& c : file.channels) {
-        PartPixels::Plane& plane = pixels.planes.emplace_back();
-        plane.channel = {c.name, c.type, 1, 1};
-        plane.width = first.width;
-        plane.height = first.height;
-        plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+        PartPixels::Plane& plane =
+            pixels.planes.emplace_back(ExrChannel{c.name, c.type}, pixels.window);
         targets.push_back({c.image, c.index, c.type, plane.bytes.get()});
     }
     encoded.counts = encode_channels(targets);

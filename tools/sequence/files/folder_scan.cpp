@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <map>
 
+#include "chain/base/text.h"
+
 namespace postchain::io {
 namespace {
 
@@ -28,10 +30,7 @@ NameParts parts_of(const std::string& name) {
 }
 
 bool is_exr(const std::string& name) {
-    if (name.size() < 5 || name[0] == '.') return false;
-    std::string extension = name.substr(name.size() - 4);
-    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-    return extension == ".exr";
+    return name.size() > 4 && name[0] != '.' && lower_case(name).ends_with(".exr");
 }
 
 // Groups names by the form of their number: "f.9.exr" and "f.10.exr" have no padding and belong

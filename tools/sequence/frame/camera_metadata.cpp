@@ -1,5 +1,7 @@
 #include "tools/sequence/frame/camera_metadata.h"
 
+#include <ImathMatrix.h>
+
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -96,31 +98,18 @@ std::vector<double> numbers_in(std::string_view text) {
 
 // The matrix's inverse; empty if it is singular or not finite.
 std::optional<Matrix4> inverse(const Matrix4& matrix) {
-    double m[4][8] = {};
-    for (size_t i = 0; i < 4; ++i) {
-        for (size_t j = 0; j < 4; ++j) m[i][j] = matrix[i][j];
-        m[i][4 + i] = 1;
-    }
-    for (size_t column = 0; column < 4; ++column) {
-        size_t best = column;
-        for (size_t i = column; i < 4; ++i)
-            if (std::abs(m[i][column]) > std::abs(m[best][column])) best = i;
-        if (!(std::abs(m[best][column]) > 1e-12)) return std::nullopt;
-        for (size_t j = 0; j < 8; ++j) std::swap(m[column][j], m[best][j]);
-        const double pivot = m[column][column];
-        for (size_t j = 0; j < 8; ++j) m[column][j] /= pivot;
-        for (size_t i = 0; i < 4; ++i) {
-            if (i == column) continue;
-            const double factor = m[i][column];
-            for (size_t j = 0; j < 8; ++j) m[i][j] -= factor * m[column][j];
-        }
+    IMATH_NAMESPACE::M44d m;
+    for (size_t i = 0; i < 16; ++i) m[int(i / 4)][i % 4] = matrix[i / 4][i % 4];
+    try {
+        m.gjInvert(true);
+    } catch (const std::exception&) {
+        return std::nullopt;
     }
     Matrix4 result;
-    for (size_t i = 0; i < 4; ++i)
-        for (size_t j = 0; j < 4; ++j) {
-            if (!std::isfinite(m[i][4 + j])) return std::nullopt;
-            result[i][j] = m[i][4 + j];
-        }
+    for (size_t i = 0; i < 16; ++i) {
+        result[i / 4][i % 4] = m[int(i / 4)][i % 4];
+        if (!std::isfinite(result[i / 4][i % 4])) return std::nullopt;
+    }
     return result;
 }
 

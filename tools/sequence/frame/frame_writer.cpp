@@ -200,15 +200,13 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
         for (size_t i = 0; i < layer->channels.size(); ++i) {
             if (!layer->added && !exr.takes(layer->channels[i])) continue;
             const PartPixels::Plane* old = under.find(layer->channels[i]);
-            PartPixels::Plane& plane = fresh.planes.emplace_back();
-            plane.channel = old ? old->channel : ExrChannel{layer->channels[i], PixelType::half};
-            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32) {
-                plane.channel.type = PixelType::half;
+            ExrChannel channel =
+                old ? old->channel : ExrChannel{layer->channels[i], PixelType::half};
+            if (exr.half && !layer->ids && channel.type == PixelType::float32) {
+                channel.type = PixelType::half;
                 narrowed = true;
             }
-            plane.width = old ? old->width : window.width();
-            plane.height = old ? old->height : window.height();
-            plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+            PartPixels::Plane& plane = fresh.planes.emplace_back(channel, under.window);
             targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
         }
     }

@@ -73,45 +73,36 @@ constexpr int kGap = 12;                 // between cells and around them
 constexpr int kBar = kLabelHeight + 10;  // a label with room above and below it
 constexpr uint8_t kGround = 24, kText = 220, kNote = 150, kEmpty = 48;
 
-// The samples that a pixel of a small row covers, and how much of each.
-struct Span {
-    int first;
-    std::vector<double> weights;
-};
-
-std::vector<Span> spans(int from, int to) {
-    std::vector<Span> all;
-    for (int i = 0; i < to; ++i) {
-        const double begin = double(i) * from / to, end = double(i + 1) * from / to;
-        Span span{int(begin), {}};
-        for (int k = span.first; k < end && k < from; ++k)
-            span.weights.push_back((std::min(end, k + 1.0) - std::max(begin, double(k))) /
-                                   (end - begin));
-        all.push_back(std::move(span));
-    }
-    return all;
+// visit(i, share) for each of `from` samples that sample `at` of `to` covers; the shares sum to 1.
+template <class Visit>
+void each_covered(int from, int to, int at, const Visit& visit) {
+    const double step = double(from) / to;
+    const double begin = at * step, end = begin + step;
+    for (int i = int(begin); i < from && i < end; ++i)
+        visit(i, (std::min(end, i + 1.0) - std::max(begin, double(i))) / step);
 }
 
 }  // namespace
 
 ImageF shrunk(const ImageF& picture, int width, int height) {
+    const size_t channels = size_t(picture.channels);
     ImageF small(width, height, picture.channels);
-    const std::vector<Span> columns = spans(picture.width, width),
-                            rows = spans(picture.height, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (int c = 0; c < picture.channels; ++c) {
-                const Span &row = rows[size_t(y)], &column = columns[size_t(x)];
-                double sum = 0;
-                for (size_t j = 0; j < row.weights.size(); ++j)
-                    for (size_t i = 0; i < column.weights.size(); ++i) {
-                        const float value =
-                            picture.at(column.first + int(i), row.first + int(j), c);
-                        if (std::isfinite(value))
-                            sum += row.weights[j] * column.weights[i] * double(value);
-                    }
-                small.at(x, y, c) = float(sum);
-            }
+    for (int y = 0; y < height; ++y) {
+        std::vector<double> means(size_t(picture.width) * channels);  // of the covered rows
+        each_covered(picture.height, height, y, [&](int row, double share) {
+            const float* values = picture.pixel(0, row);
+            for (size_t i = 0; i < means.size(); ++i)
+                if (std::isfinite(values[i])) means[i] += share * double(values[i]);
+        });
+        for (int x = 0; x < width; ++x) {
+            std::vector<double> sums(channels);
+            each_covered(picture.width, width, x, [&](int column, double share) {
+                for (size_t c = 0; c < channels; ++c)
+                    sums[c] += share * means[size_t(column) * channels + c];
+            });
+            for (size_t c = 0; c < channels; ++c) small.pixel(x, y)[c] = float(sums[c]);
+        }
+    }
     return small;
 }
 

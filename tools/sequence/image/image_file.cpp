@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "chain/base/text.h"
+
 namespace postchain::io {
 
 bool ImageFormat::has_sign() const {
@@ -44,8 +46,7 @@ const std::vector<ImageFormat>& image_formats() {
 }
 
 const ImageFormat* image_format_of(std::string_view path) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    const std::string extension = lower_case(std::filesystem::path(path).extension().string());
     for (const ImageFormat& format : image_formats())
         for (const char* known : format.extensions)
             if (extension == known) return &format;
@@ -85,8 +86,7 @@ Module load() {
 
 // The curve that the file states, by OpenImageIO's names.
 Result<Curve> stated_curve(const ImageInfo& info) {
-    std::string said = info.color_space;
-    for (char& c : said) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    const std::string said = lower_case(info.color_space);
     if (said == "linear" || said == "scene_linear") return Curve::linear;
     if (said == "srgb") return Curve::srgb;
     if (said == "rec709") return Curve::rec709;

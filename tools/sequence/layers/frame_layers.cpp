@@ -24,6 +24,11 @@ std::vector<io::CryptoId> ids_named(const io::Cryptomatte& cryptomatte, const st
     return ids;
 }
 
+void sort_without_repetition(std::vector<io::CryptoId>& ids) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
 // Says that no id is called `word`, with the closest of the known names, or all of them.
 std::string unknown_id_text(const std::string& word, std::vector<std::string> known) {
     const std::string near = nearest_word(word, known);
@@ -60,10 +65,7 @@ Result<std::vector<std::vector<io::CryptoId>>> ids_of_names(
         }
         if (!any) return Status(StatusCode::input, unknown_id_text(word, std::move(known)));
     }
-    for (auto& ids : found) {
-        std::sort(ids.begin(), ids.end());
-        ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-    }
+    for (auto& ids : found) sort_without_repetition(ids);
     return found;
 }
 
@@ -175,8 +177,7 @@ class MatteFinder {
             RoleChannels channels{layers_.cryptomattes[cryptomatte].levels[0].part, {}};
             if (const std::string why = obstacle(file_, channels, match_); !why.empty())
                 return fault(matte, why);
-            std::sort(ids.begin(), ids.end());
-            ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+            sort_without_repetition(ids);
         }
         return Status();
     }

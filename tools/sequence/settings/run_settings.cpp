@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "chain/base/text.h"
+
 namespace postchain::sequence {
 
 namespace fs = std::filesystem;
@@ -63,9 +65,9 @@ std::string missing_text(const std::vector<int>& frames, const RunSettings& sett
 }
 
 Status check_output_name(const RunSettings& settings) {
-    std::string extension = fs::path(settings.output.text()).extension().string();
-    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-    if (extension == ".exr" || io::image_format_of(settings.output.text())) return Status();
+    const std::string extension = fs::path(settings.output.text()).extension().string();
+    if (lower_case(extension) == ".exr" || io::image_format_of(settings.output.text()))
+        return Status();
     return Status(StatusCode::usage, concat(settings.output.text(), ": outputs end in .exr, ",
                                             io::image_extensions()));
 }

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <iterator>
 #include <map>
 
+#include "chain/base/text.h"
 #include "tools/sequence/exr/worker_pool.h"
 
 namespace postchain::sequence {
@@ -28,12 +30,11 @@ Result<uint64_t> parse_bytes(std::string_view text) {
     const char* end = text.data() + text.size();
     const auto read = std::from_chars(text.data(), end, value);
     std::string unit;
-    for (const char* c = read.ptr; c != end; ++c)
-        if (*c != ' ') unit += char(*c >= 'a' && *c <= 'z' ? *c - 'a' + 'A' : *c);
+    std::copy_if(read.ptr, end, std::back_inserter(unit), [](char c) { return c != ' '; });
     static const std::map<std::string, int> kPowers = {
-        {"", 0},     {"B", 0},  {"K", 10},  {"KB", 10},  {"KIB", 10}, {"M", 20},  {"MB", 20},
-        {"MIB", 20}, {"G", 30}, {"GB", 30}, {"GIB", 30}, {"T", 40},   {"TB", 40}, {"TIB", 40}};
-    const auto power = kPowers.find(unit);
+        {"", 0},     {"b", 0},  {"k", 10},  {"kb", 10},  {"kib", 10}, {"m", 20},  {"mb", 20},
+        {"mib", 20}, {"g", 30}, {"gb", 30}, {"gib", 30}, {"t", 40},   {"tb", 40}, {"tib", 40}};
+    const auto power = kPowers.find(lower_case(unit));
     const double bytes = power == kPowers.end() ? -1 : std::ldexp(value, power->second);
     if (read.ec != std::errc() || !(bytes >= 1) || !(bytes < 9e18))
         return Status(StatusCode::usage,

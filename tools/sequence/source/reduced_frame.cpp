@@ -5,6 +5,7 @@
 
 #include "chain/frame/behind.h"
 #include "chain/frame/layers.h"
+#include "tools/sequence/image/contact_sheet.h"
 
 namespace postchain::sequence {
 namespace {
@@ -20,7 +21,7 @@ Role role_in_its_frame(Role role) {
 ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int height) {
     std::vector<ImageF> planes;
     for (int i = 0; i < stack.height / height_of_each; ++i)
-        planes.push_back(mean_reduced(plane_of_stack(stack, i, height_of_each), width, height));
+        planes.push_back(io::shrunk(plane_of_stack(stack, i, height_of_each), width, height));
     return stack_planes(planes);
 }
 
@@ -30,7 +31,7 @@ ImageF behind_reduced(const ImageF& stack, int height_of_each, int width, int he
     for (int i = 0; i < stack.height / height_of_each; ++i) {
         const ImageF plane = plane_of_stack(stack, i, height_of_each);
         const bool mean = i == 0 || i >= kBehindPlanes;
-        planes.push_back(mean ? mean_reduced(plane, width, height)
+        planes.push_back(mean ? io::shrunk(plane, width, height)
                               : middle_reduced(plane, width, height));
     }
     ImageF& motion = planes[2];
@@ -44,31 +45,6 @@ ImageF behind_reduced(const ImageF& stack, int height_of_each, int width, int he
 
 int reduced_side(int side, double scale) {
     return std::max(1, int(std::lround(side * scale)));
-}
-
-ImageF mean_reduced(const ImageF& image, int width, int height) {
-    // Rows, then columns. A weight is the covered fraction of a source pixel.
-    const auto reduce = [](int from, int to, int at, const auto& add) {
-        const double step = double(from) / to;
-        const double begin = at * step, end = begin + step;
-        for (int i = int(begin); i < from && i < end; ++i)
-            add(i, (std::min(end, i + 1.0) - std::max(begin, double(i))) / step);
-    };
-    const int channels = image.channels;
-    ImageF narrow(width, image.height, channels);
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < width; ++x)
-            reduce(image.width, width, x, [&](int from, double weight) {
-                for (int c = 0; c < channels; ++c)
-                    narrow.at(x, y, c) += float(weight) * image.at(from, y, c);
-            });
-    ImageF reduced(width, height, channels);
-    for (int y = 0; y < height; ++y)
-        reduce(image.height, height, y, [&](int from, double weight) {
-            for (int i = 0; i < width * channels; ++i)
-                reduced.pixel(0, y)[i] += float(weight) * narrow.pixel(0, from)[i];
-        });
-    return reduced;
 }
 
 ImageF middle_reduced(const ImageF& image, int width, int height) {
@@ -105,7 +81,7 @@ void reduce_frame(SourceFrame& source, double scale) {
     const float scale_y = float(height) / float(frame.height);
     for (auto& [role, plane] : source.planes) {
         const Role own = role_in_its_frame(role);
-        ImageF reduced = own == Role::color    ? mean_reduced(*plane, width, height)
+        ImageF reduced = own == Role::color    ? io::shrunk(*plane, width, height)
                          : own == Role::behind ? behind_reduced(*plane, frame.height, width, height)
                          : is_stacked(own)     ? stack_reduced(*plane, frame.height, width, height)
                                                : middle_reduced(*plane, width, height);

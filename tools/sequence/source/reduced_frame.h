@@ -9,8 +9,6 @@ namespace postchain::sequence {
 
 // At least 1 pixel.
 int reduced_side(int side, double scale);
-// Reduces an image: each pixel is the mean of the area that it covers.
-ImageF mean_reduced(const ImageF& image, int width, int height);
 // Reduces an image: each pixel is the center pixel of its area, so that surfaces are not mixed.
 ImageF middle_reduced(const ImageF& image, int width, int height);
 

@@ -6,6 +6,7 @@
 
 #include "tools/measure/report/page/encode.h"
 #include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/frame_plan.h"
@@ -122,8 +123,8 @@ Result<std::string> image_of(const std::string& path, int frame,
     const ImageF& color = *source.planes.at(Role::color);
     const double scale = std::min(1.0, double(wanted.side) / std::max(color.width, color.height));
     if (scale == 1) return bytes_of(color, wanted.type);
-    return bytes_of(sequence::mean_reduced(color, sequence::reduced_side(color.width, scale),
-                                           sequence::reduced_side(color.height, scale)),
+    return bytes_of(io::shrunk(color, sequence::reduced_side(color.width, scale),
+                               sequence::reduced_side(color.height, scale)),
                     wanted.type);
 }
 

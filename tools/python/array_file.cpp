@@ -11,7 +11,7 @@ namespace postchain::python {
 namespace {
 
 [[noreturn]] void wrong(const std::string& argument, const std::string& what) {
-    raise(Status(StatusCode::usage, concat(argument, ": ", what)));
+    raise_usage(argument, ": ", what);
 }
 
 std::string shape_text(const py::array& array) {

@@ -31,9 +31,9 @@ Shared& shared() {
 
 void check_process() {
     if (const pid_t first = shared().process; first != 0 && first != getpid())
-        raise(Status(StatusCode::usage,
-                     "postchain: this process was forked from one that had made a GL context; use "
-                     "multiprocessing.set_start_method('spawn')"));
+        raise_usage(
+            "postchain: this process was forked from one that had made a GL context; use "
+            "multiprocessing.set_start_method('spawn')");
 }
 
 egl::ContextOptions context_options(const std::string& name, std::vector<std::string>& warnings) {
@@ -99,8 +99,7 @@ void Device::close() {
 void Device::post(std::function<void()> task) {
     check_process();
     const std::lock_guard lock(worker_->mutex);
-    if (worker_->closing)
-        raise(Status(StatusCode::usage, "device: it is closed; make another Device()"));
+    if (worker_->closing) raise_usage("device: it is closed; make another Device()");
     worker_->tasks.push_back(std::move(task));
     worker_->changed.notify_all();
 }
@@ -131,8 +130,7 @@ std::shared_ptr<Device> default_device() {
 std::shared_ptr<Device> device_of(const py::object& device) {
     if (device.is_none()) return default_device();
     if (!py::isinstance<Device>(device))
-        raise(Status(StatusCode::usage, concat("device: is a ", type_of(device),
-                                               "; give a Device(), as Device(\"gpu\")")));
+        raise_usage("device: is a ", type_of(device), "; give a Device(), as Device(\"gpu\")");
     return device.cast<std::shared_ptr<Device>>();
 }
 
@@ -141,11 +139,9 @@ int cpu_threads() {
 }
 
 void set_threads(int threads) {
-    if (threads < 1 || threads > 1024)
-        raise(Status(StatusCode::usage, concat("threads: ", threads, " is not in 1..1024")));
+    if (threads < 1 || threads > 1024) raise_usage("threads: ", threads, " is not in 1..1024");
     if (shared().process != 0)
-        raise(Status(StatusCode::usage,
-                     "set_threads: a device has been made; call it before the first run"));
+        raise_usage("set_threads: a device has been made; call it before the first run");
     shared().threads = threads;
 }
 

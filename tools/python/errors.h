@@ -19,6 +19,12 @@ std::string in_python(const std::string& message);
 // them with file, line, column and key.
 [[noreturn]] void raise(const Status& status, const Diagnostics& diagnostics = {});
 
+// StatusCode::usage, with the concat() of all parts as its message.
+template <class... Parts>
+[[noreturn]] void raise_usage(const Parts&... parts) {
+    raise(Status(StatusCode::usage, concat(parts...)));
+}
+
 template <class T>
 T value_of(Result<T> result) {
     if (!result.ok()) raise(result.status());

@@ -48,9 +48,8 @@ FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame
     if (py::isinstance<Frame>(value)) {
         auto neighbor = value.cast<std::shared_ptr<Frame>>();
         if (frame.has_number() && neighbor->has_number() && neighbor->number() != number)
-            raise(Status(StatusCode::usage,
-                         concat(place, ": is frame ", neighbor->number(), ", but the one ", place,
-                                " frame ", frame.number(), " is frame ", number)));
+            raise_usage(place, ": is frame ", neighbor->number(), ", but the one ", place,
+                        " frame ", frame.number(), " is frame ", number);
         return neighbor;
     }
     FrameArrays arrays = no_arrays();
@@ -64,15 +63,13 @@ FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame
     std::vector<std::string> known;
     for (const auto& plane : planes) known.push_back(plane.first);
     if (!py::isinstance<py::dict>(value))
-        raise(Status(StatusCode::usage,
-                     concat(place, ": give a Frame, or a dict with ", joined(known))));
+        raise_usage(place, ": give a Frame, or a dict with ", joined(known));
     for (const auto& [name, array] : py::reinterpret_borrow<py::dict>(value)) {
         const std::string key = py::str(name);
         const auto plane = std::find_if(std::begin(planes), std::end(planes),
                                         [&](const auto& one) { return one.first == key; });
         if (plane == std::end(planes))
-            raise(Status(StatusCode::usage,
-                         concat(place, ": unknown plane '", key, "'; known are ", joined(known))));
+            raise_usage(place, ": unknown plane '", key, "'; known are ", joined(known));
         *plane->second = py::reinterpret_borrow<py::object>(array);
     }
     return Frame::of_arrays(given.method, arrays, py::int_(number), given.camera,
@@ -88,9 +85,9 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
                           !given.number.is_none() || given.depth_encoding || given.pixel_aspect ||
                           py::len(settings) > 0;
         if (more)
-            raise(Status(StatusCode::usage,
-                         "color: the planes, camera and settings of a Frame are its own; give them "
-                         "to Frame()"));
+            raise_usage(
+                "color: the planes, camera and settings of a Frame are its own; give them "
+                "to Frame()");
         frame = given.color.cast<std::shared_ptr<Frame>>();
     } else {
         FrameArrays arrays = given.arrays;
@@ -199,7 +196,7 @@ void add_actions(ChainClass& chain) {
         [](const ChainObject& self, const FrameArguments& given, const py::kwargs& values,
            const PlanOptions& options, const py::object& on) {
             if (values.contains("aovs"))
-                raise(Status(StatusCode::usage, "aovs: run() returns the color; call run_aovs()"));
+                raise_usage("aovs: run() returns the color; call run_aovs()");
             return run_chain(self, frames_of(given, values), options, device_of(on));
         },
         device);

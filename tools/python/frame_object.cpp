@@ -85,9 +85,8 @@ void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
     const auto expect = [&](const std::vector<std::string>& channels, const std::string& argument) {
         for (const std::string& channel : channels)
             if (const std::string& given = file.argument_of(channel); given != argument)
-                raise(Status(StatusCode::usage,
-                             concat(given, ": the channel ", channel, " is one of ", argument,
-                                    "; rename this array")));
+                raise_usage(given, ": the channel ", channel, " is one of ", argument,
+                            "; rename this array");
     };
     for (const auto& [role, where] : header.assignment)
         expect(where.channels, role == Role::inverse_depth ? "depth" : name_of(role));
@@ -99,9 +98,8 @@ void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
     if (layers.is_none()) return;
     for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(layers))
         if (const std::string name = py::str(key); !found.contains(name))
-            raise(Status(StatusCode::usage,
-                         concat("aovs['", name,
-                                "']: another plane or cryptomatte has this name; rename the AOV")));
+            raise_usage("aovs['", name,
+                        "']: another plane or cryptomatte has this name; rename the AOV");
 }
 
 std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned) {
@@ -120,10 +118,9 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     const auto& encodings = depth_encoding_names();
     const auto encoding = std::find(encodings.begin(), encodings.end(), depth_encoding);
     if (encoding == encodings.end())
-        raise(Status(StatusCode::usage, concat("depth_encoding: unknown encoding '", depth_encoding,
-                                               "'; known are ", joined(encodings))));
-    if (!(pixel_aspect > 0 && pixel_aspect < 1e3))
-        raise(Status(StatusCode::usage, "pixel_aspect: must be > 0"));
+        raise_usage("depth_encoding: unknown encoding '", depth_encoding, "'; known are ",
+                    joined(encodings));
+    if (!(pixel_aspect > 0 && pixel_aspect < 1e3)) raise_usage("pixel_aspect: must be > 0");
     auto frame = std::make_shared<Frame>();
     frame->has_number_ = !given.is_none();
     const int number = frame->has_number_ ? frame_number_of(given) : 0;
@@ -151,16 +148,14 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     sequence::RunSettings job = job_settings("read", input, "", camera, settings, &read_keys());
     frame->settings_ = std::move(job.source);
     if (job.input.patterns.contains(Role::behind))
-        raise(
-            Status(StatusCode::usage, concat(input,
-                                             ": a Frame has no layer behind; filter the files with "
-                                             "run_sequence()")));
+        raise_usage(input,
+                    ": a Frame has no layer behind; filter the files with "
+                    "run_sequence()");
     std::optional<io::FrameRange> range;
     if (!number.is_none()) range = io::FrameRange{{frame_number_of(number)}};
     const io::FrameList list = value_of(io::find_frames(job.input, range));
     if (!range && list.frames.size() > 1)
-        raise(Status(StatusCode::usage,
-                     concat(input, ": has ", list.frames.size(), " frames; name one with frame=")));
+        raise_usage(input, ": has ", list.frames.size(), " frames; name one with frame=");
     const int wanted = list.frames.front();
     if (list.is_missing(wanted))
         raise(Status(StatusCode::input,
@@ -271,8 +266,7 @@ ImageF ranks_image(const io::RankedCoverage& coverage) {
 py::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                     const PlanOptions& options, const std::shared_ptr<Device>& device) {
     if (frames.frame->header().layers.any_filtered())
-        raise(Status(StatusCode::usage,
-                     "run: the frame has AOVs or cryptomattes to filter; call run_aovs()"));
+        raise_usage("run: the frame has AOVs or cryptomattes to filter; call run_aovs()");
     return array_of(std::move(filtered_arrays(chain, frames, options, *device).view.color));
 }
 

@@ -63,9 +63,8 @@ sequence::RunSettings job_settings(const std::string& place, const std::string& 
         const std::string key = py::str(name);
         if (!keys || keys->contains(key)) continue;
         const std::vector<std::string> known(keys->begin(), keys->end());
-        raise(Status(StatusCode::usage,
-                     concat(place, ": unknown argument '", key,
-                            "'; known are those of its signature, and ", joined(known))));
+        raise_usage(place, ": unknown argument '", key, "'; known are those of its signature, and ",
+                    joined(known));
     }
     set_rows(job_parameters(), &job, values, place);
     job.input = input;

@@ -57,8 +57,7 @@ Side side_of(const char* argument, const py::object& value) {
     } else {
         side.is_sequence = true;
         for (const py::handle one : value) add(py::reinterpret_borrow<py::object>(one));
-        if (side.pictures.empty())
-            raise(Status(StatusCode::usage, concat(argument, ": is empty; give an image")));
+        if (side.pictures.empty()) raise_usage(argument, ": is empty; give an image");
     }
     return side;
 }
@@ -141,7 +140,7 @@ metrics::CompareSettings compare_settings(const DiffRequest& request, bool seque
     tde = sequence && request.metrics.empty();
     for (const std::string& name : request.metrics) {
         if (name == kTde && !sequence)
-            raise(Status(StatusCode::usage, "metrics: tde needs two frames or more; give lists"));
+            raise_usage("metrics: tde needs two frames or more; give lists");
         if (name == kTde)
             tde = true;
         else
@@ -152,15 +151,13 @@ metrics::CompareSettings compare_settings(const DiffRequest& request, bool seque
     settings.map = request.map;
     const double ppd = request.pixels_per_degree;
     if (!(ppd >= metrics::kMinPixelsPerDegree && ppd <= metrics::kMaxPixelsPerDegree))
-        raise(Status(StatusCode::usage,
-                     concat("pixels_per_degree: ", ppd, " is not in ", metrics::kMinPixelsPerDegree,
-                            "..", metrics::kMaxPixelsPerDegree)));
+        raise_usage("pixels_per_degree: ", ppd, " is not in ", metrics::kMinPixelsPerDegree, "..",
+                    metrics::kMaxPixelsPerDegree);
     settings.flip.pixels_per_degree = ppd;
     const auto mapper = metrics::find_tone_mapper(request.tone_mapper);
     if (!mapper)
-        raise(Status(StatusCode::usage,
-                     concat("tone_mapper: unknown tone mapper '", request.tone_mapper,
-                            "'; known are ", joined(metrics::tone_mapper_names()))));
+        raise_usage("tone_mapper: unknown tone mapper '", request.tone_mapper, "'; known are ",
+                    joined(metrics::tone_mapper_names()));
     settings.flip.tone_mapper = *mapper;
     return settings;
 }
@@ -171,9 +168,8 @@ py::dict diff(const py::object& reference, const py::object& test, const DiffReq
               const py::kwargs& values) {
     const Side a = side_of("reference", reference), b = side_of("test", test);
     if (a.is_sequence != b.is_sequence || a.pictures.size() != b.pictures.size())
-        raise(Status(StatusCode::usage,
-                     concat("diff: ", a.pictures.size(), " references and ", b.pictures.size(),
-                            " images; give one of each, or as many")));
+        raise_usage("diff: ", a.pictures.size(), " references and ", b.pictures.size(),
+                    " images; give one of each, or as many");
     for (size_t i = 0; i < a.pictures.size(); ++i)
         if (!a.pictures[i].path.empty() && !b.pictures[i].path.empty() && a.is_sequence &&
             a.pictures[i].frame != b.pictures[i].frame)
@@ -218,8 +214,7 @@ void write_scene(scenes::SceneRequest request, const py::object& frames,
     callbacks.check();
     const int width = request.width, height = request.height;
     if (width < 1 || height < 1 || width > io::kMaxSide || height > io::kMaxSide)
-        raise(Status(StatusCode::usage,
-                     concat("size: ", width, "x", height, ": sides are 1..", io::kMaxSide)));
+        raise_usage("size: ", width, "x", height, ": sides are 1..", io::kMaxSide);
     const Parameter& row = *job_parameters().find("frames");
     const auto text = std::get<std::string>(parameter_value(frames, row));
     request.frames = value_of(io::FrameRange::parse(text)).frames;
@@ -228,11 +223,10 @@ void write_scene(scenes::SceneRequest request, const py::object& frames,
     words["on_existing"] = on_existing;
     set_rows(job_parameters(), &job, words, "scene");
     if (job.on_existing == io::OnExisting::skip)
-        raise(Status(StatusCode::usage,
-                     "on_existing: a scene has no frames to skip; give fail or overwrite"));
+        raise_usage("on_existing: a scene has no frames to skip; give fail or overwrite");
     request.on_existing = job.on_existing;
     if (!camera.is_none() && !py::isinstance<py::dict>(camera))
-        raise(Status(StatusCode::usage, concat("camera: is a ", type_of(camera), "; give a dict")));
+        raise_usage("camera: is a ", type_of(camera), "; give a dict");
     if (!camera.is_none() && py::len(camera) > 0)
         request.camera = camera_of(camera.cast<py::dict>()).camera;
     if (auto model = scenes::model_for(request); !model.ok()) raise(model.status());

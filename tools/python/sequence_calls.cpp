@@ -38,9 +38,9 @@ py::dict dict_of(const sequence::RunSummary& summary, const std::vector<std::str
 
 void Callbacks::check() const {
     if (!progress.is_none() && !PyCallable_Check(progress.ptr()))
-        raise(Status(StatusCode::usage, "progress: is not callable; give a function of a dict"));
+        raise_usage("progress: is not callable; give a function of a dict");
     if (!stop.is_none() && !py::hasattr(stop, "is_set"))
-        raise(Status(StatusCode::usage, "stop: has no is_set(); give a threading.Event"));
+        raise_usage("stop: has no is_set(); give a threading.Event");
 }
 
 Call::Idle Callbacks::watch(bool& stopped) const {
@@ -119,10 +119,9 @@ py::object inspect(const std::string& input, const py::object& camera, const py:
     std::error_code error;
     if (std::filesystem::is_directory(input, error)) {
         if (!camera.is_none() || py::len(values) > 0)
-            raise(Status(StatusCode::usage,
-                         concat("inspect: ", input,
-                                " is a folder, which is only listed; give a sequence in it for "
-                                "camera and settings")));
+            raise_usage("inspect: ", input,
+                        " is a folder, which is only listed; give a sequence in it for "
+                        "camera and settings");
         return python_of(value_of(sequence::inspect_folder(input)));
     }
     const sequence::RunSettings settings = job_settings("inspect", input, "", camera, values);

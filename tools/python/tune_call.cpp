@@ -20,8 +20,7 @@ py::list chains_of(const TuneRequest& request) {
                py::isinstance<py::tuple>(request.chains)) {
         for (const py::handle one : request.chains) chains.append(one);
         if (py::len(chains) == 0)
-            raise(Status(StatusCode::usage,
-                         "chains: is empty; give a chain, or leave it out for the shipped ones"));
+            raise_usage("chains: is empty; give a chain, or leave it out for the shipped ones");
     } else {
         chains.append(request.chains);
     }

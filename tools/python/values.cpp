@@ -10,7 +10,7 @@ namespace postchain::python {
 namespace {
 
 [[noreturn]] void refuse(const std::string& place, const std::string& what) {
-    raise(Status(StatusCode::usage, concat(place, ": ", what)));
+    raise_usage(place, ": ", what);
 }
 
 // For json.dumps(): NumPy's numbers and arrays, paths.

@@ -133,13 +133,10 @@ struct Shown {
 // For display: the whole display window, black outside the data window.
 Result<Shown> shown(const BlindWork& work, const std::string& path, int frame) {
     ASSIGN_OR_RETURN(auto color, sequence::read_color(work.settings.source, path, frame));
-    const io::Window &data = color.input.window, &display = color.input.display_window;
-    io::PreviewOptions options;
-    options.view = work.settings.view;
-    ASSIGN_OR_RETURN(
-        auto png,
-        io::encode_png_preview(
-            data == display ? color.rgba() : io::placed(color.rgba(), data, display), options));
+    const io::Window& display = color.input.display_window;
+    ASSIGN_OR_RETURN(auto png,
+                     io::encode_png_preview(io::placed(color.rgba(), color.input.window, display),
+                                            {.view = work.settings.view}));
     return Shown{std::move(png), display.width(), display.height()};
 }
 

@@ -14,8 +14,6 @@
 #include <cstring>
 #include <filesystem>
 
-#include "config/chain_find.h"
-#include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
@@ -38,21 +36,6 @@ using stress::TestRow;
 double now_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
-}
-
-Result<std::vector<stress::Subject>> subjects() {
-    std::vector<stress::Subject> all;
-    for (const auto& type : builtin_passes().types()) {
-        Chain chain;
-        chain.append(builtin_passes(), type.name);
-        all.push_back({type.name, std::move(chain)});
-    }
-    for (const char* name : {"paper", "dof_first"}) {
-        ASSIGN_OR_RETURN(auto file, load_chain(name, builtin_passes()));
-        RETURN_IF_ERROR(file.status());
-        all.push_back({name, std::move(file.chain)});
-    }
-    return all;
 }
 
 // Floats of every magnitude, the same on each machine.
@@ -134,7 +117,7 @@ Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
 // `only`: pattern for test names, as in stress::matches(). Returns kExitHealth, after the table, if
 // a test fails.
 Result<int> selftest_subcommand(const Options& options, const std::string& only) {
-    ASSIGN_OR_RETURN(auto all, subjects());
+    ASSIGN_OR_RETURN(auto all, every_subject());
     std::erase_if(all, [&](const auto& one) { return !stress::matches(only, one.name); });
     const bool with_files = stress::matches(only, kFilesTest);
     if (all.empty() && !with_files)

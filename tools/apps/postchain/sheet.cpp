@@ -92,9 +92,7 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
 Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int number) {
     ASSIGN_OR_RETURN(auto color, sequence::read_color(work.settings.source, path, number));
     log::detail(concat(path, ": profile ", color.profile));
-    const io::Window &data = color.input.window, &display = color.input.display_window;
-    if (data == display) return std::move(color.rgba());
-    return io::placed(color.rgba(), data, display);
+    return io::placed(color.rgba(), color.input.window, color.input.display_window);
 }
 
 // Fitted to the cell, with the image's proportions.
@@ -104,9 +102,7 @@ Result<Image<uint8_t>> thumbnail_of(const SheetWork& work, const ImageF& picture
         std::min(double(layout.width) / picture.width, double(layout.height) / picture.height);
     const int width = std::clamp(int(std::lround(picture.width * scale)), 1, layout.width);
     const int height = std::clamp(int(std::lround(picture.height * scale)), 1, layout.height);
-    io::PreviewOptions options;
-    options.view = work.settings.view;
-    return io::shown_image(io::shrunk(picture, width, height), options);
+    return io::shown_image(io::shrunk(picture, width, height), {.view = work.settings.view});
 }
 
 // The number of columns that brings the sheet closest to 16:9.

@@ -32,8 +32,6 @@ struct StressOptions {
 
 using io::Json;
 
-constexpr const char* kBothOrders[] = {"paper", "dof_first"};
-
 Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
     std::vector<stress::Subject> subjects;
     if (!options.chain.empty()) {
@@ -42,17 +40,7 @@ Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
         return subjects;
     }
     if (!options.sets.empty()) return Status(StatusCode::usage, "--set: needs a CHAIN");
-    for (const auto& type : builtin_passes().types()) {
-        Chain chain;
-        chain.append(builtin_passes(), type.name);
-        subjects.push_back({type.name, std::move(chain)});
-    }
-    for (const char* name : kBothOrders) {
-        ASSIGN_OR_RETURN(auto file, load_chain(name, builtin_passes()));
-        RETURN_IF_ERROR(file.status());
-        subjects.push_back({name, std::move(file.chain)});
-    }
-    return subjects;
+    return every_subject();
 }
 
 // JSON has no infinities: they and NaN become null.
@@ -166,6 +154,21 @@ Result<int> stress_subcommand(const Options& options, const StressOptions& stres
 }
 
 }  // namespace
+
+Result<std::vector<stress::Subject>> every_subject() {
+    std::vector<stress::Subject> subjects;
+    for (const auto& type : builtin_passes().types()) {
+        Chain chain;
+        chain.append(builtin_passes(), type.name);
+        subjects.push_back({type.name, std::move(chain)});
+    }
+    for (const char* name : {"paper", "dof_first"}) {
+        ASSIGN_OR_RETURN(auto file, load_chain(name, builtin_passes()));
+        RETURN_IF_ERROR(file.status());
+        subjects.push_back({name, std::move(file.chain)});
+    }
+    return subjects;
+}
 
 RunSubcommand add_stress(CLI::App& subcommand, Options& o) {
     const auto stress = std::make_shared<StressOptions>();

@@ -6,6 +6,7 @@
 
 #include "tools/apps/postchain/options.h"
 #include "tools/measure/experiment/experiment.h"
+#include "tools/measure/stress/matrix.h"
 
 namespace postchain {
 
@@ -38,5 +39,8 @@ RunSubcommand add_view(CLI::App& subcommand, Options& options);
 // The progress of ab, bench, study and tune: updates one line on a terminal; otherwise prints a
 // line per unit of work.
 experiment::ProgressCallback progress_printer();  // experiments.cpp
+
+// Each pass of the registry by itself, and shipped chains of both orders.
+Result<std::vector<stress::Subject>> every_subject();  // stress.cpp
 
 }  // namespace postchain

@@ -163,8 +163,7 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
                            logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     ui_.mark(key);
     ui_.gesture();
-    if (ImGui::IsItemHovered())
-        ImGui::SetTooltip("%s", camera_parameters().find(key)->help.c_str());
+    ui_.tip(camera_parameters().find(key)->help);
     if (!changed) return;
     // With keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
@@ -269,7 +268,7 @@ void ChainPanel::link_list() {
         bool on = !document.state().off[i];
         if (ImGui::Checkbox("##on", &on)) ui_.say(document.switch_off(i, !on));
         ui_.mark(concat("on ", i));
-        if (ImGui::IsItemHovered()) ImGui::SetTooltip("switch the pass on or off");
+        ui_.tip("switch the pass on or off");
         ImGui::SameLine();
         if (ImGui::Selectable(name.c_str(), selected_ == i, 0,
                               {ImGui::GetContentRegionAvail().x - 30 * ui_.scale, 0}))
@@ -280,14 +279,13 @@ void ChainPanel::link_list() {
             drag_link_ = int(i);
             document.begin_gesture();
         }
-        if (ImGui::IsItemHovered() && drag_link_ < 0)
-            ImGui::SetTooltip("click: its parameters; drag: another place in the chain");
+        if (drag_link_ < 0) ui_.tip("click: its parameters; drag: another place in the chain");
         const bool held = drag_link_ >= 0 && ImGui::IsMouseDown(ImGuiMouseButton_Left);
         const float mouse = ImGui::GetIO().MousePos.y;
         ImGui::SameLine();
         const bool removes = ImGui::SmallButton("x");
         ui_.mark(concat("remove ", i));
-        if (ImGui::IsItemHovered()) ImGui::SetTooltip("remove the pass");
+        ui_.tip("remove the pass");
         ImGui::PopID();
         if (removes) {
             ui_.say(document.erase(i));
@@ -315,7 +313,7 @@ void ChainPanel::link_list() {
             if (ImGui::Selectable(type.name.c_str()))
                 ui_.say(document.add(type.name, document.chain().links.size()));
             ui_.mark("add " + type.name);
-            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", type.help.c_str());
+            ui_.tip(type.help);
         }
         ImGui::EndCombo();
     }
@@ -366,8 +364,7 @@ void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
         if (now != row.default_value) {
             if (ImGui::SmallButton("<")) change = {row.key, row.default_value};
             ui_.mark("reset " + row.key);
-            if (ImGui::IsItemHovered())
-                ImGui::SetTooltip("back to %s", text_of(row.default_value).c_str());
+            ui_.tip("back to " + text_of(row.default_value));
         }
         ImGui::PopID();
     }

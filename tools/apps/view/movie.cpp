@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cerrno>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -41,30 +42,14 @@ Result<std::unique_ptr<Movie>> Movie::open(io::AtomicFile file, int width, int h
     Pipe in, out;
     if (!in.open() || !out.open()) return Status(StatusCode::output, path + ": no pipe to ffmpeg");
     // Sides of yuv420p are even. A file in fragments needs no seek, so it can come from a pipe.
-    const std::vector<std::string> words = {"ffmpeg",
-                                            "-v",
-                                            "error",
-                                            "-f",
-                                            "rawvideo",
-                                            "-pixel_format",
-                                            "rgb24",
-                                            "-video_size",
-                                            concat(width, "x", height),
-                                            "-framerate",
-                                            concat(fps),
-                                            "-i",
-                                            "pipe:0",
-                                            "-vf",
-                                            "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                                            "-pix_fmt",
-                                            "yuv420p",
-                                            "-movflags",
-                                            "frag_keyframe+empty_moov",
-                                            "-f",
-                                            "mp4",
-                                            "pipe:1"};
+    std::istringstream text(concat("ffmpeg -v error -f rawvideo -pixel_format rgb24 -video_size ",
+                                   width, "x", height, " -framerate ", fps,
+                                   " -i pipe:0 -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -pix_fmt yuv420p",
+                                   " -movflags frag_keyframe+empty_moov -f mp4 pipe:1"));
+    std::vector<std::string> words;
+    for (std::string word; text >> word;) words.push_back(word);
     std::vector<char*> arguments;
-    for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+    for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);

@@ -32,7 +32,7 @@ void SavePanel::save_button(const char* name, const char* label, std::string& pa
     ImGui::SetNextItemWidth(-58 * ui_.scale);
     ImGui::InputText("##path", &path);
     ui_.mark(std::string(name) + " path");
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", hint);
+    ui_.tip(hint);
     ImGui::SameLine();
     if (ImGui::Button("save")) save(path);
     ui_.mark(std::string("save ") + name);

@@ -10,13 +10,22 @@ namespace {
 
 constexpr float kSide = 372, kBottom = 80;  // pixels at scale 1
 
+// Begins a panel without decoration at a fixed place.
+void begin_panel(const char* name, ImVec2 at, ImVec2 size, ImGuiWindowFlags more) {
+    ImGui::SetNextWindowPos(at);
+    ImGui::SetNextWindowSize(size);
+    ImGui::Begin(name, nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | more);
+}
+
 // Comparison with the frame before the chain, another chain, and ground truth.
 void draw_compare_panel(UiContext& ui) {
     ViewChoice& view = ui.session.view();
     const auto choice = [&](const char* name, Compare compare, const char* help) {
         if (ImGui::RadioButton(name, view.compare == compare)) view.compare = compare;
         ui.mark(std::string("compare ") + name);
-        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help);
+        ui.tip(help);
     };
     choice("off", Compare::off, "the result alone");
     ImGui::SameLine();
@@ -52,7 +61,7 @@ void draw_compare_panel(UiContext& ui) {
     if (ImGui::BeginCombo("error map", view.map.c_str())) {
         for (const auto& row : metrics::map_rows()) {
             if (ImGui::Selectable(row.name.c_str(), row.name == view.map)) view.map = row.name;
-            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row.help.c_str());
+            ui.tip(row.help);
         }
         ImGui::EndCombo();
     }
@@ -128,29 +137,23 @@ void Ui::draw(float width, float height, float scale) {
 }
 
 void Ui::draw_side(float x, float y, float width, float height) {
-    ImGui::SetNextWindowPos({x, y});
-    ImGui::SetNextWindowSize({width, height});
-    ImGui::Begin("side", nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    begin_panel("side", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
     Document& document = ui_.session.document();
     ImGui::BeginDisabled(!document.can_undo());
     if (ImGui::Button("undo")) document.undo();
     ui_.mark("undo");
-    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
-        ImGui::SetTooltip("Ctrl+Z: %s", document.undo_name().c_str());
+    ui_.tip("Ctrl+Z: " + document.undo_name(), ImGuiHoveredFlags_AllowWhenDisabled);
     ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::BeginDisabled(!document.can_redo());
     if (ImGui::Button("redo")) document.redo();
     ui_.mark("redo");
-    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
-        ImGui::SetTooltip("Ctrl+Y: %s", document.redo_name().c_str());
+    ui_.tip("Ctrl+Y: " + document.redo_name(), ImGuiHoveredFlags_AllowWhenDisabled);
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::Button(document.changed() ? "save *" : "save")) save_.save_chain();
     ui_.mark("save");
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("Ctrl+S: %s", save_.chain_path().c_str());
+    ui_.tip("Ctrl+S: " + save_.chain_path());
     ImGui::SameLine();
     ImGui::TextDisabled("%s", ui_.session.settings().chain_name.c_str());
     if (ImGui::BeginTabBar("tabs")) {
@@ -173,11 +176,7 @@ void Ui::draw_side(float x, float y, float width, float height) {
 }
 
 void Ui::draw_bottom(float x, float y, float width, float height) {
-    ImGui::SetNextWindowPos({x, y});
-    ImGui::SetNextWindowSize({width, height});
-    ImGui::Begin("bottom", nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    begin_panel("bottom", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
     const bool narrow = width < 360 * ui_.scale;  // no room to align what is on the right
     if (ImGui::Button(ui_.session.playing() ? "stop" : "play"))
         ui_.session.play(!ui_.session.playing());
@@ -221,12 +220,9 @@ void Ui::draw_messages(float x, float y, float width) {
     const auto& messages = ui_.session.messages();
     const std::string trouble = ui_.session.trouble();
     if (messages.empty() && trouble.empty()) return;
-    ImGui::SetNextWindowPos({x + 8 * ui_.scale, y + 8 * ui_.scale});
-    ImGui::SetNextWindowSize({std::max(width - 16 * ui_.scale, 1.0f), 0});
     ImGui::SetNextWindowBgAlpha(0.85f);
-    ImGui::Begin("messages", nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
+    begin_panel("messages", {x + 8 * ui_.scale, y + 8 * ui_.scale},
+                {std::max(width - 16 * ui_.scale, 1.0f), 0}, ImGuiWindowFlags_NoFocusOnAppearing);
     ImGui::PushTextWrapPos(0);
     if (!trouble.empty()) ImGui::TextColored({1, 0.55f, 0.5f, 1}, "%s", trouble.c_str());
     const size_t shown = 4;

@@ -23,6 +23,10 @@ struct UiContext {
         const ImVec2 from = ImGui::GetItemRectMin(), size = ImGui::GetItemRectSize();
         if (ImGui::IsItemVisible()) places[name] = {from.x, from.y, size.x, size.y};
     }
+    // The tooltip of the last widget.
+    static void tip(const std::string& text, ImGuiHoveredFlags flags = 0) {
+        if (ImGui::IsItemHovered(flags)) ImGui::SetTooltip("%s", text.c_str());
+    }
     void say(const Status& status) {
         if (!status.ok()) session.say(status.message(), true);
     }

@@ -254,16 +254,17 @@ class Loop {
 
 // ImGui's own callbacks, which it installs, call these.
 void note_events(GLFWwindow* window) {
-    glfwSetWindowRefreshCallback(window, [](GLFWwindow*) { Loop::g_events = true; });
-    glfwSetFramebufferSizeCallback(window, [](GLFWwindow*, int, int) { Loop::g_events = true; });
-    glfwSetCursorPosCallback(window, [](GLFWwindow*, double, double) { Loop::g_events = true; });
+    const auto event = [](GLFWwindow*, auto...) { Loop::g_events = true; };
+    glfwSetWindowRefreshCallback(window, event);
+    glfwSetFramebufferSizeCallback(window, event);
+    glfwSetCursorPosCallback(window, event);
     glfwSetMouseButtonCallback(window,
                                [](GLFWwindow*, int, int action, int) { Loop::note_press(action); });
-    glfwSetScrollCallback(window, [](GLFWwindow*, double, double) { Loop::g_events = true; });
+    glfwSetScrollCallback(window, event);
     glfwSetKeyCallback(window,
                        [](GLFWwindow*, int, int, int action, int) { Loop::note_press(action); });
-    glfwSetCharCallback(window, [](GLFWwindow*, unsigned) { Loop::g_events = true; });
-    glfwSetWindowFocusCallback(window, [](GLFWwindow*, int) { Loop::g_events = true; });
+    glfwSetCharCallback(window, event);
+    glfwSetWindowFocusCallback(window, event);
 }
 
 }  // namespace

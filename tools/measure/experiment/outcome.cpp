@@ -27,8 +27,7 @@ bool holds_zero(const report::Interval& interval) {
     return interval.low <= 0 && interval.high >= 0;
 }
 
-std::optional<report::Winner> winner_of_ab(const report::Report& report) {
-    if (!report.comparison) return std::nullopt;
+std::optional<report::Winner> winner_of_pair(const report::Report& report) {
     for (const report::MetricComparison& one : report.comparison->metrics) {
         if (one.metric != kDecidingMetric) continue;
         const bool a = one.finding == report::Finding::a_better;
@@ -43,7 +42,7 @@ std::optional<report::Winner> winner_of_ab(const report::Report& report) {
     return std::nullopt;
 }
 
-std::optional<report::Winner> winner_of_bench(const report::Report& report) {
+std::optional<report::Winner> winner_of_all(const report::Report& report) {
     std::optional<size_t> best, second;
     const auto value = [&](size_t v) {
         return report::mean_of(report.variants[v].metrics, kDecidingMetric);
@@ -376,8 +375,7 @@ class Judge {
 
 void state_outcome(report::Report& report) {
     if (report.reference != "truth") return;
-    report.winner =
-        report.kind == report::Kind::ab ? winner_of_ab(report) : winner_of_bench(report);
+    report.winner = report.comparison ? winner_of_pair(report) : winner_of_all(report);
     compare_with_input(report);
     doubt_truth(report);
 }

@@ -235,8 +235,7 @@ class Judge {
             result.bootstrap = tiles->second.interval();
             result.tiles = tiles->second.tiles();
         }
-        const bool equal =
-            std::all_of(differences.begin(), differences.end(), [](double d) { return d == 0; });
+        const bool equal = std::ranges::all_of(differences, [](double d) { return d == 0; });
         if (paired.n < kFewFrames)
             result.finding = report::Finding::too_few_frames;
         else if (equal || holds_zero(*paired.interval))
@@ -302,9 +301,7 @@ class Judge {
     }
 
     std::string verdict(const std::vector<report::MetricComparison>& metrics) const {
-        const auto main = std::find_if(metrics.begin(), metrics.end(), [](const auto& metric) {
-            return metric.metric == "hdr_flip";
-        });
+        const auto main = std::ranges::find(metrics, "hdr_flip", &report::MetricComparison::metric);
         if (main == metrics.end() || main->n == 0)
             return "No frame was filtered by both chains." + failures();
         bool equal = true;
@@ -445,9 +442,7 @@ std::string under_file(const std::string& metric) {
 Result<metrics::MetricLimit> parse_limit(const std::string& option, const std::string& text,
                                          const std::vector<report::MetricInfo>& columns) {
     ASSIGN_OR_RETURN(auto limit, metrics::parse_limit(option, text));
-    const auto column =
-        std::find_if(columns.begin(), columns.end(),
-                     [&](const report::MetricInfo& info) { return info.name == limit.metric; });
+    const auto column = std::ranges::find(columns, limit.metric, &report::MetricInfo::name);
     if (column == columns.end()) {
         std::vector<std::string> names;
         for (const auto& info : columns) names.push_back(info.name);

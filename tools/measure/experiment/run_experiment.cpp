@@ -28,7 +28,7 @@ constexpr const char* kTruthName = "truth";  // variant name for results that ho
 constexpr int kInput = -1;                   // in place of a variant: the unfiltered input
 
 bool contains(const std::vector<int>& frames, int frame) {
-    return std::find(frames.begin(), frames.end(), frame) != frames.end();
+    return std::ranges::find(frames, frame) != frames.end();
 }
 
 // The inputs of all variants in one frame.
@@ -178,7 +178,7 @@ class Run {
 
     void note(const std::string& text) {
         auto& notes = report_.notes;
-        if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
+        if (std::ranges::find(notes, text) == notes.end()) notes.push_back(text);
     }
 
     bool stopped() const { return stop_ && *stop_; }
@@ -215,25 +215,14 @@ class Run {
     Status store_images(int v, const Frame& frame, const Findings& found) {
         if (!kept(frame.number)) return Status();
         for (report::StoredImage& image : images_of(v, frame.number)) {
-            const ImageF* pixels = nullptr;
-            switch (image.kind) {
-                case report::ImageKind::input:
-                    pixels = &frame.input.rgb;
-                    break;
-                case report::ImageKind::truth:
-                    pixels = &frame.truth->rgb;
-                    break;
-                case report::ImageKind::color:
-                    pixels = &found.color;
-                    break;
-                case report::ImageKind::error:
-                    if (!found.maps.empty()) pixels = &found.maps.at(image.map);
-                    break;
-                case report::ImageKind::converged:
-                    pixels = &found.converged->rgb;
-                    break;
-            }
-            if (pixels) RETURN_IF_ERROR(report::store_image(report_, std::move(image), *pixels));
+            using enum report::ImageKind;
+            if (image.kind == error && found.maps.empty()) continue;
+            const ImageF& pixels = image.kind == input   ? frame.input.rgb
+                                   : image.kind == truth ? frame.truth->rgb
+                                   : image.kind == color ? found.color
+                                   : image.kind == error ? found.maps.at(image.map)
+                                                         : found.converged->rgb;
+            RETURN_IF_ERROR(report::store_image(report_, std::move(image), pixels));
         }
         return Status();
     }
@@ -286,9 +275,8 @@ class Run {
     bool take_images(int v, int frame) {
         if (!kept(frame)) return true;
         const auto images = images_of(v, frame);
-        return std::all_of(images.begin(), images.end(), [&](const auto& image) {
-            return report::take_stored_image(report_, image);
-        });
+        return std::ranges::all_of(
+            images, [&](const auto& image) { return report::take_stored_image(report_, image); });
     }
 
     bool take_input(int frame) {

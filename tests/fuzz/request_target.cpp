@@ -9,7 +9,7 @@
 #include "guarantees.h"
 #include "targets.h"
 #include "tests/service/fake_service.h"
-#include "tools/service/http/api.h"
+#include "tools/service/http/routes.h"
 #include "tools/service/http/wire.h"
 
 namespace postchain::fuzz {

@@ -104,7 +104,8 @@ void add_steps_of_scenes(std::map<std::string, Step>& steps) {
     for (const auto& info : scenes::scenes()) {
         scenes::SceneModel model = info.make();
         for (int i = 0; i < 9; ++i) {
-            if (i & 4) model.aperture_image = *BokehKernel::make(std::vector<float>(kCells, 1.0f));
+            if (i & 4)
+                model.lens.aperture_image = *BokehKernel::make(std::vector<float>(kCells, 1.0f));
             Step step;
             step.program = scenes::program_for(model, (i & 9) != 0, (i & 2) != 0, i == 8);
             step.set_uniforms(shared::SceneUniforms{});

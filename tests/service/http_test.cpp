@@ -6,7 +6,6 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/support/status.h"
-#include "tools/service/http/client.h"
 #include "tools/service/http/event_log.h"
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/guard.h"

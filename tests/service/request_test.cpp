@@ -186,12 +186,12 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     JobRequest request = taken(ab);
     EXPECT_EQ(request.kind, JobKind::ab);
     EXPECT_EQ(request.chain_b.name, "best");
-    EXPECT_EQ(request.ab.folder, base_ + "/root/report");
-    EXPECT_EQ(request.ab.repeats, 3);
-    EXPECT_EQ(request.ab.flip.pixels_per_degree, 50.5);
+    EXPECT_EQ(request.measured.folder, base_ + "/root/report");
+    EXPECT_EQ(request.measured.repeats, 3);
+    EXPECT_EQ(request.measured.flip.pixels_per_degree, 50.5);
     // No output of the job may replace its chains.
     ab["chain_b"] = "chain.yaml";
-    const auto inputs = taken(ab).ab.run.other_inputs;
+    const auto inputs = taken(ab).measured.run.other_inputs;
     EXPECT_TRUE(std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
         return input.path == base_ + "/root/chain.yaml";
     }));

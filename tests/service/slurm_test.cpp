@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/service/work/program.h"
 #include "tools/service/work/slurm_queue.h"
 
 namespace postchain::service {

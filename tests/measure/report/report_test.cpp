@@ -139,17 +139,16 @@ TEST(ReportJson, NonFiniteNumbersAndForeignBytesStillMakeJson) {
 
 TEST(ReportJson, TimingAndSplitComeBack) {
     const Report report = filled();
-    const auto timing = timing_from(json_of(*report.variants[0].timing));
-    ASSERT_TRUE(timing);
-    EXPECT_EQ(timing->passes[0].pass, "0.fxaa");
-    EXPECT_EQ(timing->total.median_ms, 1.5);
-    const auto split = split_from(json_of(*report.variants[0].split));
-    ASSERT_TRUE(split);
-    EXPECT_EQ(*split->mse.model, 0.3);
-    EXPECT_EQ(*split->cross, 0.1);
-    EXPECT_FALSE(split->others.at("smape").precision);
-    EXPECT_FALSE(timing_from(Json::parse("{}")));
-    EXPECT_FALSE(split_from(Json::parse("[]")));
+    const auto timing = Json(report.variants[0].timing).get<Timing>();
+    EXPECT_EQ(timing.passes[0].pass, "0.fxaa");
+    EXPECT_EQ(timing.total.median_ms, 1.5);
+    const auto split = Json(report.variants[0].split).get<ErrorSplit>();
+    EXPECT_EQ(*split.mse.model, 0.3);
+    EXPECT_EQ(*split.cross, 0.1);
+    EXPECT_FALSE(split.others.at("smape").precision);
+    EXPECT_FALSE(Json(nullptr).get<std::optional<Timing>>());
+    EXPECT_THROW(Json::parse("{}").get<Timing>(), Json::exception);
+    EXPECT_THROW(Json::parse("[]").get<ErrorSplit>(), Json::exception);
 }
 
 std::vector<std::string> lines_of(const std::string& text) {

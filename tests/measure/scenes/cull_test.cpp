@@ -49,9 +49,9 @@ TEST(Cull, NeverLosesASurface) {
         const SceneModel model = scene.make();
         const std::vector<Instant> instants = {instant_of(model, 3.9), instant_of(model, 4.1)};
         const double focus = instants[0].camera.focus_distance;
-        const ImageGeometry picture{200, 113, model.sensor_width_mm,
-                                    lens_radius(instants[0].camera.focal_length_mm, model.f_stop),
-                                    focus};
+        const ImageGeometry picture{
+            200, 113, *model.lens.sensor_width_mm,
+            lens_radius(instants[0].camera.focal_length_mm, *model.lens.f_stop), focus};
         const CellLists cells = cull(model, instants, picture);
         int seen = 0, shaded = 0;
         for (size_t id = 0; id < model.objects.size(); ++id)

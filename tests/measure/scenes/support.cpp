@@ -29,7 +29,7 @@ ScenePlanes render(const std::string& scene, int width, int height, int frame, P
 SceneModel empty_model(double focus_distance, double f_stop) {
     SceneModel model;
     model.camera = [=](double) { return CameraPose{Pose{}, 50, focus_distance}; };
-    model.f_stop = f_stop;
+    model.lens.f_stop = f_stop;
     model.background_opaque = false;
     return model;
 }

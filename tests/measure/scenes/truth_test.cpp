@@ -61,7 +61,7 @@ Moments through(const SceneModel& shape, double x, double y, int width = kSide) 
     SceneModel model = shape;
     const double focal = 4 * kF * 36 / width;
     model.camera = [=](double) { return CameraPose{Pose{}, focal, 2}; };
-    model.f_stop = focal / 156.25;  // the same radius of the lens
+    model.lens.f_stop = focal / 156.25;  // the same radius of the lens
     const double z = 4, px = z / (4 * kF);
     model.objects = {
         unlit(rectangle(3 * px, 3 * px, still(at({x * px, -y * px, z})), {}), {30, 30, 30})};
@@ -69,7 +69,7 @@ Moments through(const SceneModel& shape, double x, double y, int width = kSide) 
     settings.width = settings.height = width;
     Moments m = moments_of(render(model, settings).color);
     EXPECT_NEAR(m.sum / (30 * 36), 1, 0.04) << "energy";
-    const double radius = 0.5 * circle_of_confusion_px(focal, model.f_stop, 36, 2, z, width);
+    const double radius = 0.5 * circle_of_confusion_px(focal, *model.lens.f_stop, 36, 2, z, width);
     for (double* variance : {&m.xx, &m.yy})
         *variance = (*variance - 3 - 1.0 / 12) / (radius * radius);
     m.x = (m.x - width / 2 - x) / radius;
@@ -79,14 +79,14 @@ Moments through(const SceneModel& shape, double x, double y, int width = kSide) 
 
 TEST(ApertureOfTheTruth, HasTheMomentsOfItsShape) {
     SceneModel model = empty_model(2, 1);
-    model.aperture_blades = 3;
+    model.lens.aperture_blades = 3;
     Moments m = through(model, 0, 0);
     EXPECT_NEAR(m.xx, (2 + std::cos(2 * M_PI / 3)) / 12, 0.004);
     EXPECT_NEAR(m.yy, (2 + std::cos(2 * M_PI / 3)) / 12, 0.004);
-    model.aperture_curvature = 1;
+    model.lens.aperture_curvature = 1;
     EXPECT_NEAR(through(model, 0, 0).xx, 0.25, 0.008);
-    model.aperture_blades = 0;
-    model.aperture_ratio = 2;
+    model.lens.aperture_blades = 0;
+    model.lens.aperture_ratio = 2;
     m = through(model, 0, 0);
     EXPECT_NEAR(m.xx, 1.0 / 16, 0.003);
     EXPECT_NEAR(m.yy, 1.0 / 4, 0.008);
@@ -101,7 +101,7 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
         for (int x = kCells / 2; x < kCells; ++x)
             values[size_t(y * kCells + x)] = y < kCells / 2 ? 1.0f : 1.0f / 3;
     SceneModel model = empty_model(2, 1);
-    model.aperture_image = *BokehKernel::make(values);
+    model.lens.aperture_image = *BokehKernel::make(values);
     const double k = 4 / (3 * M_PI);
     Moments m = through(model, 0, 0);
     EXPECT_NEAR(m.x, k, 0.01);
@@ -109,11 +109,11 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
     EXPECT_NEAR(m.xx, 0.25 - k * k, 0.008);
     EXPECT_NEAR(m.yy, 0.25 - k * k / 4, 0.008);
     // Counterclockwise: the right moves to the top, the upper quarter to the left.
-    model.aperture_rotation_deg = 90;
+    model.lens.aperture_rotation_deg = 90;
     m = through(model, 0, 0);
     EXPECT_NEAR(m.x, -k / 2, 0.01);
     EXPECT_NEAR(m.y, -k, 0.01);
-    model.aperture_ratio = 2;
+    model.lens.aperture_ratio = 2;
     m = through(model, 0, 0);
     EXPECT_NEAR(m.x, -k / 4, 0.01);
     EXPECT_NEAR(m.y, -k, 0.01);
@@ -123,7 +123,7 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
 // in a corner, which is 144 sqrt(2) pixels away.
 TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {
     SceneModel model = empty_model(2, 1);
-    model.cats_eye = 0.8;
+    model.lens.cats_eye = 0.8;
     const Moments m = through(model, 72, 72, 4 * kSide);
     EXPECT_NEAR(m.x, -0.5 * 0.4 * std::sqrt(0.5), 0.02);
     EXPECT_NEAR(m.y, -0.5 * 0.4 * std::sqrt(0.5), 0.02);
@@ -135,8 +135,8 @@ TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {
 // A corner on the right, behind the focus: uneven light has a third moment.
 TEST(ApertureOfTheTruth, IsUprightBehindTheFocus) {
     SceneModel model = empty_model(2, 0.08);
-    model.aperture_blades = 3;
-    model.aperture_rotation_deg = -60;
+    model.lens.aperture_blades = 3;
+    model.lens.aperture_rotation_deg = -60;
     for (const double z : {4.0, 1.4}) {
         model.objects = {
             unlit(rectangle(0.01 * z, 0.01 * z, still(at({0, 0, z})), {}), {90, 90, 90})};

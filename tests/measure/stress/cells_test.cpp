@@ -34,7 +34,7 @@ TEST(Stress, CellsHoldTheScalesTheyName) {
     EXPECT_EQ(find_cell("nan in motion_back").nonfinite_placed, 320u);
     EXPECT_EQ(find_cell("nan in every plane").nonfinite_placed, 4 * 320u);
     EXPECT_EQ(find_cell("inf in depth").nonfinite_placed, 0u);  // a valid form of sky
-    for (const Cell& cell : make_cells(40, false))
+    for (const MatrixCell& cell : make_cells(40, false))
         for (const auto& [role, plane] : cell.planes)
             for (float value : plane.data) ASSERT_TRUE(std::isfinite(value)) << cell.name;
 }
@@ -42,7 +42,7 @@ TEST(Stress, CellsHoldTheScalesTheyName) {
 // Every value of every row of the crossed cells is in the reduced set.
 TEST(Stress, CrossedCellsBringTheWorstTogether) {
     std::set<std::string> parts;
-    for (const Cell& cell : make_cells(40, true)) {
+    for (const MatrixCell& cell : make_cells(40, true)) {
         if (cell.row != "crossed" || cell.checks_counts) continue;
         for (size_t from = 0; from < cell.name.size();) {
             const size_t comma = std::min(cell.name.find(", ", from), cell.name.size());
@@ -55,7 +55,7 @@ TEST(Stress, CrossedCellsBringTheWorstTogether) {
                              "firefly 1e10", "1e-8 beside 1e10", "both signs", "65504",
                              "f/0.1 at the near plane", "f/0.1 at infinity", "41x31"})
         EXPECT_EQ(parts.count(part), 1u) << part;
-    const Cell& cell = find_cell(
+    const MatrixCell& cell = find_cell(
         "1e6 px against 1e6 px, near plane before sky, 1e-8 beside 1e10, f/0.1 at infinity");
     const FramePlanes& planes = cell.planes;
     EXPECT_FLOAT_EQ(planes.at(Role::motion).at(40, 20, 0), 1.6e6f);

@@ -26,15 +26,15 @@ ImageF numbered() {
 using Values = std::vector<float>;
 
 TEST(Transform, TurnsByHandAndBack) {
-    EXPECT_EQ(turned(numbered(), Turn::mirror).data, (Values{2, 1, 0, 5, 4, 3}));
-    EXPECT_EQ(turned(numbered(), Turn::flip).data, (Values{3, 4, 5, 0, 1, 2}));
+    EXPECT_EQ(turned(numbered(), Symmetry::mirror).data, (Values{2, 1, 0, 5, 4, 3}));
+    EXPECT_EQ(turned(numbered(), Symmetry::flip).data, (Values{3, 4, 5, 0, 1, 2}));
     // Clockwise: the left column, read from below, becomes the first row.
-    const ImageF quarter = turned(numbered(), Turn::quarter);
+    const ImageF quarter = turned(numbered(), Symmetry::turn);
     EXPECT_EQ(quarter.width, 2);
     EXPECT_EQ(quarter.height, 3);
     EXPECT_EQ(quarter.data, (Values{3, 0, 4, 1, 5, 2}));
-    for (Turn turn : {Turn::mirror, Turn::flip, Turn::quarter})
-        EXPECT_EQ(turned_back(turned(numbered(), turn), turn), numbered());
+    for (Symmetry how : {Symmetry::mirror, Symmetry::flip, Symmetry::turn})
+        EXPECT_EQ(turned_back(turned(numbered(), how), how), numbered());
 }
 
 // A vector points at the same pixel before and after: right becomes down.
@@ -42,10 +42,10 @@ TEST(Transform, VectorsTurnWithThePicture) {
     FramePlanes planes;
     planes[Role::motion] = ImageF(1, 1, 2);
     planes[Role::motion].data = {2, 3};
-    const auto moved = [&](Turn turn) { return turned(planes, turn)[Role::motion].data; };
-    EXPECT_EQ(moved(Turn::mirror), (Values{-2, 3}));
-    EXPECT_EQ(moved(Turn::flip), (Values{2, -3}));
-    EXPECT_EQ(moved(Turn::quarter), (Values{-3, 2}));
+    const auto moved = [&](Symmetry how) { return turned(planes, how)[Role::motion].data; };
+    EXPECT_EQ(moved(Symmetry::mirror), (Values{-2, 3}));
+    EXPECT_EQ(moved(Symmetry::flip), (Values{2, -3}));
+    EXPECT_EQ(moved(Symmetry::turn), (Values{-3, 2}));
 }
 
 TEST(Transform, WindowsGoOnMirroredAtTheBorders) {
@@ -114,7 +114,7 @@ const std::vector<std::string> kWatched = {"repeat", "mirror", "flip",     "turn
                                            "grid",   "dot",    "constant", "range", "reference"};
 
 TEST_F(Equivariance, NonFiniteResultsAreCounted) {
-    Cell cell = find_cell("object 40 px, ground still");
+    MatrixCell cell = find_cell("object 40 px, ground still");
     for (float& value : cell.planes[Role::color].data) value = NAN;
     const Subject copies{"faulty", chain_with(Fault::none)};
     const auto measured = test::must(measure(*executor_, copies, cell, Precision::fp32));

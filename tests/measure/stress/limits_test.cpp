@@ -102,7 +102,7 @@ TEST(Stress, EveryKnownLimitIsMet) {
         test::append(chain, "fxaa", {{"mode", "directional"}});
         subjects.push_back(with_cells_camera({concat("lens first, ", samples), chain.clone()}));
     }
-    std::map<int, std::vector<Cell>> cells;  // by size of the tiles
+    std::map<int, std::vector<MatrixCell>> cells;  // by size of the tiles
     const auto is_met = [&](const std::string& pass, const KnownLimit& limit) {
         for (const auto& subject : subjects) {
             if (!matches(pass + ": *" + limit.parameters, subject.chain.text())) continue;
@@ -140,21 +140,21 @@ TEST(Stress, EveryKnownLimitIsMet) {
 // The cause that the limit of a tied sample names.
 TEST(Stress, ATiedSampleIsOneOfManyWithoutDenoising) {
     Subject subject = with_cells_camera(shipped("best"));
-    const auto reference = [&](const Cell& cell) {
+    const auto reference = [&](const MatrixCell& cell) {
         return test::must(measure(test::executor(), subject, cell, Precision::fp32, nullptr,
                                   {"reference"}))
             .checks.at(0)
             .verdict;
     };
-    std::vector<Cell> over;
-    for (const Cell& cell : make_cells(tile_px(subject.chain), false))
+    std::vector<MatrixCell> over;
+    for (const MatrixCell& cell : make_cells(tile_px(subject.chain), false))
         if (cell.row == "crossed" &&
             matches("both signs, 65504, f/0.1 at the near plane", cell.name))
             if (reference(cell) == Verdict::failed) over.push_back(cell);
     ASSERT_FALSE(over.empty());
     const ChainLink& joint = subject.chain.links[0];
     ASSERT_TRUE(joint.type->parameters->set(joint.pass->parameters(), "denoise", false).ok());
-    for (const Cell& cell : over) EXPECT_EQ(reference(cell), Verdict::ok) << cell.name;
+    for (const MatrixCell& cell : over) EXPECT_EQ(reference(cell), Verdict::ok) << cell.name;
 }
 
 // docs/stability.md has a row for each: cause, owner, why it is not fixed, what to set instead.

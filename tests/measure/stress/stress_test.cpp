@@ -59,7 +59,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
         for (const auto& one : cell.measured) checks[cell.subject].insert(one.check);
     }
     std::set<std::string> all_rows;
-    for (const Cell& cell : make_cells(40, false)) all_rows.insert(cell.row);
+    for (const MatrixCell& cell : make_cells(40, false)) all_rows.insert(cell.row);
     EXPECT_EQ(all_rows.size(), 9u);
     for (const auto& subject : subjects) {
         EXPECT_EQ(rows[subject.name], all_rows) << subject.name;
@@ -71,21 +71,21 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
 TEST(Stress, ChecksSeeWhatTheyAreFor) {
     const Subject subject =
         with_cells_camera({"motion_blur", test::chain_of("motion_blur", {{"mode", "guertin"}})});
-    const Cell cell = find_cell("object 40 px, ground still");
-    const auto checks = [&](const Cell& wrong) {
+    const MatrixCell cell = find_cell("object 40 px, ground still");
+    const auto checks = [&](const MatrixCell& wrong) {
         return test::must(measure(test::executor(), subject, wrong, Precision::fp32)).checks;
     };
-    Cell still = cell;
+    MatrixCell still = cell;
     still.still = true;
     auto found = checks(still);
     EXPECT_EQ(find_check(found, "identity").verdict, Verdict::failed);
     EXPECT_GT(find_check(found, "identity").value, 0.1);
     EXPECT_EQ(find_check(found, "constant").verdict, Verdict::ok);
     // Wrong facts: the elided run skips the blur, the complete one does not.
-    Cell slow = cell;
+    MatrixCell slow = cell;
     slow.frame.bounds.max_speed_px = 0;
     EXPECT_EQ(find_check(checks(slow), "elided").verdict, Verdict::failed);
-    Cell count = cell;
+    MatrixCell count = cell;
     count.checks_counts = true;
     count.nonfinite_placed = 1;
     found = checks(count);

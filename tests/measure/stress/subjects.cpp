@@ -33,9 +33,9 @@ const KnownLimits& every_limit() {
     return limits;
 }
 
-const Cell& find_cell(const std::string& name) {
-    static const std::vector<Cell> cells = make_cells(40, false);
-    for (const Cell& cell : cells)
+const MatrixCell& find_cell(const std::string& name) {
+    static const std::vector<MatrixCell> cells = make_cells(40, false);
+    for (const MatrixCell& cell : cells)
         if (cell.name == name) return cell;
     ADD_FAILURE() << "no cell " << name;
     return cells.front();

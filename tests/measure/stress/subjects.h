@@ -18,7 +18,7 @@ const KnownLimits& every_limit();
 Subject shipped(const std::string& name);
 
 // The cell of that name of make_cells(40, reduced); a failure if there is none.
-const Cell& find_cell(const std::string& name);
+const MatrixCell& find_cell(const std::string& name);
 
 // The check of that name, or one with a bound of -1 if there is none.
 const Measured& find_check(const std::vector<Measured>& all, const std::string& check);

@@ -8,6 +8,7 @@
 
 #include "chain/base/parameter.h"
 #include "tools/measure/experiment/statistics.h"
+#include "tools/measure/report/report_json.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
 #include "tools/sequence/image/png.h"
@@ -173,7 +174,7 @@ Status read_choices(const std::string& csv, const std::string& file_name,
         if (!preferred) return error("choice ", fields[3], " is not A, B or none");
         if (fields[1].empty()) return error("names no observer");
         const Choice choice{fields[1], trial - 1, *preferred};
-        if (std::any_of(choices.begin(), choices.end(), [&](const Choice& other) {
+        if (std::ranges::any_of(choices, [&](const Choice& other) {
                 return other.observer == choice.observer && other.trial == choice.trial;
             }))
             return error("observer '", choice.observer, "' has answered trial ", trial,
@@ -232,17 +233,15 @@ Json results_json(const Comparison& comparison, const std::vector<PairCounts>& r
                   size_t observers) {
     Json pairs = Json::array();
     for (const PairCounts& counts : results)
-        pairs.push_back(
-            {{"a", comparison.sides[counts.a]},
-             {"b", comparison.sides[counts.b]},
-             {"for_a", counts.for_a},
-             {"for_b", counts.for_b},
-             {"no_difference", counts.for_none},
-             {"share_b_interval",
-              counts.share_b ? Json::array({counts.share_b->low, counts.share_b->high}) : Json()},
-             {"probability", counts.probability},
-             {"probability_holm", counts.corrected},
-             {"words", words_of(comparison, counts)}});
+        pairs.push_back({{"a", comparison.sides[counts.a]},
+                         {"b", comparison.sides[counts.b]},
+                         {"for_a", counts.for_a},
+                         {"for_b", counts.for_b},
+                         {"no_difference", counts.for_none},
+                         {"share_b_interval", counts.share_b},
+                         {"probability", counts.probability},
+                         {"probability_holm", counts.corrected},
+                         {"words", words_of(comparison, counts)}});
     return {{"postchain_blind_results", 1},
             {"comparison", comparison.id},
             {"observers", observers},

@@ -38,7 +38,7 @@ Result<std::map<std::string, double>> measure_part(const ImageF& test, const Ima
 
 bool samples(const ChainLink& link) {
     const auto& rows = link.type->parameters->rows();
-    return std::any_of(rows.begin(), rows.end(), [&](const Parameter& row) {
+    return std::ranges::any_of(rows, [&](const Parameter& row) {
         return row.convergence != Convergence::none && reads(link, row);
     });
 }
@@ -84,15 +84,11 @@ Chain with_seed_offset(const Chain& chain, int offset) {
 }
 
 bool has_seeds(const Chain& chain) {
-    for (const auto& link : chain.links)
-        for (const Parameter& row : link.type->parameters->rows())
-            if (row.convergence == Convergence::averaged && reads(link, row)) return true;
-    return false;
+    return !seeds_of(chain).empty();
 }
 
 bool samples(const Chain& chain) {
-    return std::any_of(chain.links.begin(), chain.links.end(),
-                       [](const ChainLink& link) { return samples(link); });
+    return std::ranges::any_of(chain.links, [](const ChainLink& link) { return samples(link); });
 }
 
 Result<Converged> converge(const Chain& chain, const FrameDescription& frame, PlaneView planes,
@@ -162,19 +158,18 @@ Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const Image
         for (const auto& [name, value] : values) split.others[name].*part = value;
         return Status();
     };
-    Status status = side(gpu, rounded, &report::ErrorParts::precision);
-    if (status.ok()) status = side(rounded, c, &report::ErrorParts::sampling);
-    if (status.ok() && truth) {
+    RETURN_IF_ERROR(side(gpu, rounded, &report::ErrorParts::precision));
+    RETURN_IF_ERROR(side(rounded, c, &report::ErrorParts::sampling));
+    if (truth) {
         if (truth->rgb.width != c.width || truth->rgb.height != c.height)
             return Status(StatusCode::input, "the ground truth of an error split has another size");
         split.mse.model = mean_squared(c, truth->rgb);
         split.mse.total = mean_squared(gpu, truth->rgb);
         split.cross =
             *split.mse.total - *split.mse.precision - *split.mse.sampling - *split.mse.model;
-        status = side(c, truth->rgb, &report::ErrorParts::model);
-        if (status.ok()) status = side(gpu, truth->rgb, &report::ErrorParts::total);
+        RETURN_IF_ERROR(side(c, truth->rgb, &report::ErrorParts::model));
+        RETURN_IF_ERROR(side(gpu, truth->rgb, &report::ErrorParts::total));
     }
-    if (!status.ok()) return status;
     return split;
 }
 

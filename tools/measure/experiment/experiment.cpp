@@ -187,14 +187,13 @@ WorstTile worst_tile(const ImageF& map, int frame, int tile_px) {
 
 std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
                                    size_t limit) {
-    std::stable_sort(tiles.begin(), tiles.end(),
-                     [](const auto& a, const auto& b) { return a.first.value > b.first.value; });
+    std::ranges::stable_sort(
+        tiles, [](const auto& a, const auto& b) { return a.first.value > b.first.value; });
     std::vector<report::Crop> crops;
     for (const auto& [tile, why] : tiles) {
-        const bool known =
-            std::any_of(crops.begin(), crops.end(), [&, &t = tile](const report::Crop& c) {
-                return c.frame == t.frame && c.x == t.x && c.y == t.y;
-            });
+        const bool known = std::ranges::any_of(crops, [&, &t = tile](const report::Crop& c) {
+            return c.frame == t.frame && c.x == t.x && c.y == t.y;
+        });
         if (known || crops.size() >= limit) continue;
         crops.push_back({tile.frame, tile.x, tile.y, tile.width, tile.height,
                          concat(why, ": mean HDR-FLIP ", report::figure(tile.value, 3))});

@@ -24,8 +24,7 @@ std::string size_text(const io::Window& window) {
 }
 
 bool black(const metrics::RgbImage& image) {
-    return std::all_of(image.rgb.data.begin(), image.rgb.data.end(),
-                       [](float v) { return v <= 0; });
+    return std::ranges::all_of(image.rgb.data, [](float v) { return v <= 0; });
 }
 
 // Equal up to the digits that camera.json keeps.
@@ -202,7 +201,7 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
     scenes::SceneRequest request;
     request.name = word("scene");
     const auto& all = scenes::scenes();
-    const auto scene = std::find_if(all.begin(), all.end(), [&](const scenes::SceneInfo& info) {
+    const auto scene = std::ranges::find_if(all, [&](const scenes::SceneInfo& info) {
         return info.name == request.name && info.help == word("description");
     });
     if (scene == all.end()) {

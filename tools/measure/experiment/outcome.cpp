@@ -27,8 +27,7 @@ bool holds_zero(const report::Interval& interval) {
     return interval.low <= 0 && interval.high >= 0;
 }
 
-std::optional<report::Winner> winner_of_ab(const report::Report& report) {
-    if (!report.comparison) return std::nullopt;
+std::optional<report::Winner> winner_of_pair(const report::Report& report) {
     for (const report::MetricComparison& one : report.comparison->metrics) {
         if (one.metric != kDecidingMetric) continue;
         const bool a = one.finding == report::Finding::a_better;
@@ -43,7 +42,7 @@ std::optional<report::Winner> winner_of_ab(const report::Report& report) {
     return std::nullopt;
 }
 
-std::optional<report::Winner> winner_of_bench(const report::Report& report) {
+std::optional<report::Winner> winner_of_all(const report::Report& report) {
     std::optional<size_t> best, second;
     const auto value = [&](size_t v) {
         return report::mean_of(report.variants[v].metrics, kDecidingMetric);
@@ -236,8 +235,7 @@ class Judge {
             result.bootstrap = tiles->second.interval();
             result.tiles = tiles->second.tiles();
         }
-        const bool equal =
-            std::all_of(differences.begin(), differences.end(), [](double d) { return d == 0; });
+        const bool equal = std::ranges::all_of(differences, [](double d) { return d == 0; });
         if (paired.n < kFewFrames)
             result.finding = report::Finding::too_few_frames;
         else if (equal || holds_zero(*paired.interval))
@@ -303,9 +301,7 @@ class Judge {
     }
 
     std::string verdict(const std::vector<report::MetricComparison>& metrics) const {
-        const auto main = std::find_if(metrics.begin(), metrics.end(), [](const auto& metric) {
-            return metric.metric == "hdr_flip";
-        });
+        const auto main = std::ranges::find(metrics, "hdr_flip", &report::MetricComparison::metric);
         if (main == metrics.end() || main->n == 0)
             return "No frame was filtered by both chains." + failures();
         bool equal = true;
@@ -376,8 +372,7 @@ class Judge {
 
 void state_outcome(report::Report& report) {
     if (report.reference != "truth") return;
-    report.winner =
-        report.kind == report::Kind::ab ? winner_of_ab(report) : winner_of_bench(report);
+    report.winner = report.comparison ? winner_of_pair(report) : winner_of_all(report);
     compare_with_input(report);
     doubt_truth(report);
 }
@@ -447,9 +442,7 @@ std::string under_file(const std::string& metric) {
 Result<metrics::MetricLimit> parse_limit(const std::string& option, const std::string& text,
                                          const std::vector<report::MetricInfo>& columns) {
     ASSIGN_OR_RETURN(auto limit, metrics::parse_limit(option, text));
-    const auto column =
-        std::find_if(columns.begin(), columns.end(),
-                     [&](const report::MetricInfo& info) { return info.name == limit.metric; });
+    const auto column = std::ranges::find(columns, limit.metric, &report::MetricInfo::name);
     if (column == columns.end()) {
         std::vector<std::string> names;
         for (const auto& info : columns) names.push_back(info.name);

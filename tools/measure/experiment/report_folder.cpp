@@ -84,6 +84,18 @@ std::optional<std::set<std::string>> listed_pictures(const std::string& folder) 
 
 }  // namespace
 
+std::vector<std::string> folders_in(const std::string& folder) {
+    std::vector<std::string> folders;
+    std::error_code error;
+    if (fs::is_symlink(folder, error)) return folders;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        std::error_code ignored;
+        if (it->is_directory(ignored) && !it->is_symlink(ignored))
+            folders.push_back(it->path().string());
+    }
+    return folders;
+}
+
 Status remove_files(const std::string& folder,
                     const std::function<bool(const std::string& name)>& made) {
     std::error_code error;
@@ -110,28 +122,17 @@ Status remove_report(const std::string& folder) {
         names.insert(under_file(column.name));
     const auto listed = listed_pictures(folder);
     const std::string images = report::kImageFolder;
-    Status status = remove_files(folder + "/" + images, [&](const std::string& name) {
+    RETURN_IF_ERROR(remove_files(folder + "/" + images, [&](const std::string& name) {
         return listed ? listed->contains(images + "/" + name) : is_frame_file(name);
-    });
-    if (status.ok()) status = remove_files(folder + "/results", is_result_file);
-    std::error_code error;
-    std::vector<std::string> truths;
-    if (!fs::is_symlink(folder + "/truth", error))
-        for (fs::directory_iterator it(folder + "/truth", error), end; !error && it != end;
-             it.increment(error))
-            truths.push_back(it->path().string());
-    for (const std::string& truth : truths)
-        if (status.ok())
-            status = remove_files(truth, [](const std::string& name) {
-                return name.starts_with("both.") && is_frame_file(name);
-            });
-    if (status.ok())
-        status = remove_files(folder + "/truth", [](const std::string&) { return false; });
+    }));
+    RETURN_IF_ERROR(remove_files(folder + "/results", is_result_file));
+    for (const std::string& truth : folders_in(folder + "/truth"))
+        RETURN_IF_ERROR(remove_files(truth, [](const std::string& name) {
+            return name.starts_with("both.") && is_frame_file(name);
+        }));
+    RETURN_IF_ERROR(remove_files(folder + "/truth", [](const std::string&) { return false; }));
     // The list is removed last, so that an interrupted removal can continue.
-    if (status.ok())
-        status =
-            remove_files(folder, [&](const std::string& name) { return names.contains(name); });
-    return status;
+    return remove_files(folder, [&](const std::string& name) { return names.contains(name); });
 }
 
 Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings) {

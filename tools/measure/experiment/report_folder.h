@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/report/report.h"
@@ -28,6 +29,9 @@ Status remove_report(const std::string& folder);
 // nothing if the folder does not exist or is a link. Errors (output).
 Status remove_files(const std::string& folder,
                     const std::function<bool(const std::string& name)>& made);
+
+// The folders in `folder`; none if it is a link or does not exist.
+std::vector<std::string> folders_in(const std::string& folder);
 
 // Writes report.json, report.csv, report.md and index.html into the report's folder. `assets`: as
 // in ExperimentSettings. Errors (output).

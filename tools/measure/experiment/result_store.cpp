@@ -66,16 +66,10 @@ std::optional<FrameResult> ResultStore::frame(const std::string& name, int frame
     if (json.is_null()) return std::nullopt;
     try {
         FrameResult result;
-        result.metrics = json.at("metrics").get<std::map<std::string, double>>();
-        if (!json.at("split").is_null()) {
-            result.split = report::split_from(json.at("split"));
-            if (!result.split) return std::nullopt;
-        }
-        for (const report::Json& one : json.at("left_out")) {
-            auto elision = report::elision_from(one);
-            if (!elision) return std::nullopt;
-            result.elisions.push_back(std::move(*elision));
-        }
+        json.at("metrics").get_to(result.metrics);
+        json.at("split").get_to(result.split);
+        for (const report::Json& one : json.at("left_out"))
+            result.elisions.push_back(report::elision_from(one));
         return result;
     } catch (const nlohmann::json::exception&) {
         return std::nullopt;
@@ -85,25 +79,28 @@ std::optional<FrameResult> ResultStore::frame(const std::string& name, int frame
 std::optional<report::Timing> ResultStore::timing(const std::string& name,
                                                   const std::string& work) const {
     const report::Json json = load(path(name + ".time"), key(work));
-    return json.is_object() && json.contains("timing") ? report::timing_from(json["timing"])
-                                                       : std::nullopt;
+    try {
+        return json.is_null() ? std::nullopt
+                              : std::optional(json.at("timing").get<report::Timing>());
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
 }
 
 Status ResultStore::keep(const std::string& name, int frame, const std::string& work,
                          const FrameResult& result) const {
     report::Json left_out = report::Json::array();
     for (const Elision& elision : result.elisions) left_out.push_back(report::json_of(elision));
-    const report::Json json = {
-        {"key", key(work)},
-        {"metrics", result.metrics},
-        {"split", result.split ? report::json_of(*result.split) : report::Json(nullptr)},
-        {"left_out", left_out}};
+    const report::Json json = {{"key", key(work)},
+                               {"metrics", result.metrics},
+                               {"split", result.split},
+                               {"left_out", left_out}};
     return save(path(concat(name, ".", frame)), io::json_text(json, 1));
 }
 
 Status ResultStore::keep(const std::string& name, const std::string& work,
                          const report::Timing& timing) const {
-    const report::Json json = {{"key", key(work)}, {"timing", report::json_of(timing)}};
+    const report::Json json = {{"key", key(work)}, {"timing", timing}};
     return save(path(name + ".time"), io::json_text(json, 1));
 }
 

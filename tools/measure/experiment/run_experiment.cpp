@@ -1,6 +1,7 @@
 #include "tools/measure/experiment/run_experiment.h"
 
 #include <algorithm>
+#include <functional>
 #include <set>
 #include <string>
 
@@ -27,7 +28,7 @@ constexpr const char* kTruthName = "truth";  // variant name for results that ho
 constexpr int kInput = -1;                   // in place of a variant: the unfiltered input
 
 bool contains(const std::vector<int>& frames, int frame) {
-    return std::find(frames.begin(), frames.end(), frame) != frames.end();
+    return std::ranges::find(frames, frame) != frames.end();
 }
 
 // The inputs of all variants in one frame.
@@ -36,13 +37,12 @@ struct Frame {
     int number = 0;
     metrics::RgbImage input;
     std::optional<metrics::RgbImage> truth;
-    // bench: the frame before, for tde. Its results are made again instead of kept in memory.
+    // The frame before, for tde: if results are resumed they are made again, not kept in memory.
     std::optional<sequence::SourceFrame> before;
     std::optional<metrics::RgbImage> truth_before;
-    std::map<std::string, Converged> converged;  // bench: by the converged chain's text
-    // ab: the result of A if there is no ground truth; the maps of A and B if there is one.
-    std::optional<metrics::RgbImage> of_a;
-    std::map<std::string, ImageF> maps[2];
+    std::map<std::string, Converged> converged;  // by the converged chain's text
+    std::optional<metrics::RgbImage> of_first;   // the first chain's result, if it is the reference
+    std::vector<std::map<std::string, ImageF>> maps;  // of each variant, if tiles are drawn
 };
 
 // Measurements of one variant or of the input in one frame.
@@ -53,27 +53,41 @@ struct Findings {
     FrameResult result;
 };
 
-// tde of ab: the error of the last frame that was measured.
+// For tde: the error of the last frame that was measured.
 struct LastError {
     metrics::TemporalError error;
     std::optional<int> frame;
 };
 
+// What is asked of the chains, and how they are named. Nothing else tells ab from bench.
+struct Asked {
+    report::Kind kind = report::Kind::bench;
+    std::string title;
+    std::vector<std::string> names;  // of the variants
+    std::vector<std::string> files;  // of each variant: the name of its results and images
+    std::vector<std::string> seeds;
+    // Called once the input is usable.
+    std::function<Result<io::OutputFiles>(const ExperimentSettings&)> folder;
+    bool resumes = false;            // results are stored, and reused
+    int split_frames = 0;            // at most, on which the error is split
+    std::vector<std::string> tiles;  // metrics by which the second is tested against the first
+};
+
+// Of the metrics; first: the first chain's result.
+enum class Reference { truth, first, converged };
+
 class Run {
   public:
-    // `files`: null for ab, which prepares its folder itself.
-    Run(std::vector<const NamedChain*> variants, const ExperimentSettings& settings,
-        int split_frames, const io::OutputFiles* files, Executor& executor,
-        const std::atomic<bool>* stop)
+    Run(std::vector<const NamedChain*> variants, Asked asked, const ExperimentSettings& settings,
+        Executor& executor, const std::atomic<bool>* stop)
         : variants_(std::move(variants)),
+          asked_(std::move(asked)),
           settings_(settings),
-          files_(files),
           executor_(executor),
-          stop_(stop),
-          max_split_frames_(split_frames) {}
+          stop_(stop) {}
 
-    Result<report::Report> run(const std::string& title, const ProgressCallback& callback) {
-        report_.title = title;
+    Result<report::Report> run(const ProgressCallback& callback) {
+        report_.title = asked_.title;
         RETURN_IF_ERROR(start());
         const std::vector<int> open = frames_to_do();
         ProgressMeter progress(report_.frames.size() * variants_.size() + variants_.size(), done_,
@@ -88,50 +102,42 @@ class Run {
 
   private:
     // ------------------------------------------------------------------------ conditions
-    bool is_ab() const { return !files_; }
-
     Status start() {
-        ASSIGN_OR_RETURN(input_, open_input(is_ab() ? report::Kind::ab : report::Kind::bench,
-                                            settings_, report_));
-        if (!input_.truth)
-            note(is_ab() ? concat("without a ground truth the metrics measure the distance of ",
-                                  variants_[1]->name, " from ", variants_[0]->name,
-                                  ", not which is more accurate")
-                         : concat("no model error: ", report_.no_truth,
-                                  "; the metrics measure each variant's distance from its own "
-                                  "converged filter"));
+        ASSIGN_OR_RETURN(input_, open_input(asked_.kind, settings_, report_));
+        reference_ = input_.truth                       ? Reference::truth
+                     : report_.reference == "converged" ? Reference::converged
+                                                        : Reference::first;
+        if (reference_ == Reference::first)
+            note(concat("without a ground truth the metrics measure the distance of ",
+                        variants_[1]->name, " from ", variants_[0]->name,
+                        ", not which is more accurate"));
+        if (reference_ == Reference::converged)
+            note(concat("no model error: ", report_.no_truth,
+                        "; the metrics measure each variant's distance from its own converged "
+                        "filter"));
         stability_frames_ = spread_frames(report_.frames, settings_.stability_frames);
-        split_frames_ = spread_frames(report_.scored_frames, max_split_frames_);
-        for (const NamedChain* one : variants_) {
+        split_frames_ = spread_frames(report_.scored_frames, asked_.split_frames);
+        for (size_t v = 0; v < variants_.size(); ++v) {
+            const NamedChain& one = *variants_[v];
             report::Variant variant;
-            variant.name = one->name;
-            variant.sweep = one->sweep;
-            variant.chain_text = write_chain(one->chain);
-            variant.passes = one->chain.types();
-            variant.chain_hash = one->chain.hash();
+            variant.name = asked_.names[v];
+            variant.sweep = one.sweep;
+            variant.chain_text = write_chain(one.chain);
+            variant.passes = one.chain.types();
+            variant.chain_hash = one.chain.hash();
             report_.variants.push_back(std::move(variant));
-            wanted_ = wanted_ | one->chain.required() | one->chain.optional();
+            wanted_ = wanted_ | one.chain.required() | one.chain.optional();
         }
+        report_.seeds = asked_.seeds;
         results_.resize(variants_.size());
         last_errors_.resize(variants_.size());
-        return is_ab() ? start_ab() : start_bench();
-    }
-
-    Status start_ab() {
-        ASSIGN_OR_RETURN(report_.files, prepare_folder(settings_));
-        for (const NamedChain* one : variants_)
-            for (const auto& seed : seeds_of(one->chain))
-                report_.seeds.push_back(one->name + ": " + seed);
-        if (variants_[0]->name == variants_[1]->name) {
-            report_.variants[0].name += " (A)";
-            report_.variants[1].name += " (B)";
-        }
-        for (const char* metric : {"flip", "hdr_flip", "relmse", "smape", "mse"})
+        for (const std::string& metric : asked_.tiles)
             tiles_.emplace(metric, TileBootstrap(kBootstrapSeed, kBootstrapReplicates));
-        return Status();
+        ASSIGN_OR_RETURN(report_.files, asked_.folder(settings_));
+        return asked_.resumes ? open_store() : Status();
     }
 
-    Status start_bench() {
+    Status open_store() {
         report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
         RuleNames rules;
         for (const NamedChain* one : variants_) {
@@ -141,9 +147,7 @@ class Run {
                 note("variants differ in camera but share one ground truth");
         }
         RETURN_IF_ERROR(warn_of_cameras());
-        report_.seeds = seeds_of(variants_[0]->chain);
-        report_.files = *files_;
-        store_.emplace(settings_.folder, conditions_of(report_, settings_, rules), *files_);
+        store_.emplace(settings_.folder, conditions_of(report_, settings_, rules), report_.files);
         return store_->prepare();
     }
 
@@ -174,7 +178,7 @@ class Run {
 
     void note(const std::string& text) {
         auto& notes = report_.notes;
-        if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
+        if (std::ranges::find(notes, text) == notes.end()) notes.push_back(text);
     }
 
     bool stopped() const { return stop_ && *stop_; }
@@ -185,8 +189,7 @@ class Run {
 
     // Name in results and images.
     std::string file_name(int v) const {
-        if (v == kInput) return report::kInputName;
-        return is_ab() ? (v == 0 ? "a" : "b") : hex_of(report_.variants[size_t(v)].chain_hash);
+        return v == kInput ? report::kInputName : asked_.files[size_t(v)];
     }
 
     // The images of a variant, or of the input with the ground truth, in one frame of the page.
@@ -202,7 +205,7 @@ class Run {
         if (v != kInput || input_.truth)
             for (const char* map : kStoredMaps) add(ImageKind::error, name + "." + map, map);
         // One file for all variants that converge to the same filter.
-        if (v != kInput && !is_ab() && !input_.truth)
+        if (v != kInput && reference_ == Reference::converged)
             add(ImageKind::converged,
                 hex_of(hash_text(converged_chain(variants_[size_t(v)]->chain, nullptr).text())) +
                     ".converged");
@@ -212,25 +215,14 @@ class Run {
     Status store_images(int v, const Frame& frame, const Findings& found) {
         if (!kept(frame.number)) return Status();
         for (report::StoredImage& image : images_of(v, frame.number)) {
-            const ImageF* pixels = nullptr;
-            switch (image.kind) {
-                case report::ImageKind::input:
-                    pixels = &frame.input.rgb;
-                    break;
-                case report::ImageKind::truth:
-                    pixels = &frame.truth->rgb;
-                    break;
-                case report::ImageKind::color:
-                    pixels = &found.color;
-                    break;
-                case report::ImageKind::error:
-                    if (!found.maps.empty()) pixels = &found.maps.at(image.map);
-                    break;
-                case report::ImageKind::converged:
-                    pixels = &found.converged->rgb;
-                    break;
-            }
-            if (pixels) RETURN_IF_ERROR(report::store_image(report_, std::move(image), *pixels));
+            using enum report::ImageKind;
+            if (image.kind == error && found.maps.empty()) continue;
+            const ImageF& pixels = image.kind == input   ? frame.input.rgb
+                                   : image.kind == truth ? frame.truth->rgb
+                                   : image.kind == color ? found.color
+                                   : image.kind == error ? found.maps.at(image.map)
+                                                         : found.converged->rgb;
+            RETURN_IF_ERROR(report::store_image(report_, std::move(image), pixels));
         }
         return Status();
     }
@@ -283,9 +275,8 @@ class Run {
     bool take_images(int v, int frame) {
         if (!kept(frame)) return true;
         const auto images = images_of(v, frame);
-        return std::all_of(images.begin(), images.end(), [&](const auto& image) {
-            return report::take_stored_image(report_, image);
-        });
+        return std::ranges::all_of(
+            images, [&](const auto& image) { return report::take_stored_image(report_, image); });
     }
 
     bool take_input(int frame) {
@@ -331,6 +322,7 @@ class Run {
     // `stamps`: of the files the frame was made from.
     Status visit(const sequence::SourceFrame& source, const std::vector<io::FileStamp>& stamps) {
         ASSIGN_OR_RETURN(Frame frame, inputs_of(source));
+        frame.maps.resize(tiles_.empty() ? 0 : variants_.size());
         const int number = frame.number;
         for (const auto& text : notes_on_neighbors(source)) note(text);
         RETURN_IF_ERROR(visit_input(frame, stamps));
@@ -345,7 +337,7 @@ class Run {
                 RETURN_IF_ERROR(store_images(int(v), frame, *found));
                 RETURN_IF_ERROR(keep(file_name(int(v)), int(v), number, found->result, stamps));
                 results_[v][number] = std::move(found->result);
-                if (is_ab()) frame.maps[v] = std::move(found->maps);
+                if (!tiles_.empty()) frame.maps[v] = std::move(found->maps);
             } else {
                 std::string& failure = report_.variants[v].failure;
                 failure += concat(failure.empty() ? "" : "; ", "frame ", number, ": ",
@@ -353,7 +345,7 @@ class Run {
             }
             progress_->finished();
         }
-        if (is_ab() && frame.truth)
+        if (frame.truth)
             for (auto& [metric, bootstrap] : tiles_)
                 if (frame.maps[0].contains(metric) && frame.maps[1].contains(metric))
                     bootstrap.add(number, tile_sums(frame.maps[0].at(metric),
@@ -366,7 +358,7 @@ class Run {
         ASSIGN_OR_RETURN(frame.input, metrics::rgb_image_of(*source.planes.at(Role::color)));
         if (!input_.has_truth(frame.number)) return frame;
         ASSIGN_OR_RETURN(frame.truth, input_.truth->load(frame.number));
-        if (is_ab() || !input_.follows(frame.number)) return frame;
+        if (!store_ || !input_.follows(frame.number)) return frame;
         ASSIGN_OR_RETURN(frame.before,
                          read_frame(input_, settings_.run, frame.number - 1, wanted_));
         ASSIGN_OR_RETURN(frame.truth_before, input_.truth->load(frame.number - 1));
@@ -407,17 +399,17 @@ class Run {
         // Filtered but not measured: only other frames have a ground truth.
         if (!frame.truth && input_.truth) return found;
         const bool split = contains(split_frames_, frame.number);
-        if (!is_ab() && (!frame.truth || split)) {
+        if (split || reference_ == Reference::converged) {
             ASSIGN_OR_RETURN(found.converged, converge_once(frame, chain));
         }
-        if (is_ab() && !frame.truth && v == 0) {
-            ASSIGN_OR_RETURN(frame.of_a, metrics::rgb_image_of(found.color));
+        if (reference_ == Reference::first && v == 0) {
+            ASSIGN_OR_RETURN(frame.of_first, metrics::rgb_image_of(found.color));
             return found;
         }
-        if (is_ab() && !frame.truth && !frame.of_a) return found;  // A failed
-        const ImageF& reference = frame.truth ? frame.truth->rgb
-                                  : is_ab()   ? frame.of_a->rgb
-                                              : found.converged->rgb;
+        if (reference_ == Reference::first && !frame.of_first) return found;  // the first failed
+        const ImageF& reference = reference_ == Reference::truth   ? frame.truth->rgb
+                                  : reference_ == Reference::first ? frame.of_first->rgb
+                                                                   : found.converged->rgb;
         ASSIGN_OR_RETURN(auto pair, metrics::pair_of(found.color, reference));
         RETURN_IF_ERROR(score(frame, pair, last_errors_[v], found,
                               [&] { return filtered(chain, *frame.before, nullptr); }));
@@ -460,26 +452,27 @@ class Run {
         return &found->second;
     }
 
-    // Metrics and maps of an image. tde is the step from the frame before: ab keeps its error in
-    // `last`; bench makes its image again by `before`, because an earlier run may have measured it.
+    // Metrics and maps of an image. tde is the step from the frame before, whose error is in
+    // `last`; if results are resumed `before` makes its image again: an earlier run may have
+    // measured it.
     template <class Before>
     Status score(const Frame& frame, const metrics::Pair& pair, LastError& last, Findings& found,
                  const Before& before) {
         ASSIGN_OR_RETURN(auto measured, measure(pair, frame.truth ? &frame.input : nullptr,
-                                                input_.exposures, settings_.flip, is_ab()));
+                                                input_.exposures, settings_.flip, !tiles_.empty()));
         found.result.metrics.merge(measured.values);
         found.maps = std::move(measured.maps);
-        if (last.frame != frame.number - 1) last.error = {};
+        if (store_ && !frame.before) return Status();
+        if (store_ || last.frame != frame.number - 1) last.error = {};
         if (frame.before) {
             ASSIGN_OR_RETURN(const ImageF image, before());
             ASSIGN_OR_RETURN(auto pair_before, metrics::pair_of(image, frame.truth_before->rgb));
             RETURN_IF_ERROR(last.error.add(pair_before));
         }
-        if (!is_ab() && !frame.before) return Status();
         RETURN_IF_ERROR(last.error.add(pair));
         if (const auto step = last.error.last()) found.result.metrics["tde"] = *step;
         last.frame = frame.number;
-        if (!is_ab()) last = {};
+        if (store_) last = {};  // an image for each variant
         return Status();
     }
 
@@ -548,10 +541,10 @@ class Run {
         find_means(report_.input_metrics);
         find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst));
-        if (is_ab())
-            report_.comparison = compare_variants(report_, tiles_);
-        else
+        if (tiles_.empty())
             mark_pareto(report_, kDecidingMetric);
+        else
+            report_.comparison = compare_variants(report_, tiles_);
         state_outcome(report_);
         return Status();
     }
@@ -565,11 +558,11 @@ class Run {
             const auto found = results_[v].find(frame);
             if (found == results_[v].end()) continue;
             const FrameResult& result = found->second;
-            // ab also lists columns without a value.
+            // A comparison also lists columns without a value.
             for (const auto& column : report_.metrics)
-                if (is_ab() && (result.metrics.contains(kDecidingMetric) ||
-                                ((column.name == "flicker" || column.name == "grid") &&
-                                 contains(stability_frames_, frame))))
+                if (!tiles_.empty() && (result.metrics.contains(kDecidingMetric) ||
+                                        ((column.name == "flicker" || column.name == "grid") &&
+                                         contains(stability_frames_, frame))))
                     set_value(variant.metrics, column.name, i, report_.frames.size(), {});
             set_values(variant.metrics, i, result);
             for (const Elision& elision : result.elisions)
@@ -586,52 +579,74 @@ class Run {
     }
 
     const std::vector<const NamedChain*> variants_;
+    const Asked asked_;
     const ExperimentSettings& settings_;
-    const io::OutputFiles* files_;
     Executor& executor_;
     const std::atomic<bool>* stop_;
-    const int max_split_frames_;
     ProgressMeter* progress_ = nullptr;
     report::Report report_;
     ExperimentInput input_;
+    Reference reference_ = Reference::truth;
     std::vector<int> split_frames_, stability_frames_;
     RoleSet wanted_;
     std::vector<std::map<int, FrameResult>> results_;           // of each variant, by frame
     std::map<int, FrameResult> input_results_, truth_results_;  // by frame; the second: noise
     std::vector<LastError> last_errors_;                        // of each variant
     LastError last_error_of_input_;
-    std::optional<ResultStore> store_;            // bench
+    std::optional<ResultStore> store_;            // if results are resumed
     size_t done_ = 0;                             // units reused from an earlier run
-    std::map<std::string, TileBootstrap> tiles_;  // ab: by metric
+    std::map<std::string, TileBootstrap> tiles_;  // by metric
 };
+
+Result<report::Report> run(const std::vector<const NamedChain*>& variants, Asked asked,
+                           ExperimentSettings settings, Executor& executor,
+                           const ProgressCallback& progress, const std::atomic<bool>* stop) {
+    std::vector<const Chain*> chains;
+    for (const NamedChain* one : variants) chains.push_back(&one->chain);
+    settings.run = sequence::settings_for(settings.run, chains);
+    const StopScope within_a_frame(executor, stop);
+    return Run(variants, std::move(asked), settings, executor, stop).run(progress);
+}
 
 }  // namespace
 
 Result<report::Report> run_ab(const NamedChain& a, const NamedChain& b,
                               const ExperimentSettings& settings, Executor& executor,
                               const ProgressCallback& progress, const std::atomic<bool>* stop) {
-    ExperimentSettings with_mattes = settings;
-    with_mattes.run = sequence::settings_for(settings.run, {&a.chain, &b.chain});
-    const StopScope within_a_frame(executor, stop);
-    return Run({&a, &b}, with_mattes, 0, nullptr, executor, stop)
-        .run(a.name + " against " + b.name, progress);
+    const bool namesakes = a.name == b.name;
+    Asked asked{.kind = report::Kind::ab,
+                .title = a.name + " against " + b.name,
+                .names = {a.name + (namesakes ? " (A)" : ""), b.name + (namesakes ? " (B)" : "")},
+                .files = {"a", "b"},
+                .seeds = {},
+                .folder = prepare_folder,
+                .tiles = {"flip", "hdr_flip", "relmse", "smape", "mse"}};
+    for (const NamedChain* one : {&a, &b})
+        for (const auto& seed : seeds_of(one->chain))
+            asked.seeds.push_back(one->name + ": " + seed);
+    return run({&a, &b}, std::move(asked), settings, executor, progress, stop);
 }
 
 Result<report::Report> run_bench(const std::vector<NamedChain>& variants,
                                  const BenchSettings& settings, const io::OutputFiles& files,
                                  Executor& executor, const ProgressCallback& progress,
                                  const std::atomic<bool>* stop) {
+    Asked asked{.kind = report::Kind::bench,
+                .title = settings.chain_name + ": error against run time",
+                .names = {},
+                .files = {},
+                .seeds = seeds_of(variants[0].chain),
+                .folder = [&](const ExperimentSettings&) { return Result<io::OutputFiles>(files); },
+                .resumes = true,
+                .split_frames = settings.split_frames,
+                .tiles = {}};
     std::vector<const NamedChain*> all;
-    std::vector<const Chain*> chains;
     for (const NamedChain& variant : variants) {
         all.push_back(&variant);
-        chains.push_back(&variant.chain);
+        asked.names.push_back(variant.name);
+        asked.files.push_back(hex_of(variant.chain.hash()));
     }
-    BenchSettings with_mattes = settings;
-    with_mattes.run = sequence::settings_for(settings.run, chains);
-    const StopScope within_a_frame(executor, stop);
-    return Run(std::move(all), with_mattes, settings.split_frames, &files, executor, stop)
-        .run(settings.chain_name + ": error against run time", progress);
+    return run(all, std::move(asked), settings, executor, progress, stop);
 }
 
 }  // namespace postchain::experiment

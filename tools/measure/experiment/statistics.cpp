@@ -73,8 +73,7 @@ std::vector<double> holm(const std::vector<double>& probabilities) {
     const size_t count = probabilities.size();
     std::vector<size_t> order(count);
     std::iota(order.begin(), order.end(), size_t(0));
-    std::stable_sort(order.begin(), order.end(),
-                     [&](size_t a, size_t b) { return probabilities[a] < probabilities[b]; });
+    std::ranges::stable_sort(order, {}, [&](size_t i) { return probabilities[i]; });
     std::vector<double> corrected(count);
     double largest = 0;
     for (size_t i = 0; i < count; ++i) {
@@ -139,13 +138,13 @@ void TileBootstrap::add(int frame, const TileSums& tiles) {
 std::optional<report::Interval> TileBootstrap::interval() const {
     if (frames_ == 0 || replicates_.empty()) return std::nullopt;
     std::vector<double> sorted = replicates_;
-    std::sort(sorted.begin(), sorted.end());
+    std::ranges::sort(sorted);
     const double tail = (1 - kConfidence) / 2;
     return report::Interval{quantile(sorted, tail) / frames_, quantile(sorted, 1 - tail) / frames_};
 }
 
 report::TimeFigure time_figure(std::vector<double> milliseconds) {
-    std::sort(milliseconds.begin(), milliseconds.end());
+    std::ranges::sort(milliseconds);
     report::TimeFigure figure;
     figure.n = int(milliseconds.size());
     figure.median_ms = quantile(milliseconds, 0.5);

@@ -12,8 +12,7 @@ namespace {
 
 template <class Row>
 const Row* find(const std::vector<Row>& rows, const std::string& name) {
-    const auto it =
-        std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.name == name; });
+    const auto it = std::ranges::find(rows, name, &Row::name);
     return it == rows.end() ? nullptr : &*it;
 }
 

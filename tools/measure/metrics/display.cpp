@@ -78,7 +78,7 @@ std::optional<double> ssim(const Pair& pair) {
     double sum = 0;
     std::vector<Moments> vertical(size_t(pair.width()));
     for (int y = 0; y < rows; ++y) {
-        std::fill(vertical.begin(), vertical.end(), Moments());
+        std::ranges::fill(vertical, Moments());
         for (int k = 0; k < kSsimWindow; ++k) {
             const float* row_a = a.pixel(0, y + k);
             const float* row_b = b.pixel(0, y + k);

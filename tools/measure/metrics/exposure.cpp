@@ -27,35 +27,19 @@ ToneCurve hable() {
 
 }  // namespace
 
-const char* name_of(ToneMapper mapper) {
-    switch (mapper) {
-        case ToneMapper::aces:
-            return "aces";
-        case ToneMapper::reinhard:
-            return "reinhard";
-        case ToneMapper::hable:
-            return "hable";
-    }
-    return "?";
-}
-
-namespace {
-constexpr ToneMapper kToneMappers[] = {ToneMapper::aces, ToneMapper::reinhard, ToneMapper::hable};
-}
-
 const std::vector<std::string>& tone_mapper_names() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> list;
-        for (const ToneMapper mapper : kToneMappers) list.push_back(name_of(mapper));
-        return list;
-    }();
+    static const std::vector<std::string> names = {"aces", "reinhard", "hable"};
     return names;
 }
 
+const char* name_of(ToneMapper mapper) {
+    return tone_mapper_names()[size_t(mapper)].c_str();
+}
+
 std::optional<ToneMapper> find_tone_mapper(const std::string& name) {
-    for (const ToneMapper mapper : kToneMappers)
-        if (name == name_of(mapper)) return mapper;
-    return std::nullopt;
+    const auto found = std::ranges::find(tone_mapper_names(), name);
+    if (found == tone_mapper_names().end()) return std::nullopt;
+    return ToneMapper(found - tone_mapper_names().begin());
 }
 
 ToneCurve curve_of(ToneMapper mapper) {
@@ -108,7 +92,7 @@ ExposureRange exposure_range(const RgbImage& reference, ToneMapper mapper) {
         if (y >= double(std::numeric_limits<float>::min())) lights.push_back(y);
     }
     if (lights.empty()) return {};
-    const double largest = *std::max_element(lights.begin(), lights.end());
+    const double largest = *std::ranges::max_element(lights);
     const auto median = lights.begin() + ptrdiff_t(lights.size() / 2);
     std::nth_element(lights.begin(), median, lights.end());
     const double x = inverse_of(mapper, kToneTarget);

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void replace(std::vector<StoredImage>& images, StoredImage entry) {
-    const auto same = std::find_if(images.begin(), images.end(), [&](const StoredImage& image) {
+    const auto same = std::ranges::find_if(images, [&](const StoredImage& image) {
         return image.path == entry.path && image.variant == entry.variant;
     });
     if (same != images.end())

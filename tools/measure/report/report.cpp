@@ -15,57 +15,24 @@ const char* name_of(Kind kind) {
 }
 
 const char* name_of(Better better) {
-    switch (better) {
-        case Better::lower:
-            return "lower";
-        case Better::higher:
-            return "higher";
-        case Better::one:
-            return "one";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"lower", "higher", "one"};
+    return kNames[size_t(better)];
 }
 
 const char* words_of(Better better) {
-    switch (better) {
-        case Better::lower:
-            return "lower is better";
-        case Better::higher:
-            return "higher is better";
-        case Better::one:
-            return "best at 1";
-    }
-    return "unknown";
+    constexpr const char* kWords[] = {"lower is better", "higher is better", "best at 1"};
+    return kWords[size_t(better)];
 }
 
 const char* name_of(Finding finding) {
-    switch (finding) {
-        case Finding::too_few_frames:
-            return "too_few_frames";
-        case Finding::no_measurable_difference:
-            return "no_measurable_difference";
-        case Finding::a_better:
-            return "a_better";
-        case Finding::b_better:
-            return "b_better";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"too_few_frames", "no_measurable_difference", "a_better",
+                                      "b_better"};
+    return kNames[size_t(finding)];
 }
 
 const char* name_of(ImageKind kind) {
-    switch (kind) {
-        case ImageKind::input:
-            return "input";
-        case ImageKind::truth:
-            return "truth";
-        case ImageKind::color:
-            return "color";
-        case ImageKind::error:
-            return "error";
-        case ImageKind::converged:
-            return "converged";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"input", "truth", "color", "error", "converged"};
+    return kNames[size_t(kind)];
 }
 
 const StoredImage* Report::find(ImageKind of, int variant, int frame,
@@ -94,9 +61,8 @@ std::vector<const Variant*> by_time(const Report& report) {
     std::vector<const Variant*> timed;
     for (const Variant& variant : report.variants)
         if (variant.timing) timed.push_back(&variant);
-    std::stable_sort(timed.begin(), timed.end(), [](const Variant* a, const Variant* b) {
-        return a->timing->total.median_ms < b->timing->total.median_ms;
-    });
+    std::ranges::stable_sort(
+        timed, {}, [](const Variant* variant) { return variant->timing->total.median_ms; });
     return timed;
 }
 
@@ -123,12 +89,12 @@ std::vector<ElisionRow> rows_of(const Variant& variant) {
     std::vector<ElisionRow> rows;
     for (const auto& [frame, elision] : variant.elisions) {
         const std::string what = item_text(elision, variant.passes);
-        auto row = std::find_if(rows.begin(), rows.end(), [&, &e = elision](const auto& one) {
+        auto row = std::ranges::find_if(rows, [&, &e = elision](const auto& one) {
             return one.what == what && one.rule == e.rule;
         });
         if (row == rows.end()) row = rows.insert(row, {"", what, elision.rule, {}, {}, {}});
         const std::string reason = text_of(elision.fact);
-        if (std::find(row->reasons.begin(), row->reasons.end(), reason) == row->reasons.end())
+        if (std::ranges::find(row->reasons, reason) == row->reasons.end())
             row->reasons.push_back(reason);
         if (row->frames.empty() || row->frames.back() != frame) row->frames.push_back(frame);
         row->saving += elision.saving;
@@ -144,8 +110,8 @@ std::vector<ElisionRow> elision_rows(const Report& report) {
         if (variant.failure.empty() || !variant.elisions.empty())
             all.emplace_back(variant.name, rows_of(variant));
     const auto common = [&](const ElisionRow& row) {
-        return all.size() > 1 && std::all_of(all.begin(), all.end(), [&](const auto& one) {
-                   return std::find(one.second.begin(), one.second.end(), row) != one.second.end();
+        return all.size() > 1 && std::ranges::all_of(all, [&](const auto& one) {
+                   return std::ranges::find(one.second, row) != one.second.end();
                });
     };
     std::vector<ElisionRow> rows;

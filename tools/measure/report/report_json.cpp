@@ -1,48 +1,15 @@
 #include "tools/measure/report/report_json.h"
 
-#include <cmath>
-
-#include "tools/sequence/files/json.h"
-
 namespace postchain::report {
 namespace {
 
-Json figure_json(const TimeFigure& time) {
-    return {{"median_ms", time.median_ms}, {"spread_ms", time.spread_ms}, {"n", time.n}};
-}
-
-TimeFigure figure_from(const Json& json) {
-    return {json.at("median_ms"), json.at("spread_ms"), json.at("n")};
-}
-
-Json parts_json(const ErrorParts& parts) {
-    return {{"precision", json_of(parts.precision)},
-            {"sampling", json_of(parts.sampling)},
-            {"model", json_of(parts.model)},
-            {"total", json_of(parts.total)}};
-}
-
-std::optional<double> number_from(const Json& json) {
-    return json.is_null() ? std::nullopt : std::optional<double>(json.get<double>());
-}
-
-ErrorParts parts_from(const Json& json) {
-    return {number_from(json.at("precision")), number_from(json.at("sampling")),
-            number_from(json.at("model")), number_from(json.at("total"))};
+// Null if it is empty.
+Json word(const std::string& text) {
+    return text.empty() ? Json(nullptr) : Json(text);
 }
 
 std::string word_from(const Json& json) {
     return json.is_null() ? std::string() : json.get<std::string>();
-}
-
-// nlohmann throws if JSON has another form; then it is not a file of this program.
-template <class T, class Read>
-std::optional<T> guarded(const Read& read) {
-    try {
-        return read();
-    } catch (const nlohmann::json::exception&) {
-        return std::nullopt;
-    }
 }
 
 // The enumerator with this name_of(); the last one if there is none.
@@ -54,22 +21,88 @@ E enum_from(const Json& json, E last) {
     return last;
 }
 
-Json metrics_json(const Metrics& metrics) {
-    Json json = Json::object();
-    for (const auto& [name, series] : metrics)
-        json[name] = {{"mean", json_of(series.mean)}, {"frames", json_of(series.frames)}};
-    return json;
+}  // namespace
+
+// nlohmann-json finds these by their types.
+
+static void to_json(Json& json, const TimeFigure& time) {
+    json = {{"median_ms", time.median_ms}, {"spread_ms", time.spread_ms}, {"n", time.n}};
 }
 
-Json metrics_or_null(const Metrics& metrics) {
-    return metrics.empty() ? Json(nullptr) : metrics_json(metrics);
+static void from_json(const Json& json, TimeFigure& time) {
+    time = {json.at("median_ms"), json.at("spread_ms"), json.at("n")};
 }
 
-Json word(const std::string& text) {
-    return text.empty() ? Json(nullptr) : Json(text);
+static void to_json(Json& json, const PassCost& cost) {
+    json = cost.time;
+    json["pass"] = cost.pass;
+    json["left_out"] = cost.elided;
 }
 
-Json variant(const Variant& variant) {
+static void from_json(const Json& json, PassCost& cost) {
+    cost = {json.at("pass"), json.at("left_out"), json.get<TimeFigure>()};
+}
+
+void to_json(Json& json, const Timing& timing) {
+    json = {{"frame", timing.frame},
+            {"source", timing.source},
+            {"trustworthy", timing.trustworthy},
+            {"why_not", word(timing.why_not)},
+            {"total", timing.total},
+            {"passes", timing.passes}};
+}
+
+void from_json(const Json& json, Timing& timing) {
+    timing.frame = json.at("frame");
+    timing.source = json.at("source");
+    timing.trustworthy = json.at("trustworthy");
+    timing.why_not = word_from(json.at("why_not"));
+    timing.total = json.at("total").get<TimeFigure>();
+    timing.passes = json.at("passes").get<std::vector<PassCost>>();
+}
+
+static void to_json(Json& json, const ErrorParts& parts) {
+    json = {{"precision", parts.precision},
+            {"sampling", parts.sampling},
+            {"model", parts.model},
+            {"total", parts.total}};
+}
+
+static void from_json(const Json& json, ErrorParts& parts) {
+    json.at("precision").get_to(parts.precision);
+    json.at("sampling").get_to(parts.sampling);
+    json.at("model").get_to(parts.model);
+    json.at("total").get_to(parts.total);
+}
+
+void to_json(Json& json, const ErrorSplit& split) {
+    Json mse = split.mse;
+    mse["cross"] = split.cross;
+    json = {{"frames", split.frames},
+            {"mse", mse},
+            {"others", split.others},
+            {"seeds", split.seeds},
+            {"converged_noise_mse", split.converged_noise},
+            {"convergence", split.convergence},
+            {"notes", split.notes}};
+}
+
+void from_json(const Json& json, ErrorSplit& split) {
+    json.at("frames").get_to(split.frames);
+    json.at("mse").get_to(split.mse);
+    json.at("mse").at("cross").get_to(split.cross);
+    json.at("others").get_to(split.others);
+    json.at("seeds").get_to(split.seeds);
+    json.at("converged_noise_mse").get_to(split.converged_noise);
+    json.at("convergence").get_to(split.convergence);
+    json.at("notes").get_to(split.notes);
+}
+
+static void to_json(Json& json, const Series& series) {
+    json = {{"mean", series.mean}, {"frames", series.frames}};
+}
+
+static void to_json(Json& json, const Variant& variant) {
     Json sweep = Json::object();
     for (const auto& [key, value] : variant.sweep) sweep[key] = value;
     Json left_out = Json::array();
@@ -78,21 +111,21 @@ Json variant(const Variant& variant) {
         one.update(json_of(elision, item_text(elision, variant.passes)));
         left_out.push_back(std::move(one));
     }
-    return {{"name", variant.name},
+    json = {{"name", variant.name},
             {"sweep", sweep},
             {"chain", variant.chain_text},
             {"chain_hash", hex_of(variant.chain_hash)},
-            {"metrics", metrics_json(variant.metrics)},
-            {"timing", variant.timing ? json_of(*variant.timing) : Json(nullptr)},
-            {"split", variant.split ? json_of(*variant.split) : Json(nullptr)},
+            {"metrics", variant.metrics},
+            {"timing", variant.timing},
+            {"split", variant.split},
             {"left_out", left_out},
             {"failure", word(variant.failure)},
             {"pareto", variant.pareto},
             {"resumed", variant.resumed}};
 }
 
-Json elision_row(const ElisionRow& row) {
-    return {{"variant", row.variant},
+static void to_json(Json& json, const ElisionRow& row) {
+    json = {{"variant", row.variant},
             {"what", row.what},
             {"rule", row.rule},
             {"reasons", row.reasons},
@@ -102,24 +135,24 @@ Json elision_row(const ElisionRow& row) {
             {"taps", row.saving.taps}};
 }
 
-Json interval(const std::optional<Interval>& interval) {
-    if (!interval) return nullptr;
-    return {interval->low, interval->high};
+void to_json(Json& json, const Interval& interval) {
+    json = Json::array({interval.low, interval.high});
 }
 
-Json comparison(const Comparison& comparison) {
-    Json metrics = Json::array();
-    for (const MetricComparison& metric : comparison.metrics)
-        metrics.push_back({{"metric", metric.metric},
-                           {"n", metric.n},
-                           {"differences", json_of(metric.differences)},
-                           {"mean", json_of(metric.mean)},
-                           {"t_interval", interval(metric.t_interval)},
-                           {"bootstrap", interval(metric.bootstrap)},
-                           {"tiles", metric.tiles},
-                           {"finding", name_of(metric.finding)},
-                           {"words", metric.words}});
-    return {{"metrics", metrics},
+static void to_json(Json& json, const MetricComparison& metric) {
+    json = {{"metric", metric.metric},
+            {"n", metric.n},
+            {"differences", metric.differences},
+            {"mean", metric.mean},
+            {"t_interval", metric.t_interval},
+            {"bootstrap", metric.bootstrap},
+            {"tiles", metric.tiles},
+            {"finding", name_of(metric.finding)},
+            {"words", metric.words}};
+}
+
+static void to_json(Json& json, const Comparison& comparison) {
+    json = {{"metrics", comparison.metrics},
             {"bootstrap",
              {{"seed", comparison.bootstrap_seed},
               {"replicates", comparison.bootstrap_replicates},
@@ -128,13 +161,12 @@ Json comparison(const Comparison& comparison) {
             {"verdict", comparison.verdict}};
 }
 
-Json winner(const std::optional<Winner>& winner) {
-    if (!winner) return nullptr;
-    return {{"variant", winner->variant}, {"metric", winner->metric}, {"words", winner->words}};
+static void to_json(Json& json, const Winner& winner) {
+    json = {{"variant", winner.variant}, {"metric", winner.metric}, {"words", winner.words}};
 }
 
-Json image(const StoredImage& image) {
-    return {{"kind", name_of(image.kind)},
+static void to_json(Json& json, const StoredImage& image) {
+    json = {{"kind", name_of(image.kind)},
             {"variant", image.variant < 0 ? Json(nullptr) : Json(image.variant)},
             {"frame", image.frame},
             {"map", word(image.map)},
@@ -144,110 +176,61 @@ Json image(const StoredImage& image) {
             {"channels", image.channels}};
 }
 
-}  // namespace
+static void to_json(Json& json, const Crop& crop) {
+    json = {{"frame", crop.frame}, {"x", crop.x},           {"y", crop.y},
+            {"width", crop.width}, {"height", crop.height}, {"why", crop.why}};
+}
+
+static void to_json(Json& json, const MetricInfo& metric) {
+    json = {{"name", metric.name}, {"help", metric.help}, {"better", name_of(metric.better)}};
+}
 
 Json report_json(const Report& report) {
-    Json metrics = Json::array();
-    for (const MetricInfo& metric : report.metrics)
-        metrics.push_back(
-            {{"name", metric.name}, {"help", metric.help}, {"better", name_of(metric.better)}});
     Json constants = Json::object();
     for (const auto& [name, value] : report.constants) constants[name] = value;
-    Json variants = Json::array(), images = Json::array(), crops = Json::array();
-    Json left_out = Json::array();
-    for (const ElisionRow& row : elision_rows(report)) left_out.push_back(elision_row(row));
-    for (const Variant& one : report.variants) variants.push_back(variant(one));
-    for (const StoredImage& one : report.images) images.push_back(image(one));
-    for (const Crop& crop : report.crops)
-        crops.push_back({{"frame", crop.frame},
-                         {"x", crop.x},
-                         {"y", crop.y},
-                         {"width", crop.width},
-                         {"height", crop.height},
-                         {"why", crop.why}});
-    const Json json = {
-        {"postchain_report", 1},
-        {"kind", name_of(report.kind)},
-        {"title", report.title},
-        {"command", report.command},
-        {"version", report.version},
-        {"input", report.input},
-        {"truth", report.truth ? Json(*report.truth) : Json(nullptr)},
-        {"no_truth", word(report.no_truth)},
-        {"reference", report.reference},
-        {"frames", report.frames},
-        {"scored_frames", report.scored_frames},
-        {"width", report.width},
-        {"height", report.height},
-        {"page_frames", report.page_frames},
-        {"metrics", metrics},
-        {"constants", constants},
-        {"hdr_flip",
-         {{"tone_mapper", report.tone_mapper},
-          {"start_ev", report.exposure_start},
-          {"stop_ev", report.exposure_stop},
-          {"exposures_ev", report.exposures}}},
-        {"display_transform", report.display_transform},
-        {"device",
-         {{"renderer", report.renderer},
-          {"software", report.software},
-          {"threads", report.threads},
-          {"precision", report.precision}}},
-        {"seeds", report.seeds},
-        {"variants", variants},
-        {"input_metrics", metrics_or_null(report.input_metrics)},
-        {"truth_noise", metrics_or_null(report.truth_noise)},
-        {"left_out", left_out},
-        {"comparison", report.comparison ? comparison(*report.comparison) : Json(nullptr)},
-        {"pareto_metric", word(report.pareto_metric)},
-        {"winner", winner(report.winner)},
-        {"under", report.under},
-        {"images", images},
-        {"crops", crops},
-        {"warnings", report.warnings},
-        {"notes", report.notes}};
-    return json;
-}
-
-Json json_of(const std::optional<double>& value) {
-    if (!value || !std::isfinite(*value)) return nullptr;
-    return *value;
-}
-
-Json json_of(const std::vector<std::optional<double>>& values) {
-    Json list = Json::array();
-    for (const auto& value : values) list.push_back(json_of(value));
-    return list;
-}
-
-Json json_of(const Timing& timing) {
-    Json passes = Json::array();
-    for (const PassCost& cost : timing.passes) {
-        Json pass = figure_json(cost.time);
-        pass["pass"] = cost.pass;
-        pass["left_out"] = cost.elided;
-        passes.push_back(std::move(pass));
-    }
-    return {{"frame", timing.frame},
-            {"source", timing.source},
-            {"trustworthy", timing.trustworthy},
-            {"why_not", timing.why_not.empty() ? Json(nullptr) : Json(timing.why_not)},
-            {"total", figure_json(timing.total)},
-            {"passes", passes}};
-}
-
-Json json_of(const ErrorSplit& split) {
-    Json mse = parts_json(split.mse);
-    mse["cross"] = json_of(split.cross);
-    Json others = Json::object();
-    for (const auto& [name, one] : split.others) others[name] = parts_json(one);
-    return {{"frames", split.frames},
-            {"mse", mse},
-            {"others", others},
-            {"seeds", split.seeds},
-            {"converged_noise_mse", split.converged_noise},
-            {"convergence", split.convergence},
-            {"notes", split.notes}};
+    const auto metrics_or_null = [](const Metrics& metrics) {
+        return metrics.empty() ? Json(nullptr) : Json(metrics);
+    };
+    return {{"postchain_report", 1},
+            {"kind", name_of(report.kind)},
+            {"title", report.title},
+            {"command", report.command},
+            {"version", report.version},
+            {"input", report.input},
+            {"truth", report.truth},
+            {"no_truth", word(report.no_truth)},
+            {"reference", report.reference},
+            {"frames", report.frames},
+            {"scored_frames", report.scored_frames},
+            {"width", report.width},
+            {"height", report.height},
+            {"page_frames", report.page_frames},
+            {"metrics", report.metrics},
+            {"constants", constants},
+            {"hdr_flip",
+             {{"tone_mapper", report.tone_mapper},
+              {"start_ev", report.exposure_start},
+              {"stop_ev", report.exposure_stop},
+              {"exposures_ev", report.exposures}}},
+            {"display_transform", report.display_transform},
+            {"device",
+             {{"renderer", report.renderer},
+              {"software", report.software},
+              {"threads", report.threads},
+              {"precision", report.precision}}},
+            {"seeds", report.seeds},
+            {"variants", report.variants},
+            {"input_metrics", metrics_or_null(report.input_metrics)},
+            {"truth_noise", metrics_or_null(report.truth_noise)},
+            {"left_out", elision_rows(report)},
+            {"comparison", report.comparison},
+            {"pareto_metric", word(report.pareto_metric)},
+            {"winner", report.winner},
+            {"under", report.under},
+            {"images", report.images},
+            {"crops", report.crops},
+            {"warnings", report.warnings},
+            {"notes", report.notes}};
 }
 
 Json json_of(const Elision& elision, const std::string& what) {
@@ -257,53 +240,21 @@ Json json_of(const Elision& elision, const std::string& what) {
     return json;
 }
 
-std::optional<Timing> timing_from(const Json& json) {
-    return guarded<Timing>([&] {
-        Timing timing;
-        timing.frame = json.at("frame");
-        timing.source = json.at("source");
-        timing.trustworthy = json.at("trustworthy");
-        timing.why_not = word_from(json.at("why_not"));
-        timing.total = figure_from(json.at("total"));
-        for (const Json& pass : json.at("passes"))
-            timing.passes.push_back({pass.at("pass"), pass.at("left_out"), figure_from(pass)});
-        return timing;
-    });
-}
-
-std::optional<ErrorSplit> split_from(const Json& json) {
-    return guarded<ErrorSplit>([&] {
-        ErrorSplit split;
-        split.frames = json.at("frames").get<std::vector<int>>();
-        split.mse = parts_from(json.at("mse"));
-        split.cross = number_from(json.at("mse").at("cross"));
-        for (const auto& [name, parts] : json.at("others").items())
-            split.others[name] = parts_from(parts);
-        split.seeds = json.at("seeds");
-        split.converged_noise = json.at("converged_noise_mse");
-        split.convergence = json.at("convergence").get<std::vector<std::string>>();
-        split.notes = json.at("notes").get<std::vector<std::string>>();
-        return split;
-    });
-}
-
-std::optional<Elision> elision_from(const Json& json) {
-    return guarded<Elision>([&] {
-        Elision elision;
-        elision.pass = json.at("pass").is_null() ? -1 : json.at("pass").get<int>();
-        elision.kind = enum_from<ElisionKind>(json.at("kind"), ElisionKind::blocks);
-        elision.item = json.at("item");
-        elision.rule = json.at("rule");
-        const Json& fact = json.at("fact");
-        elision.fact.name = fact.at("name");
-        elision.fact.value = number_from(fact.at("value"));
-        elision.fact.limit = number_from(fact.at("limit"));
-        elision.fact.unit = fact.at("unit");
-        elision.fact.relation =
-            enum_from<Fact::Relation>(fact.at("relation"), Fact::Relation::at_least);
-        elision.saving = {json.at("bytes"), json.at("dispatches"), json.at("taps")};
-        return elision;
-    });
+Elision elision_from(const Json& json) {
+    Elision elision;
+    elision.pass = json.at("pass").is_null() ? -1 : json.at("pass").get<int>();
+    elision.kind = enum_from<ElisionKind>(json.at("kind"), ElisionKind::blocks);
+    elision.item = json.at("item");
+    elision.rule = json.at("rule");
+    const Json& fact = json.at("fact");
+    elision.fact.name = fact.at("name");
+    fact.at("value").get_to(elision.fact.value);
+    fact.at("limit").get_to(elision.fact.limit);
+    elision.fact.unit = fact.at("unit");
+    elision.fact.relation =
+        enum_from<Fact::Relation>(fact.at("relation"), Fact::Relation::at_least);
+    elision.saving = {json.at("bytes"), json.at("dispatches"), json.at("taps")};
+    return elision;
 }
 
 }  // namespace postchain::report

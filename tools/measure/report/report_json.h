@@ -2,11 +2,29 @@
 // also kept in DIR/results and read when bench continues.
 #pragma once
 
+#include <cmath>
 #include <optional>
-#include <vector>
 
 #include "tools/measure/report/report.h"
 #include "tools/sequence/files/json.h"
+
+// No value is null, as are NaN and Inf.
+template <class T>
+struct nlohmann::adl_serializer<std::optional<T>> {
+    template <class J>
+    static void to_json(J& json, const std::optional<T>& value) {
+        bool none = !value;
+        if constexpr (std::is_floating_point_v<T>) none = none || !std::isfinite(*value);
+        if (none)
+            json = nullptr;
+        else
+            json = *value;
+    }
+    template <class J>
+    static void from_json(const J& json, std::optional<T>& value) {
+        value = json.is_null() ? std::nullopt : std::optional<T>(json.template get<T>());
+    }
+};
 
 namespace postchain::report {
 
@@ -14,16 +32,15 @@ using io::Json;
 
 Json report_json(const Report& report);
 
-Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
-Json json_of(const std::vector<std::optional<double>>& values);
-Json json_of(const Timing& timing);
-Json json_of(const ErrorSplit& split);
+// For nlohmann-json, which throws if JSON has another form.
+void to_json(Json& json, const Interval& interval);
+void to_json(Json& json, const Timing& timing);
+void to_json(Json& json, const ErrorSplit& split);
+void from_json(const Json& json, Timing& timing);
+void from_json(const Json& json, ErrorSplit& split);
+
 // As elision_json(), without the keys of the work list, which belong to one frame's plan.
 Json json_of(const Elision& elision, const std::string& what = {});
-
-// No value if json_of() did not write `json`.
-std::optional<Timing> timing_from(const Json& json);
-std::optional<ErrorSplit> split_from(const Json& json);
-std::optional<Elision> elision_from(const Json& json);
+Elision elision_from(const Json& json);  // throws as from_json()
 
 }  // namespace postchain::report

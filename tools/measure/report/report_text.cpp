@@ -42,7 +42,7 @@ std::string csv_split(const Variant& variant) {
     return text;
 }
 
-// The page says the same (tools/page/report/explain.js).
+// The page says the same (tools/page/report/comparison.js).
 constexpr const char* kIntervalsExplained =
     "**t-interval**: how far the mean of these frames may be from the mean over many frames of "
     "this kind. The more the frames disagree and the fewer they are, the wider it is. An interval "

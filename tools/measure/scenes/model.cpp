@@ -112,6 +112,19 @@ Object wire(glm::dvec3 from, glm::dvec3 to, double radius, glm::dvec3 color) {
     return rod(0.5 * glm::length(to - from), radius, still(at(0.5 * (from + to), rotation)), color);
 }
 
+Object patterned(Object object, int pattern, double period, glm::dvec3 color_b, glm::dvec2 extra) {
+    object.pattern = pattern;
+    object.period = period;
+    object.color_b = color_b;
+    object.pattern_extra = extra;
+    return object;
+}
+
+Object glossy(Object object, double gloss) {
+    object.gloss = gloss;
+    return object;
+}
+
 void SceneModel::add_sign(double half_width, double half_height, PoseAt pose, glm::dvec3 color,
                           glm::dvec3 letter_color, const std::vector<std::string>& lines) {
     Object sign = rectangle(half_width, half_height, std::move(pose), color);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "chain/frame/frame.h"
@@ -49,7 +50,7 @@ struct Object {
     glm::dvec3 color{0.5};    // scene-linear Rec. 709
     glm::dvec3 color_b{0.1};  // second color of the pattern
     int pattern = SCENE_PLAIN;
-    double cell = 1;  // scene units; for a torus: number of tread blocks around
+    double period = 1;  // of the pattern, scene units; for a torus: number of tread blocks around
     glm::dvec2 pattern_extra{0.0};
     glm::dvec4 hole{0.0};  // rectangle: center x, y and radius; w: text lines
     double gloss = 0;
@@ -65,6 +66,9 @@ Object rod(double half_length, double radius, PoseAt pose, glm::dvec3 color);  /
 Object torus(double ring, double tube, PoseAt pose, glm::dvec3 color);         // about z
 Object lamp(double radius, PoseAt pose, double radiance);
 Object wire(glm::dvec3 from, glm::dvec3 to, double radius, glm::dvec3 color);
+Object patterned(Object object, int pattern, double period, glm::dvec3 color_b,
+                 glm::dvec2 extra = glm::dvec2(0.0));
+Object glossy(Object object, double gloss);
 
 struct CameraPose {
     Pose pose;
@@ -76,18 +80,18 @@ struct SceneModel {
     std::vector<Object> objects;
     std::vector<uint32_t> letters;  // columns of texts, 7 bits each
     std::function<CameraPose(double time)> camera;
-    double f_stop = 2;
-    double sensor_width_mm = 36;
-    double near_clip = 0.05;
-    double far_clip = 60;
-    double shutter_frames = kDefaultShutterFrames;
-    // The aperture, as in chain/frame/frame.h.
-    int aperture_blades = 0;
-    BokehKernel aperture_image;
-    double aperture_rotation_deg = 0;
-    double aperture_curvature = 0;
-    double aperture_ratio = 1;
-    double cats_eye = 0;
+    // Has every value but focal length and focus, which `camera` has; blades or an image.
+    Camera lens = {.sensor_width_mm = 36,
+                   .f_stop = 2,
+                   .near_clip = 0.05,
+                   .far_clip = 60,
+                   .shutter_frames = kDefaultShutterFrames,
+                   .meters_per_unit = 1,
+                   .aperture_blades = 0,
+                   .aperture_rotation_deg = 0,
+                   .aperture_curvature = 0,
+                   .aperture_ratio = 1,
+                   .cats_eye = 0};
 
     glm::dvec3 light{-0.4, 0.6, -0.7};  // towards the light; need not be a unit vector
     double light_strength = 1.9;
@@ -98,6 +102,7 @@ struct SceneModel {
     double ambient_below = 0.5;
     bool background_opaque = true;  // false: alpha 0 where no surface is hit
 
+    void add(Object object) { objects.push_back(std::move(object)); }
     // Adds a rectangular sign with these lines of text; letters are A-Z, 0-9, '.', '/', '-' and
     // blank.
     void add_sign(double half_width, double half_height, PoseAt pose, glm::dvec3 color,

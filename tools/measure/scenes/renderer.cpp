@@ -45,14 +45,15 @@ std::vector<shared::SceneObject> records_of(const SceneModel& model) {
         records.push_back({glm::vec4(object.size), glm::vec4(object.hole),
                            glm::vec4(object.color, object.lamp),
                            glm::vec4(object.color_b, object.gloss),
-                           glm::vec4(object.pattern, object.cell, object.pattern_extra),
+                           glm::vec4(object.pattern, object.period, object.pattern_extra),
                            glm::vec4(int(object.shape), object.alpha, 0, 0)});
     return records;
 }
 
 bool has_disc(const SceneModel& model) {
-    return model.aperture_blades < 3 && !model.aperture_image && model.aperture_ratio == 1 &&
-           model.cats_eye == 0;
+    const Camera& lens = model.lens;
+    return lens.aperture_blades.value_or(0) < 3 && !lens.aperture_image &&
+           lens.aperture_ratio == 1 && lens.cats_eye == 0;
 }
 
 // Van der Corput's sequence in base 2 and Sobol's second dimension: the generator matrices are the
@@ -107,7 +108,7 @@ ProgramKey program_for(const SceneModel& model, bool vectors, bool lens, bool be
              {"CASTERS", concat(casters)},
              {"PATTERNS", concat(patterns)},
              {"DISC", lens && !has_disc(model) ? "0" : "1"},
-             {"APERTURE_IMAGE", lens && model.aperture_image ? "1" : "0"},
+             {"APERTURE_IMAGE", lens && model.lens.aperture_image ? "1" : "0"},
              {"VECTORS", vectors ? "1" : "0"},
              {"BEHIND", behind ? "1" : "0"}}};
 }
@@ -193,8 +194,9 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
         gl.programs.get(program_for(model, settings.vectors, settings.lens, settings.behind)));
 
     const Instant now = instant_of(model, settings.time);
-    ImageGeometry picture{width, height, model.sensor_width_mm, 0, now.camera.focus_distance};
-    if (settings.lens) picture.lens_radius = lens_radius(now.camera.focal_length_mm, model.f_stop);
+    ImageGeometry picture{width, height, *model.lens.sensor_width_mm, 0, now.camera.focus_distance};
+    if (settings.lens)
+        picture.lens_radius = lens_radius(now.camera.focal_length_mm, *model.lens.f_stop);
 
     const bool noisy = settings.lens || settings.shutter_frames > 0;
     shared::SceneUniforms block{};
@@ -206,11 +208,11 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     block.rotate_samples = noisy ? 1 : 0;
     block.lens_radius = float(picture.lens_radius);
     block.focus_distance = float(picture.focus_distance);
-    block.aperture_blades = model.aperture_blades;
-    block.aperture_rotation = float(glm::radians(model.aperture_rotation_deg));
-    block.aperture_curvature = float(model.aperture_curvature);
-    block.aperture_ratio = float(model.aperture_ratio);
-    block.barrel_per_px = float(model.cats_eye / (0.5 * std::hypot(width, height)));
+    block.aperture_blades = model.lens.aperture_blades.value_or(0);
+    block.aperture_rotation = float(glm::radians(*model.lens.aperture_rotation_deg));
+    block.aperture_curvature = float(model.lens.aperture_curvature.value_or(0));
+    block.aperture_ratio = float(*model.lens.aperture_ratio);
+    block.barrel_per_px = float(*model.lens.cats_eye / (0.5 * std::hypot(width, height)));
     block.light = glm::vec4(glm::normalize(model.light), model.light_strength);
     block.zenith = glm::vec4(model.zenith, model.background_opaque ? 1 : 0);
     block.horizon = glm::vec4(model.horizon, model.clouds);
@@ -220,7 +222,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     gl.set(objects, records_of(model));
     gl.set(letters, model.letters);
     gl.set(points, sample_points(samples, settings.lens));
-    if (settings.lens && model.aperture_image) gl.set_aperture(model.aperture_image);
+    if (settings.lens && model.lens.aperture_image) gl.set_aperture(model.lens.aperture_image);
     gl.reserve(color_sums, pixels * sizeof(glm::vec4));
     gl.reserve(vector_sums, settings.vectors ? pixels * sizeof(glm::vec4) : sizeof(glm::vec4));
     gl.reserve(depths, settings.vectors ? pixels * sizeof(float) : sizeof(float));

@@ -65,7 +65,7 @@ RenderSettings settings_of(const SceneRequest& request, const SceneModel& model,
                                                   : request.sharp_samples;
     settings.behind = picture == Picture::behind || picture == Picture::deep;
     const bool shutter = picture == Picture::mb || picture == Picture::both;
-    settings.shutter_frames = shutter ? model.shutter_frames : 0;
+    settings.shutter_frames = shutter ? *model.lens.shutter_frames : 0;
     settings.lens = picture == Picture::dof || picture == Picture::both;
     return settings;
 }
@@ -159,23 +159,8 @@ io::OutputFiles files_of(const SceneRequest& request, const std::vector<Picture>
 }  // namespace
 
 const char* name_of(Picture picture) {
-    switch (picture) {
-        case Picture::gbuf:
-            return "gbuf";
-        case Picture::sharp:
-            return "sharp";
-        case Picture::behind:
-            return "behind";
-        case Picture::deep:
-            return "deep";
-        case Picture::mb:
-            return "mb";
-        case Picture::dof:
-            return "dof";
-        case Picture::both:
-            return "both";
-    }
-    return "";
+    constexpr const char* kNames[] = {"gbuf", "sharp", "behind", "deep", "mb", "dof", "both"};
+    return kNames[size_t(picture)];
 }
 
 bool is_truth(Picture picture) {
@@ -195,18 +180,7 @@ Result<SceneModel> model_for(const SceneRequest& request) {
     const Camera& camera = request.camera;
     RETURN_IF_ERROR(check_camera(camera));
     SceneModel model = found->make();
-    model.f_stop = camera.f_stop.value_or(model.f_stop);
-    model.sensor_width_mm = camera.sensor_width_mm.value_or(model.sensor_width_mm);
-    model.near_clip = camera.near_clip.value_or(model.near_clip);
-    model.far_clip = camera.far_clip.value_or(model.far_clip);
-    model.shutter_frames = camera.shutter_frames.value_or(model.shutter_frames);
-    model.aperture_blades = camera.aperture_blades.value_or(model.aperture_blades);
-    model.aperture_image = camera.aperture_image;
-    model.aperture_rotation_deg =
-        camera.aperture_rotation_deg.value_or(model.aperture_rotation_deg);
-    model.aperture_curvature = camera.aperture_curvature.value_or(model.aperture_curvature);
-    model.aperture_ratio = camera.aperture_ratio.value_or(model.aperture_ratio);
-    model.cats_eye = camera.cats_eye.value_or(model.cats_eye);
+    model.lens = model.lens.overlaid_by(camera);
     if (camera.focal_length_mm || camera.focus_distance)
         model.camera = [path = model.camera, camera](double time) {
             CameraPose pose = path(time);
@@ -219,24 +193,9 @@ Result<SceneModel> model_for(const SceneRequest& request) {
 
 Camera camera_at(const SceneModel& model, double frame) {
     const CameraPose pose = model.camera(frame);
-    Camera camera;
+    Camera camera = model.lens;
     camera.focal_length_mm = pose.focal_length_mm;
     camera.focus_distance = pose.focus_distance;
-    camera.sensor_width_mm = model.sensor_width_mm;
-    camera.f_stop = model.f_stop;
-    camera.near_clip = model.near_clip;
-    camera.far_clip = model.far_clip;
-    camera.shutter_frames = model.shutter_frames;
-    camera.meters_per_unit = 1;
-    if (model.aperture_image) {
-        camera.aperture_image = model.aperture_image;
-    } else {
-        camera.aperture_blades = model.aperture_blades;
-        camera.aperture_curvature = model.aperture_curvature;
-    }
-    camera.aperture_rotation_deg = model.aperture_rotation_deg;
-    camera.aperture_ratio = model.aperture_ratio;
-    camera.cats_eye = model.cats_eye;
     return camera;
 }
 
@@ -351,9 +310,9 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
             before += cost(picture);
         }
     }
-    if (model.aperture_image) {
+    if (model.lens.aperture_image) {
         ImageF values(BokehKernel::kSide, BokehKernel::kSide, 1);
-        values.data = model.aperture_image.values();
+        values.data = model.lens.aperture_image.values();
         ASSIGN_OR_RETURN(const auto permit, files.permit(aperture_path(request)));
         ASSIGN_OR_RETURN(const auto written,
                          io::write_planes_exr(aperture_path(request), values, {"Y"}, permit));

@@ -33,10 +33,10 @@ void add_wheel(SceneModel& scene, const Wheel& wheel) {
     const double tube = 0.085 * wheel.radius, ring = wheel.radius - tube;
     Object tyre = torus(ring, tube, pose({0, 0, 0}), wheel.color);
     tyre.pattern = SCENE_TREAD;
-    tyre.cell = 44;
+    tyre.period = 44;
     tyre.color_b = 0.06 * wheel.color;
     tyre.gloss = 0.5;
-    scene.objects.push_back(tyre);
+    scene.add(tyre);
 
     Object spokes;
     spokes.shape = Shape::wheel;
@@ -44,22 +44,17 @@ void add_wheel(SceneModel& scene, const Wheel& wheel) {
     spokes.pose = pose({0, 0, 0});
     spokes.color = 0.9 * wheel.color;
     spokes.gloss = 0.6;
-    scene.objects.push_back(spokes);
+    scene.add(spokes);
 
     for (double angle : wheel.lamps)
-        scene.objects.push_back(lamp(0.03 * wheel.radius,
-                                     pose({ring * std::cos(angle), ring * std::sin(angle), -tube}),
-                                     30));
+        scene.add(lamp(0.03 * wheel.radius,
+                       pose({ring * std::cos(angle), ring * std::sin(angle), -tube}), 30));
 }
 
-Object panel(double x, double y, double half_width, double half_height, int pattern, double cell,
+Object panel(double x, double y, double half_width, double half_height, int pattern, double period,
              glm::dvec3 a, glm::dvec3 b, glm::dvec2 extra = {1, 0}) {
-    Object object = rectangle(half_width, half_height, still(at({x, y, kWheelsWall - 0.02})), a);
-    object.pattern = pattern;
-    object.cell = cell;
-    object.color_b = b;
-    object.pattern_extra = extra;
-    return object;
+    return patterned(rectangle(half_width, half_height, still(at({x, y, kWheelsWall - 0.02})), a),
+                     pattern, period, b, extra);
 }
 
 // Figure 14 of Guertin and Nowrouzezahrai's report (2013) with new geometry: a near red wheel, a
@@ -68,7 +63,7 @@ Object panel(double x, double y, double half_width, double half_height, int patt
 SceneModel make_wheels() {
     SceneModel scene;
     scene.camera = [](double) { return CameraPose{Pose{}, 50, 1.3}; };
-    scene.f_stop = 1.4;
+    scene.lens.f_stop = 1.4;
     scene.light = {-0.14, 0.30, -1.0};
     scene.light_strength = 1.8;
     scene.ambient = {0.36, 0.37, 0.42};
@@ -98,26 +93,23 @@ SceneModel make_wheels() {
                       {0.02, 0.06, 0.80},
                       {0.2, 1.7, 3.4, 5.0}});
 
-    Object wall = rectangle(1.6, 1.0, still(at({0, 0, kWheelsWall})), {0.40, 0.085, 0.035});
-    wall.pattern = SCENE_BRICKS;
-    wall.cell = 0.052;
-    wall.color_b = {0.17, 0.15, 0.13};
-    scene.objects.push_back(wall);
+    scene.add(patterned(rectangle(1.6, 1.0, still(at({0, 0, kWheelsWall})), {0.40, 0.085, 0.035}),
+                        SCENE_BRICKS, 0.052, {0.17, 0.15, 0.13}));
 
-    scene.objects.push_back(panel(-0.36, 0.44, 0.215, 0.165, SCENE_STRIPES, 0.043,
-                                  {0.08, 0.30, 0.36}, {0.62, 0.17, 0.15}));
-    scene.objects.push_back(panel(-1.02, 0.24, 0.07, 0.20, SCENE_CHECKER, 0.056, {0.55, 0.47, 0.12},
-                                  {0.02, 0.03, 0.16}));
-    scene.objects.push_back(
+    scene.add(panel(-0.36, 0.44, 0.215, 0.165, SCENE_STRIPES, 0.043, {0.08, 0.30, 0.36},
+                    {0.62, 0.17, 0.15}));
+    scene.add(panel(-1.02, 0.24, 0.07, 0.20, SCENE_CHECKER, 0.056, {0.55, 0.47, 0.12},
+                    {0.02, 0.03, 0.16}));
+    scene.add(
         panel(0.36, -0.50, 0.20, 0.13, SCENE_RINGS, 0.06, {0.34, 0.05, 0.48}, {0.62, 0.60, 0.55}));
-    scene.objects.push_back(panel(0.68, -0.53, 0.13, 0.12, SCENE_CHECKER, 0.04, {0.60, 0.47, 0.10},
-                                  {0.03, 0.05, 0.20}));
-    scene.objects.push_back(
+    scene.add(panel(0.68, -0.53, 0.13, 0.12, SCENE_CHECKER, 0.04, {0.60, 0.47, 0.10},
+                    {0.03, 0.05, 0.20}));
+    scene.add(
         panel(0.95, -0.50, 0.11, 0.15, SCENE_RINGS, 0.043, {0.03, 0.02, 0.08}, {0.28, 0.55, 0.30}));
-    scene.objects.push_back(panel(-0.92, -0.55, 0.16, 0.05, SCENE_CHECKER, 0.025,
-                                  {0.60, 0.07, 0.06}, {0.10, 0.55, 0.52}));
-    scene.objects.push_back(panel(0.05, -0.565, 0.09, 0.05, SCENE_STRIPES, 0.03, {0.75, 0.55, 0.05},
-                                  {0.02, 0.02, 0.02}, {0.7, 0.7}));
+    scene.add(panel(-0.92, -0.55, 0.16, 0.05, SCENE_CHECKER, 0.025, {0.60, 0.07, 0.06},
+                    {0.10, 0.55, 0.52}));
+    scene.add(panel(0.05, -0.565, 0.09, 0.05, SCENE_STRIPES, 0.03, {0.75, 0.55, 0.05},
+                    {0.02, 0.02, 0.02}, {0.7, 0.7}));
     const double sign_z = kWheelsWall - 0.015;
     scene.add_sign(0.17, 0.17, still(at({-0.50, 0.0, sign_z})), {0.22, 0.55, 0.16},
                    {0.02, 0.05, 0.02}, {"NO PARK", "F/1.4", "EXIT 23"});
@@ -134,7 +126,7 @@ SceneModel make_wheels() {
                                  {-0.70, -0.32}, {0.52, -0.33}, {0.92, 0.05},  {-0.42, -0.47},
                                  {0.17, -0.40},  {0.60, 0.36},  {1.02, -0.57}};
     for (const glm::dvec2& place : lights)
-        scene.objects.push_back(lamp(0.0135, still(at({place, kWheelsWall - 0.03})), 24));
+        scene.add(lamp(0.0135, still(at({place, kWheelsWall - 0.03})), 24));
     return scene;
 }
 
@@ -167,18 +159,15 @@ PoseAt riding(glm::dvec3 pivot, double rest, double amplitude, double rate, doub
 SceneModel make_poles() {
     SceneModel scene;
     scene.camera = poles_camera;
-    scene.f_stop = 1.4;
+    scene.lens.f_stop = 1.4;
     scene.light = {0.5, 0.6, -0.6};
 
     Random random(11);
 
-    Object ground =
+    scene.add(patterned(
         rectangle(20, 20, still(at({0, kPolesGround, 0}, turn({1, 0, 0}, 0.5 * glm::pi<double>()))),
-                  {0.20, 0.19, 0.18});
-    ground.pattern = SCENE_TILES;
-    ground.cell = 0.35;
-    ground.color_b = {0.13, 0.125, 0.12};
-    scene.objects.push_back(ground);
+                  {0.20, 0.19, 0.18}),
+        SCENE_TILES, 0.35, {0.13, 0.125, 0.12}));
 
     const glm::dvec3 facades[] = {{0.42, 0.38, 0.18}, {0.25, 0.45, 0.44}, {0.40, 0.16, 0.42},
                                   {0.16, 0.08, 0.20}, {0.14, 0.22, 0.36}, {0.12, 0.26, 0.10},
@@ -187,14 +176,10 @@ SceneModel make_poles() {
     for (int i = 0; yaw < 1.15; ++i) {
         const double half = random.between(0.17, 0.36), distance = random.between(5.6, 6.6);
         const double half_height = 0.5 * random.between(0.75, 1.75) + 0.05;
-        Object tower =
+        scene.add(patterned(
             rectangle(half, half_height, still(around(yaw, distance, kPolesGround + half_height)),
-                      facades[i % 7]);
-        tower.pattern = SCENE_WINDOWS;
-        tower.cell = random.between(0.05, 0.08);
-        tower.color_b = {0.05, 0.07, 0.10};
-        tower.pattern_extra = {double(i), 14};
-        scene.objects.push_back(tower);
+                      facades[i % 7]),
+            SCENE_WINDOWS, random.between(0.05, 0.08), {0.05, 0.07, 0.10}, {double(i), 14}));
         if (i % 3 == 1)
             scene.add_sign(0.7 * half, 0.11,
                            still(around(yaw, distance - 0.05,
@@ -202,9 +187,8 @@ SceneModel make_poles() {
                            {0.06, 0.05, 0.07}, {1.0, 0.12, 0.08}, {i % 2 ? "F/1.4" : "MOTION"});
         if (i % 2 == 0) {
             const glm::dvec3 roof = around(yaw, distance, kPolesGround + 2 * half_height).position;
-            scene.objects.push_back(
-                wire(roof, roof + glm::dvec3(0, 0.35, 0), 0.008, {0.1, 0.1, 0.12}));
-            scene.objects.push_back(lamp(0.018, still(at(roof + glm::dvec3(0, 0.36, 0))), 22));
+            scene.add(wire(roof, roof + glm::dvec3(0, 0.35, 0), 0.008, {0.1, 0.1, 0.12}));
+            scene.add(lamp(0.018, still(at(roof + glm::dvec3(0, 0.36, 0))), 22));
         }
         yaw += (half + random.between(0.10, 0.24)) / distance * 1.35;
     }
@@ -220,10 +204,10 @@ SceneModel make_poles() {
         const double distance = random.between(1.1, 3.4), slant = random.between(-0.12, 0.12);
         const glm::dvec3 foot = around(turned, distance, kPolesGround).position;
         const glm::dvec3 top = around(turned + slant, distance, 1.3).position;
-        scene.objects.push_back(wire(foot, top, random.between(0.0018, 0.0065), colors[i % 5]));
+        scene.add(wire(foot, top, random.between(0.0018, 0.0065), colors[i % 5]));
         if (i % 3 == 0)
-            scene.objects.push_back(lamp(
-                0.012, still(at(foot + 0.47 * (top - foot) + glm::dvec3(0.02, 0, -0.02))), 26));
+            scene.add(lamp(0.012,
+                           still(at(foot + 0.47 * (top - foot) + glm::dvec3(0.02, 0, -0.02))), 26));
     }
     for (int i = 0; i < 12; ++i) {
         const double from = random.between(-1.1, 0.5), distance = random.between(1.0, 3.2);
@@ -233,13 +217,13 @@ SceneModel make_poles() {
             around(from + random.between(0.4, 0.8), distance * random.between(0.8, 1.4),
                    low + random.between(-0.15, 0.15) * distance)
                 .position;
-        scene.objects.push_back(wire(a, b, random.between(0.0009, 0.0026), colors[(i + 1) % 5]));
+        scene.add(wire(a, b, random.between(0.0009, 0.0026), colors[(i + 1) % 5]));
     }
 
     // A banner on a pole fixed in the world.
     const double at_yaw = 0.21;
     const glm::dvec3 mast = around(at_yaw, 1.75, 0).position;
-    scene.objects.push_back(
+    scene.add(
         wire({mast.x, kPolesGround, mast.z}, {mast.x, 1.2, mast.z}, 0.009, {0.75, 0.73, 0.70}));
     Object banner = rectangle(
         0.20, 0.14,
@@ -249,23 +233,20 @@ SceneModel make_poles() {
         },
         {0.45, 0.03, 0.03});
     banner.pattern = SCENE_PLAID;
-    banner.cell = 0.10;
+    banner.period = 0.10;
     banner.casts = true;
     banner.color_b = {0.03, 0.05, 0.22};
-    scene.objects.push_back(banner);
+    scene.add(banner);
 
     // Attached to the camera: swinging but never leaving the image.
-    scene.objects.push_back(
-        rod(0.30, 0.0032, riding({-0.16, 0.28, 1.0}, 0.10, 0, 0, 0.30), {0.03, 0.03, 0.03}));
-    scene.objects.push_back(
-        rod(0.10, 0.0055, riding({-0.27, 0.10, 1.15}, 1.02, 0, 0, 0.13), {0.05, 0.05, 0.05}));
-    scene.objects.push_back(
-        rod(0.5, 0.006, riding({-0.12, 0.40, 1.6}, 0, 0, 0, 0.45), {0.65, 0.05, 0.03}));
-    scene.objects.push_back(
+    scene.add(rod(0.30, 0.0032, riding({-0.16, 0.28, 1.0}, 0.10, 0, 0, 0.30), {0.03, 0.03, 0.03}));
+    scene.add(rod(0.10, 0.0055, riding({-0.27, 0.10, 1.15}, 1.02, 0, 0, 0.13), {0.05, 0.05, 0.05}));
+    scene.add(rod(0.5, 0.006, riding({-0.12, 0.40, 1.6}, 0, 0, 0, 0.45), {0.65, 0.05, 0.03}));
+    scene.add(
         rod(0.27, 0.0026, riding({0.30, 0.30, 1.25}, -0.30, 0.22, 0.55, 0.30), {0.70, 0.05, 0.03}));
-    scene.objects.push_back(
+    scene.add(
         rod(0.20, 0.003, riding({-0.02, 0.34, 1.3}, 0.05, 0.30, -0.48, 0.24), {0.72, 0.55, 0.05}));
-    scene.objects.push_back(lamp(0.011, riding({-0.02, 0.34, 1.3}, 0.05, 0.30, -0.48, 0.46), 28));
+    scene.add(lamp(0.011, riding({-0.02, 0.34, 1.3}, 0.05, 0.30, -0.48, 0.46), 28));
     return scene;
 }
 
@@ -304,38 +285,27 @@ glm::dvec3 hue(double h) {
 SceneModel make_crossing() {
     SceneModel scene;
     scene.camera = [](double) { return CameraPose{Pose{}, 50, 1.4}; };
-    scene.f_stop = 1.4;
+    scene.lens.f_stop = 1.4;
     scene.background_opaque = false;
     scene.light = {0.22, 0.35, -0.9};
     Random random(20);
 
     Object wall = rectangle(1.6, 1.0, still(at({0, 0, kCrossingWall})), {0.38, 0.09, 0.04});
     wall.pattern = SCENE_BRICKS;
-    wall.cell = 0.06;
+    wall.period = 0.06;
     wall.color_b = {0.17, 0.15, 0.13};
     wall.hole = {0.52, 0.24, 0.20, 0};
-    scene.objects.push_back(wall);
-    Object frame = torus(0.21, 0.02, still(at({0.52, 0.24, kCrossingWall})), {0.55, 0.42, 0.15});
-    scene.objects.push_back(frame);
-    Object stripes =
-        rectangle(0.22, 0.17, still(at({-0.30, 0.36, kCrossingWall - 0.02})), {0.10, 0.30, 0.28});
-    stripes.pattern = SCENE_STRIPES;
-    stripes.cell = 0.045;
-    stripes.color_b = {0.52, 0.16, 0.20};
-    stripes.pattern_extra = {1, 0};
-    scene.objects.push_back(stripes);
-    Object rings =
-        rectangle(0.15, 0.13, still(at({0.88, -0.44, kCrossingWall - 0.02})), {0.40, 0.06, 0.50});
-    rings.pattern = SCENE_RINGS;
-    rings.cell = 0.05;
-    rings.color_b = {0.55, 0.55, 0.50};
-    scene.objects.push_back(rings);
-    Object checks =
-        rectangle(0.22, 0.12, still(at({0.25, -0.46, kCrossingWall - 0.02})), {0.62, 0.50, 0.08});
-    checks.pattern = SCENE_CHECKER;
-    checks.cell = 0.045;
-    checks.color_b = {0.03, 0.05, 0.22};
-    scene.objects.push_back(checks);
+    scene.add(wall);
+    scene.add(torus(0.21, 0.02, still(at({0.52, 0.24, kCrossingWall})), {0.55, 0.42, 0.15}));
+    scene.add(patterned(
+        rectangle(0.22, 0.17, still(at({-0.30, 0.36, kCrossingWall - 0.02})), {0.10, 0.30, 0.28}),
+        SCENE_STRIPES, 0.045, {0.52, 0.16, 0.20}, {1, 0}));
+    scene.add(patterned(
+        rectangle(0.15, 0.13, still(at({0.88, -0.44, kCrossingWall - 0.02})), {0.40, 0.06, 0.50}),
+        SCENE_RINGS, 0.05, {0.55, 0.55, 0.50}));
+    scene.add(patterned(
+        rectangle(0.22, 0.12, still(at({0.25, -0.46, kCrossingWall - 0.02})), {0.62, 0.50, 0.08}),
+        SCENE_CHECKER, 0.045, {0.03, 0.05, 0.22}));
     scene.add_sign(0.26, 0.18, still(at({-0.68, -0.08, kCrossingWall - 0.02})), {0.20, 0.52, 0.15},
                    {0.03, 0.06, 0.03}, {"NO PARKING", "F/1.4", "EXIT 23"});
     scene.add_sign(0.20, 0.12, still(at({-0.50, -0.46, kCrossingWall - 0.02})), {0.05, 0.12, 0.32},
@@ -343,7 +313,7 @@ SceneModel make_crossing() {
     const glm::dvec2 lights[] = {{-0.95, 0.50}, {0.05, 0.52},  {0.98, 0.52}, {-0.98, -0.52},
                                  {0.55, -0.22}, {-0.10, 0.02}, {1.00, 0.05}};
     for (const glm::dvec2& place : lights)
-        scene.objects.push_back(lamp(0.013, still(at({place, kCrossingWall - 0.03})), 26));
+        scene.add(lamp(0.013, still(at({place, kCrossingWall - 0.03})), 26));
 
     constexpr int kCount = 90;
     for (int i = 0; i < kCount; ++i) {
@@ -369,12 +339,12 @@ SceneModel make_crossing() {
                                     : sphere(0.85 * radius, pose, color);
         if (i % 4 == 1) {
             object.pattern = SCENE_CHECKER;
-            object.cell = 0.45 * radius;
+            object.period = 0.45 * radius;
             object.color_b = glm::dvec3(0.75) - 0.9 * color;
             object.color_b = glm::max(object.color_b, glm::dvec3(0.03));
         }
         if (i % 13 == 5) object = lamp(0.35 * radius, pose, 20);
-        scene.objects.push_back(object);
+        scene.add(object);
     }
 
     Object pane = rectangle(0.12, 0.09,
@@ -383,7 +353,7 @@ SceneModel make_crossing() {
                             {0.10, 0.55, 0.60});
     pane.alpha = 0.5;
     pane.gloss = 0.4;
-    scene.objects.push_back(pane);
+    scene.add(pane);
     return scene;
 }
 
@@ -406,19 +376,16 @@ CameraPose zoom_camera(double time) {
 SceneModel make_zoom() {
     SceneModel scene;
     scene.camera = zoom_camera;
-    scene.f_stop = 0.5;
-    scene.far_clip = 100;
+    scene.lens.f_stop = 0.5;
+    scene.lens.far_clip = 100;
     scene.light = {0.7, 0.7, -0.5};
     scene.light_strength = 2.4;
     Random random(5);
 
-    Object ground =
+    scene.add(patterned(
         rectangle(30, 45, still(at({0, kZoomGround, 40}, turn({1, 0, 0}, 0.5 * glm::pi<double>()))),
-                  {0.26, 0.21, 0.16});
-    ground.pattern = SCENE_TILES;
-    ground.cell = 0.5;
-    ground.color_b = {0.11, 0.095, 0.09};
-    scene.objects.push_back(ground);
+                  {0.26, 0.21, 0.16}),
+        SCENE_TILES, 0.5, {0.11, 0.095, 0.09}));
 
     const glm::dvec3 colors[] = {{0.62, 0.03, 0.02},
                                  {0.02, 0.16, 0.62},
@@ -430,56 +397,43 @@ SceneModel make_zoom() {
         for (const double side : {-1.0, 1.0}) {
             const double x = side * 1.05;
             const glm::dvec3 color = colors[(i + (side > 0 ? 2 : 0)) % 5];
-            Object plinth =
-                box({0.15, 0.12, 0.15}, still(at({x, kZoomGround + 0.12, z})), {0.42, 0.40, 0.37});
-            plinth.pattern = SCENE_CHECKER;
-            plinth.cell = 0.06;
-            plinth.color_b = {0.25, 0.24, 0.23};
-            scene.objects.push_back(plinth);
-            Object column = rod(0.42, 0.07, still(at({x, 0.25, z})), color);
-            column.pattern = SCENE_CHECKER;
-            column.cell = 0.14;
-            column.color_b = {0.70, 0.68, 0.62};
-            scene.objects.push_back(column);
-            scene.objects.push_back(lamp(0.05, still(at({x, 0.80, z})), 16));
+            scene.add(patterned(
+                box({0.15, 0.12, 0.15}, still(at({x, kZoomGround + 0.12, z})), {0.42, 0.40, 0.37}),
+                SCENE_CHECKER, 0.06, {0.25, 0.24, 0.23}));
+            scene.add(patterned(rod(0.42, 0.07, still(at({x, 0.25, z})), color), SCENE_CHECKER,
+                                0.14, {0.70, 0.68, 0.62}));
+            scene.add(lamp(0.05, still(at({x, 0.80, z})), 16));
         }
     }
     for (int i = 0; i < 3; ++i) {
-        Object gate = torus(0.75, 0.05, still(at({0, 0.28, 5.6 + 4.4 * i})), colors[(i + 2) % 5]);
-        gate.pattern = SCENE_TREAD;
-        gate.cell = 24;
-        gate.color_b = {0.75, 0.72, 0.68};
-        scene.objects.push_back(gate);
+        scene.add(
+            patterned(torus(0.75, 0.05, still(at({0, 0.28, 5.6 + 4.4 * i})), colors[(i + 2) % 5]),
+                      SCENE_TREAD, 24, {0.75, 0.72, 0.68}));
     }
     for (int i = 0; i < 26; ++i) {
         const double z = random.between(3.6, 16), radius = random.between(0.04, 0.14);
         const double side = i % 2 ? 1.0 : -1.0;
-        Object ball =
+        scene.add(glossy(
             sphere(radius, still(at({side * random.between(0.28, 0.85), kZoomGround + radius, z})),
-                   colors[i % 5]);
-        ball.gloss = 1.2;
-        scene.objects.push_back(ball);
+                   colors[i % 5]),
+            1.2));
     }
     for (int i = 0; i < 16; ++i) {
         const double side = i % 2 ? 1.0 : -1.0, z = 5 + 1.9 * (i / 2);
         const double half_height = random.between(0.4, 1.15);
-        Object building =
+        scene.add(patterned(
             box({0.6, half_height, 0.8},
                 still(at({side * random.between(2.3, 3.0), kZoomGround + half_height, z})),
-                0.04 + 0.7 * colors[(i + i / 2) % 5]);
-        building.pattern = SCENE_WINDOWS;
-        building.cell = 0.22;
-        building.color_b = {0.03, 0.04, 0.06};
-        building.pattern_extra = {double(i), 9};
-        scene.objects.push_back(building);
+                0.04 + 0.7 * colors[(i + i / 2) % 5]),
+            SCENE_WINDOWS, 0.22, {0.03, 0.04, 0.06}, {double(i), 9}));
     }
     scene.add_sign(0.40, 0.20, still(at({0, 0.30, kTarget})), {0.70, 0.52, 0.05},
                    {0.03, 0.03, 0.03}, {"ZOOM", "96 FRAMES"});
     scene.objects.back().casts = true;
-    scene.objects.push_back(wire({-0.32, kZoomGround, kTarget + 0.02},
-                                 {-0.32, 0.45, kTarget + 0.02}, 0.02, {0.3, 0.3, 0.32}));
-    scene.objects.push_back(wire({0.32, kZoomGround, kTarget + 0.02}, {0.32, 0.45, kTarget + 0.02},
-                                 0.02, {0.3, 0.3, 0.32}));
+    scene.add(wire({-0.32, kZoomGround, kTarget + 0.02}, {-0.32, 0.45, kTarget + 0.02}, 0.02,
+                   {0.3, 0.3, 0.32}));
+    scene.add(wire({0.32, kZoomGround, kTarget + 0.02}, {0.32, 0.45, kTarget + 0.02}, 0.02,
+                   {0.3, 0.3, 0.32}));
     return scene;
 }
 
@@ -493,63 +447,48 @@ SceneModel make_still() {
     scene.camera = [](double) {
         return CameraPose{at({0, 0.10, 0}, turn({1, 0, 0}, 0.10)), 50, 1.5};
     };
-    scene.f_stop = 1.4;
+    scene.lens.f_stop = 1.4;
     scene.light = {-0.6, 0.8, -0.5};
     scene.light_strength = 2.2;
     Random random(3);
 
-    Object table =
+    scene.add(patterned(
         rectangle(1.6, 1.3, still(at({0, kTable, 1.7}, turn({1, 0, 0}, 0.5 * glm::pi<double>()))),
-                  {0.36, 0.20, 0.09});
-    table.pattern = SCENE_TILES;
-    table.cell = 0.1;
-    table.color_b = {0.16, 0.07, 0.03};
-    scene.objects.push_back(table);
-    Object meadow =
+                  {0.36, 0.20, 0.09}),
+        SCENE_TILES, 0.1, {0.16, 0.07, 0.03}));
+    scene.add(patterned(
         rectangle(40, 30, still(at({0, -1.2, 30}, turn({1, 0, 0}, 0.5 * glm::pi<double>()))),
-                  {0.07, 0.22, 0.02});
-    meadow.pattern = SCENE_TILES;
-    meadow.cell = 0.8;
-    meadow.color_b = {0.10, 0.27, 0.03};
-    scene.objects.push_back(meadow);
+                  {0.07, 0.22, 0.02}),
+        SCENE_TILES, 0.8, {0.10, 0.27, 0.03}));
 
     const glm::dvec3 colors[] = {{0.66, 0.02, 0.012}, {0.02, 0.22, 0.62}, {0.72, 0.42, 0.015},
                                  {0.02, 0.40, 0.05},  {0.45, 0.04, 0.48}, {0.70, 0.68, 0.64}};
     for (int i = 0; i < 7; ++i) {
         const double z = 0.75 * std::pow(1.27, i), x = -0.30 * z + 0.10 * z * i;
-        Object ball = sphere(0.062, still(at({x, kTable + 0.062, z})), colors[i % 6]);
-        ball.gloss = 0.8;
-        scene.objects.push_back(ball);
-        Object block = box({0.05, 0.05, 0.05},
-                           still(at({0.32 * z - 0.105 * z * i, kTable + 0.05, z * 1.12},
-                                    turn({0, 1, 0}, 0.4 + 0.5 * i))),
-                           colors[(i + 2) % 6]);
-        block.pattern = SCENE_CHECKER;
-        block.cell = 0.025;
-        block.color_b = {0.72, 0.70, 0.66};
-        scene.objects.push_back(block);
+        scene.add(glossy(sphere(0.062, still(at({x, kTable + 0.062, z})), colors[i % 6]), 0.8));
+        scene.add(patterned(box({0.05, 0.05, 0.05},
+                                still(at({0.32 * z - 0.105 * z * i, kTable + 0.05, z * 1.12},
+                                         turn({0, 1, 0}, 0.4 + 0.5 * i))),
+                                colors[(i + 2) % 6]),
+                            SCENE_CHECKER, 0.025, {0.72, 0.70, 0.66}));
     }
-    Object ring = torus(0.14, 0.025, still(at({0.0, kTable + 0.165, 1.5}, turn({0, 1, 0}, 0.5))),
-                        {0.75, 0.42, 0.05});
-    ring.gloss = 0.9;
-    scene.objects.push_back(ring);
+    scene.add(glossy(torus(0.14, 0.025, still(at({0.0, kTable + 0.165, 1.5}, turn({0, 1, 0}, 0.5))),
+                           {0.75, 0.42, 0.05}),
+                     0.9));
     for (int i = 0; i < 5; ++i) {
         const double x = -0.22 + 0.11 * i, z = 0.62 + 0.55 * i;
-        scene.objects.push_back(wire({x, kTable, z}, {x, 0.34, z}, 0.004, {0.2, 0.2, 0.22}));
-        scene.objects.push_back(lamp(0.008, still(at({x, 0.30 - 0.03 * i, z - 0.01})), 26));
+        scene.add(wire({x, kTable, z}, {x, 0.34, z}, 0.004, {0.2, 0.2, 0.22}));
+        scene.add(lamp(0.008, still(at({x, 0.30 - 0.03 * i, z - 0.01})), 26));
     }
     for (int i = 0; i < 24; ++i) {
         const double z = random.between(6, 20), x = random.between(-0.45, 0.45) * z;
         const double height = random.between(0.5, 1.2);
-        scene.objects.push_back(
-            wire({x, -1.2, z}, {x, -1.2 + height, z}, 0.05, {0.16, 0.10, 0.06}));
-        Object crown = sphere(random.between(0.35, 0.7), still(at({x, -1.0 + height, z})),
-                              {0.04, random.between(0.18, 0.34), 0.02});
-        crown.gloss = 0.1;
-        scene.objects.push_back(crown);
+        scene.add(wire({x, -1.2, z}, {x, -1.2 + height, z}, 0.05, {0.16, 0.10, 0.06}));
+        scene.add(glossy(sphere(random.between(0.35, 0.7), still(at({x, -1.0 + height, z})),
+                                {0.04, random.between(0.18, 0.34), 0.02}),
+                         0.1));
         if (i % 3 == 0)
-            scene.objects.push_back(
-                lamp(0.05, still(at({x + 0.3, -0.4 + 0.3 * height, z - 0.8})), 30));
+            scene.add(lamp(0.05, still(at({x + 0.3, -0.4 + 0.3 * height, z - 0.8})), 30));
     }
     return scene;
 }

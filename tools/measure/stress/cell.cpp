@@ -70,7 +70,7 @@ FramePlanes planes_of(const Scene& scene) {
 
 // Computes bounds and health; adds a 50 mm lens at f/2 for a display at least 640 px wide, so that
 // the object's circle of confusion is several pixels even in a small frame.
-InputHealth describe(Cell& cell, const ConvertOptions& options) {
+InputHealth describe(MatrixCell& cell, const ConvertOptions& options) {
     cell.frame.display_width = std::max(640, cell.planes.at(Role::color).width);
     cell.frame.display_height = std::max(360, cell.planes.at(Role::color).height);
     cell.frame.frame_number = 1;
@@ -86,8 +86,8 @@ InputHealth describe(Cell& cell, const ConvertOptions& options) {
     return health.ok() ? *health : InputHealth();
 }
 
-Cell cell_of(std::string row, std::string name, FramePlanes planes, bool reduced) {
-    Cell cell;
+MatrixCell cell_of(std::string row, std::string name, FramePlanes planes, bool reduced) {
+    MatrixCell cell;
     cell.row = std::move(row);
     cell.name = std::move(name);
     cell.planes = std::move(planes);
@@ -104,7 +104,7 @@ void scale_color(ImageF& color, double scale, double offset) {
 
 // One bright pixel in the center of a black image.
 void put_firefly(ImageF& color, float value) {
-    std::fill(color.data.begin(), color.data.end(), 0.0f);
+    std::ranges::fill(color.data, 0.0f);
     std::fill_n(color.pixel(color.width / 2, color.height / 2), 4, value);
 }
 
@@ -123,7 +123,7 @@ class Builder {
         base_.height = tile_px;
     }
 
-    std::vector<Cell> all() {
+    std::vector<MatrixCell> all() {
         nothing();
         paths();
         speeds();
@@ -137,7 +137,7 @@ class Builder {
     }
 
   private:
-    Cell& add(const char* row, std::string name, const Scene& scene, bool reduced = false) {
+    MatrixCell& add(const char* row, std::string name, const Scene& scene, bool reduced = false) {
         cells_.push_back(cell_of(row, std::move(name), planes_of(scene), reduced));
         return cells_.back();
     }
@@ -148,7 +148,7 @@ class Builder {
         scene.object_w = kFarW;
         for (double contrast : {1.0, 0.01}) {
             scene.contrast = contrast;
-            Cell& cell =
+            MatrixCell& cell =
                 add("nothing", contrast == 1 ? "still, in focus" : "still, in focus, no edges",
                     scene, true);
             cell.still = cell.in_focus = true;
@@ -277,12 +277,12 @@ class Builder {
             for (double focus : {0.1, 10.0, 1e30}) {
                 Scene scene = base_;
                 scene.object_w = 10;  // at the near plane, 0.1 units
-                Cell& cell = add("lens",
-                                 concat("f/", f_stop, ", focus at ",
-                                        focus == 0.1  ? "the near plane"
-                                        : focus < 1e3 ? "the ground"
-                                                      : "infinity"),
-                                 scene, focus == 10 ? f_stop == 1e6 : f_stop == 0.1);
+                MatrixCell& cell = add("lens",
+                                       concat("f/", f_stop, ", focus at ",
+                                              focus == 0.1  ? "the near plane"
+                                              : focus < 1e3 ? "the ground"
+                                                            : "infinity"),
+                                       scene, focus == 10 ? f_stop == 1e6 : f_stop == 0.1);
                 cell.frame.camera.f_stop = f_stop;
                 cell.frame.camera.focus_distance = focus;
                 cell.frame.camera.near_clip = 0.1;
@@ -396,7 +396,7 @@ class Builder {
     void add_nonfinite(const char* row, std::string name, const std::vector<Vector>& moves,
                        const std::vector<Role>& roles, float value, NonfiniteColor policy,
                        bool reduced) {
-        Cell cell;
+        MatrixCell cell;
         cell.row = row;
         cell.name = std::move(name);
         cell.reduced = reduced;
@@ -426,12 +426,12 @@ class Builder {
 
     int tile_;
     Scene base_;
-    std::vector<Cell> cells_;
+    std::vector<MatrixCell> cells_;
 };
 
 }  // namespace
 
-bool Cell::is_quiet(RoleSet roles) const {
+bool MatrixCell::is_quiet(RoleSet roles) const {
     // A hint is available if something moves.
     const bool moves =
         roles.has(Role::motion) || roles.has(Role::motion_back) || roles.has(Role::hint);
@@ -439,9 +439,9 @@ bool Cell::is_quiet(RoleSet roles) const {
            (soft || !roles.has(Role::color));
 }
 
-std::vector<Cell> make_cells(int tile_px, bool reduced) {
-    std::vector<Cell> cells = Builder(tile_px).all();
-    if (reduced) std::erase_if(cells, [](const Cell& cell) { return !cell.reduced; });
+std::vector<MatrixCell> make_cells(int tile_px, bool reduced) {
+    std::vector<MatrixCell> cells = Builder(tile_px).all();
+    if (reduced) std::erase_if(cells, [](const MatrixCell& cell) { return !cell.reduced; });
     return cells;
 }
 

@@ -14,7 +14,7 @@
 
 namespace postchain::stress {
 
-struct Cell {
+struct MatrixCell {
     std::string row;   // "speed"
     std::string name;  // "object 0.499 px, ground still"
     FrameDescription frame;
@@ -37,6 +37,6 @@ inline constexpr double kShutterFrames = 1;
 
 // All rows, or their cells of the reduced set. `tile_px` is r of the chain under test (check.h);
 // frames are 2 r x r pixels unless the row sets a size. Half-velocities, in pixels.
-std::vector<Cell> make_cells(int tile_px, bool reduced);
+std::vector<MatrixCell> make_cells(int tile_px, bool reduced);
 
 }  // namespace postchain::stress

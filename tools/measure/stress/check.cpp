@@ -49,8 +49,8 @@ float as_half(float value) {
 
 // With fp16, rounds color to half as a half file would, so that results expected to be exact can
 // be. Colors outside the range of half stay; they come from a float file.
-Result<Cell> at_precision(const Cell& cell, Precision precision) {
-    Cell stored = cell;
+Result<MatrixCell> at_precision(const MatrixCell& cell, Precision precision) {
+    MatrixCell stored = cell;
     if (precision == Precision::fp32) return stored;
     for (float& value : stored.planes.at(Role::color).data) value = as_half(value);
     ConvertOptions options;  // for the bounds of these colors
@@ -84,7 +84,7 @@ ImageF changes_of(const ImageF& a, const ImageF& b, double unit) {
 }
 
 bool has_lens(const Chain& chain) {
-    return std::any_of(chain.links.begin(), chain.links.end(), [](const auto& link) {
+    return std::ranges::any_of(chain.links, [](const auto& link) {
         return link.type->parameters->find("f_stop") != nullptr;
     });
 }
@@ -162,8 +162,8 @@ bool is_worse(double value, double worst) {
 // Measures one cell with one chain at one precision.
 class Measurement {
   public:
-    Measurement(Executor& executor, const Subject& subject, const Cell& cell, Precision precision,
-                std::vector<CheckImages>* images, std::set<std::string> only);
+    Measurement(Executor& executor, const Subject& subject, const MatrixCell& cell,
+                Precision precision, std::vector<CheckImages>* images, std::set<std::string> only);
     Result<CellMeasures> all();  // or those in `only`, if it is not empty
 
   private:
@@ -220,7 +220,7 @@ class Measurement {
 
     Executor& executor_;
     const Subject& subject_;
-    const Cell& cell_;
+    const MatrixCell& cell_;
     Precision precision_;
     Bounds bounds_;
     Plan plan_;  // of the cell, complete, and its result
@@ -234,7 +234,7 @@ class Measurement {
     std::set<std::string> only_;
 };
 
-Measurement::Measurement(Executor& executor, const Subject& subject, const Cell& cell,
+Measurement::Measurement(Executor& executor, const Subject& subject, const MatrixCell& cell,
                          Precision precision, std::vector<CheckImages>* images,
                          std::set<std::string> only)
     : executor_(executor),
@@ -328,7 +328,7 @@ void Measurement::add_equal(const char* check, const ImageF& input, const ImageF
         first = i;
     }
     ImageF map = changes_of(a, b, std::max(largest_of(b), 1e-30));
-    const float worst = *std::max_element(map.data.begin(), map.data.end());
+    const float worst = *std::ranges::max_element(map.data);
     add(check, double(different) / double(a.pixels()), 0,
         concat("of all pixels differ, the first ", place_of(a, first),
                ", largest change relative to the largest color ", worst));
@@ -525,20 +525,14 @@ std::optional<Chain> Measurement::chain_with(Symmetry symmetry) const {
 
 Status Measurement::turns() {
     if (!fits_tiles()) return Status();
-    struct Row {
-        Turn turn;
-        Symmetry symmetry;
-        const char* check;
-    };
-    const Row rows[] = {{Turn::mirror, Symmetry::mirror, "mirror"},
-                        {Turn::flip, Symmetry::flip, "flip"},
-                        {Turn::quarter, Symmetry::turn, "turn"}};
-    for (const auto& [turn, symmetry, check] : rows) {
+    const std::pair<Symmetry, const char*> rows[] = {
+        {Symmetry::mirror, "mirror"}, {Symmetry::flip, "flip"}, {Symmetry::turn, "turn"}};
+    for (const auto& [symmetry, check] : rows) {
         const auto chain = wants(check) ? chain_with(symmetry) : std::nullopt;
         if (!chain) continue;
         ASSIGN_OR_RETURN(auto straight, filter(*chain, cell_.frame, cell_.planes));
-        ASSIGN_OR_RETURN(auto filtered, filter_anew(*chain, turned(cell_.planes, turn)));
-        add_mean(check, color(), turned_back(filtered, turn), straight,
+        ASSIGN_OR_RETURN(auto filtered, filter_anew(*chain, turned(cell_.planes, symmetry)));
+        add_mean(check, color(), turned_back(filtered, symmetry), straight,
                  "result of the unchanged frame");
     }
     return Status();
@@ -678,15 +672,8 @@ Status Measurement::dot() {
 }  // namespace
 
 const char* name_of(Verdict verdict) {
-    switch (verdict) {
-        case Verdict::ok:
-            return "ok";
-        case Verdict::limit:
-            return "limit";
-        case Verdict::failed:
-            return "FAIL";
-    }
-    return "";
+    constexpr const char* kNames[] = {"ok", "limit", "FAIL"};
+    return kNames[size_t(verdict)];
 }
 
 const std::vector<CheckRow>& check_rows() {
@@ -750,7 +737,7 @@ Subject with_cells_camera(Subject subject) {
     return subject;
 }
 
-Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
+Result<CellMeasures> measure(Executor& executor, const Subject& subject, const MatrixCell& cell,
                              Precision precision, std::vector<CheckImages>* images,
                              const std::set<std::string>& only) {
     ASSIGN_OR_RETURN(const auto stored, at_precision(cell, precision));

@@ -106,7 +106,7 @@ Subject with_cells_camera(Subject subject);
 
 // All checks that apply, or those of `only`, if it is not empty; `images` gets the images of
 // each. Errors: the chain cannot be planned for this frame, or GL fails.
-Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
+Result<CellMeasures> measure(Executor& executor, const Subject& subject, const MatrixCell& cell,
                              Precision precision, std::vector<CheckImages>* images = nullptr,
                              const std::set<std::string>& only = {});
 

@@ -13,7 +13,7 @@ const KnownLimit* limit_of(const KnownLimits& all, const ChainLink& link, const 
     if (of_pass == all.end()) return nullptr;
     const std::string parameters = link.type->parameters->text(link.pass->parameters());
     const auto& limits = of_pass->second;
-    const auto found = std::find_if(limits.begin(), limits.end(), [&](const KnownLimit& limit) {
+    const auto found = std::ranges::find_if(limits, [&](const KnownLimit& limit) {
         return limit.check == check && matches(limit.parameters, parameters) &&
                matches(limit.cells, cell);
     });

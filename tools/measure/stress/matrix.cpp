@@ -47,7 +47,7 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
                           const MatrixOptions& options, const MatrixProgress& progress) {
     struct Task {
         const Subject* subject;
-        std::shared_ptr<const Cell> cell;  // shared by both precisions
+        std::shared_ptr<const MatrixCell> cell;  // shared by both precisions
         CellResult result;
     };
     std::vector<Task> tasks;
@@ -55,8 +55,8 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
     for (const auto& subject : subjects)
         prepared.push_back(with_cells_camera({subject.name, subject.chain.clone()}));
     for (const auto& subject : prepared) {
-        for (Cell& made : make_cells(tile_px(subject.chain), options.reduced)) {
-            const auto cell = std::make_shared<const Cell>(std::move(made));
+        for (MatrixCell& made : make_cells(tile_px(subject.chain), options.reduced)) {
+            const auto cell = std::make_shared<const MatrixCell>(std::move(made));
             for (Precision precision : {Precision::fp32, Precision::fp16}) {
                 CellResult result;
                 result.subject = subject.name;
@@ -140,8 +140,7 @@ std::vector<LimitUse> limits_met(const Matrix& matrix) {
     for (const auto& cell : matrix.cells) {
         for (const auto& one : cell.measured) {
             if (!one.limit) continue;
-            auto use = std::find_if(uses.begin(), uses.end(),
-                                    [&](const LimitUse& met) { return met.limit == one.limit; });
+            auto use = std::ranges::find(uses, one.limit, &LimitUse::limit);
             if (use == uses.end()) use = uses.insert(use, {one.limit, 0, {}});
             ++use->checks;
             if (!use->worst.measured || one.value > use->worst.measured->value)

@@ -21,8 +21,7 @@ struct Part {
 
 // The surroundings of the largest error, or the whole frame.
 Part part_of(const ImageF& error) {
-    const size_t worst =
-        size_t(std::max_element(error.data.begin(), error.data.end()) - error.data.begin());
+    const size_t worst = size_t(std::ranges::max_element(error.data) - error.data.begin());
     const int x = int(worst % size_t(error.width)), y = int(worst / size_t(error.width));
     Part part;
     part.width = std::min(kMaxWidth, error.width);
@@ -220,14 +219,14 @@ Result<std::vector<ImagedCheck>> pictures_of(Executor& executor,
     std::vector<ImagedCheck> all;
     for (const auto& subject : subjects) {
         const Subject prepared = with_cells_camera({subject.name, subject.chain.clone()});
-        std::vector<Cell> cells;  // made when first needed
+        std::vector<MatrixCell> cells;  // made when first needed
         for (const auto& [result, checks] : wanted) {
             if (result->subject != subject.name) continue;
             if (cells.empty()) cells = make_cells(tile_px(prepared.chain), false);
-            const auto is_of_result = [result = result](const Cell& one) {
+            const auto is_of_result = [result = result](const MatrixCell& one) {
                 return one.row == result->row && one.name == result->cell;
             };
-            const auto cell = std::find_if(cells.begin(), cells.end(), is_of_result);
+            const auto cell = std::ranges::find_if(cells, is_of_result);
             if (cell == cells.end())
                 return Status(StatusCode::internal, "no cell " + result->name());
             std::vector<CheckImages> images;

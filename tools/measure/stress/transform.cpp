@@ -17,36 +17,36 @@ int mirrored_at(int place, int size) {
 
 }  // namespace
 
-ImageF turned(const ImageF& image, Turn turn) {
-    const bool quarter = turn == Turn::quarter;
+ImageF turned(const ImageF& image, Symmetry how) {
+    const bool quarter = how == Symmetry::turn;
     ImageF out(quarter ? image.height : image.width, quarter ? image.width : image.height,
                image.channels);
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
-            const int to_x = turn == Turn::mirror ? image.width - 1 - x
-                             : quarter            ? image.height - 1 - y
-                                                  : x;
-            const int to_y = turn == Turn::flip ? image.height - 1 - y : quarter ? x : y;
+            const int to_x = how == Symmetry::mirror ? image.width - 1 - x
+                             : quarter               ? image.height - 1 - y
+                                                     : x;
+            const int to_y = how == Symmetry::flip ? image.height - 1 - y : quarter ? x : y;
             std::copy_n(image.pixel(x, y), image.channels, out.pixel(to_x, to_y));
         }
     }
     return out;
 }
 
-ImageF turned_back(const ImageF& image, Turn turn) {
-    if (turn != Turn::quarter) return turned(image, turn);
-    return turned(turned(turned(image, turn), turn), turn);
+ImageF turned_back(const ImageF& image, Symmetry how) {
+    if (how != Symmetry::turn) return turned(image, how);
+    return turned(turned(turned(image, how), how), how);
 }
 
-FramePlanes turned(const FramePlanes& planes, Turn turn) {
+FramePlanes turned(const FramePlanes& planes, Symmetry how) {
     FramePlanes out;
     for (const auto& [role, plane] : planes) {
-        ImageF& to = out[role] = turned(plane, turn);
+        ImageF& to = out[role] = turned(plane, how);
         if (!holds_vectors(role)) continue;
         for (size_t i = 0; i < to.data.size(); i += 2) {
             const float x = to.data[i], y = to.data[i + 1];
-            to.data[i] = turn == Turn::mirror ? -x : turn == Turn::quarter ? -y : x;
-            to.data[i + 1] = turn == Turn::flip ? -y : turn == Turn::quarter ? x : y;
+            to.data[i] = how == Symmetry::mirror ? -x : how == Symmetry::turn ? -y : x;
+            to.data[i + 1] = how == Symmetry::flip ? -y : how == Symmetry::turn ? x : y;
         }
     }
     return out;

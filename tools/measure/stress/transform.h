@@ -2,19 +2,15 @@
 #pragma once
 
 #include "chain/frame/frame.h"
+#include "chain/pass/guarantees.h"
 
 namespace postchain::stress {
 
-enum class Turn {
-    mirror,   // left and right are exchanged
-    flip,     // top and bottom are exchanged
-    quarter,  // a quarter turn clockwise in the image
-};
-
-ImageF turned(const ImageF& image, Turn turn);
-// turned_back(turned(image, turn), turn) is the image, bit for bit.
-ImageF turned_back(const ImageF& image, Turn turn);
-FramePlanes turned(const FramePlanes& planes, Turn turn);
+// Mirrored, flipped, or a quarter turn clockwise in the image; no shift.
+ImageF turned(const ImageF& image, Symmetry how);
+// turned_back(turned(image, how), how) is the image, bit for bit.
+ImageF turned_back(const ImageF& image, Symmetry how);
+FramePlanes turned(const FramePlanes& planes, Symmetry how);
 
 struct Window {
     int x = 0;  // of its first pixel in the frame; may be negative
@@ -29,7 +25,6 @@ FramePlanes seen_through(const FramePlanes& planes, const Window& window);
 
 // side x side pixels with the depth and motion of the frame's center pixel everywhere; black except
 // for the center pixel, which is `value` in all four channels.
-
 FramePlanes dot_of(const FramePlanes& planes, int side, float value);
 
 }  // namespace postchain::stress

@@ -5,15 +5,8 @@
 namespace postchain::study {
 
 const char* name_of(Equal equal) {
-    switch (equal) {
-        case Equal::samples:
-            return "samples";
-        case Equal::time:
-            return "time";
-        case Equal::unsaid:
-            break;
-    }
-    return "";
+    constexpr const char* kNames[] = {"", "samples", "time"};
+    return kNames[size_t(equal)];
 }
 
 namespace {

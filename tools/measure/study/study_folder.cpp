@@ -77,18 +77,6 @@ bool is_result(const std::string& path) {
     return text.ok() && task_result_from(*text);
 }
 
-std::vector<std::string> folders_in(const std::string& folder) {
-    std::vector<std::string> folders;
-    std::error_code error;
-    if (fs::is_symlink(folder, error)) return folders;
-    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-        std::error_code ignored;
-        if (it->is_directory(ignored) && !it->is_symlink(ignored))
-            folders.push_back(it->path().string());
-    }
-    return folders;
-}
-
 // Removes the report in a folder of its own, and its mark if no other file remains.
 Status remove_scene(const std::string& folder) {
     const std::string mark = experiment::kFolderMark;
@@ -107,20 +95,19 @@ Status remove_study(const Study& study, const std::string& path) {
     std::set<std::string> known;
     for (const Task& task : tasks_of(study)) known.insert(fs::path(result_path(task)).filename());
     const std::string tasks = path + "/tasks", scenes = path + "/scenes";
-    Status status = experiment::remove_files(tasks, [&](const std::string& name) {
+    RETURN_IF_ERROR(experiment::remove_files(tasks, [&](const std::string& name) {
         const std::string extension = fs::path(name).extension();
         return extension == ".claim" || known.contains(name) ||
                (extension == ".json" && is_result(tasks + "/" + name));
-    });
+    }));
     const auto nothing = [](const std::string&) { return false; };
-    for (const std::string& scene : folders_in(scenes)) {
-        for (const std::string& pair : folders_in(scene))
-            if (status.ok()) status = remove_scene(pair);
-        if (status.ok()) status = remove_scene(scene);
-        if (status.ok()) status = experiment::remove_files(scene, nothing);
+    for (const std::string& scene : experiment::folders_in(scenes)) {
+        for (const std::string& pair : experiment::folders_in(scene))
+            RETURN_IF_ERROR(remove_scene(pair));
+        RETURN_IF_ERROR(remove_scene(scene));
+        RETURN_IF_ERROR(experiment::remove_files(scene, nothing));
     }
-    if (status.ok()) status = experiment::remove_files(scenes, nothing);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(experiment::remove_files(scenes, nothing));
     return experiment::remove_files(path, [](const std::string& name) {
         return name == "report.json" || name == "report.csv" || name == "report.md" ||
                name == "index.html";
@@ -166,13 +153,9 @@ std::string report_folder_of(const Study& study, const Task& task) {
 
 std::string text_of(const TaskResult& result) {
     Json variants = Json::array();
-    for (const auto& variant : result.variants) {
-        Json metrics = Json::object();
-        for (const auto& [name, values] : variant.metrics) metrics[name] = report::json_of(values);
-        variants.push_back({{"name", variant.name},
-                            {"metrics", metrics},
-                            {"time_ms", report::json_of(variant.time_ms)}});
-    }
+    for (const auto& variant : result.variants)
+        variants.push_back(
+            {{"name", variant.name}, {"metrics", variant.metrics}, {"time_ms", variant.time_ms}});
     return io::json_text({{"postchain_task", 1},
                           {"made_from", result.made_from},
                           {"failure", result.failure},
@@ -202,12 +185,8 @@ std::optional<TaskResult> task_result_from(const std::string& text) {
         result.height = json.at("height").get<int>();
         for (const Json& one : json.at("variants")) {
             TaskResult::Figures figures{one.at("name").get<std::string>(), {}, std::nullopt};
-            const auto number = [](const Json& value) {
-                return value.is_null() ? std::nullopt : std::optional(value.get<double>());
-            };
-            figures.time_ms = number(one.at("time_ms"));
-            for (const auto& [name, list] : one.at("metrics").items())
-                for (const Json& value : list) figures.metrics[name].push_back(number(value));
+            one.at("time_ms").get_to(figures.time_ms);
+            one.at("metrics").get_to(figures.metrics);
             result.variants.push_back(std::move(figures));
         }
         return result;

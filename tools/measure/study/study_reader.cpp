@@ -75,7 +75,7 @@ struct Reading {
 std::optional<size_t> chain_of(const TextNode& at, const std::string& path, const Study& study,
                                Reporter& reporter) {
     const auto names = study.names();
-    const auto found = std::find(names.begin(), names.end(), at.text);
+    const auto found = std::ranges::find(names, at.text);
     if (at.is_scalar() && found != names.end()) return size_t(found - names.begin());
     reporter.error(at, path,
                    at.is_scalar() ? unknown_word("chain", at.text, names) : "is a chain's name");
@@ -130,8 +130,8 @@ void read_questions(const TextNode& root, Study& study, Reporter& reporter) {
         const auto of_b = samples_of(study.chains[*b].chain);
         if (*a == *b) {
             reporter.error(item, path, "compares a chain with itself");
-        } else if (std::count(study.pairs.begin(), study.pairs.end(), asked) +
-                   std::count(study.pairs.begin(), study.pairs.end(), turned)) {
+        } else if (std::ranges::count(study.pairs, asked) +
+                   std::ranges::count(study.pairs, turned)) {
             reporter.error(item, path, "is asked twice");
         } else if (*same == Equal::samples && !(of_a && of_b)) {
             reporter.error(item, path,
@@ -161,7 +161,7 @@ void read_margins(const TextNode& root, Study& study, Reporter& reporter) {
         metrics.push_back(metric.name);
     for (const auto& [key, value] : margins->entries) {
         const std::string path = "margins." + key.text;
-        if (std::find(metrics.begin(), metrics.end(), key.text) == metrics.end()) {
+        if (std::ranges::find(metrics, key.text) == metrics.end()) {
             reporter.error(key, path, unknown_word("metric", key.text, metrics));
             continue;
         }
@@ -372,7 +372,7 @@ class SceneReader {
                 known.push_back(row.key);
         for (const TextEntry& entry : map.entries) {
             const std::string& key = entry.key.text;
-            const auto found = std::find(known.begin(), known.end(), key);
+            const auto found = std::ranges::find(known, key);
             if (found == known.end())
                 reading_.error(entry.key, above + key, unknown_word("key", key, known));
             else if (size_t(found - known.begin()) < others)
@@ -524,7 +524,7 @@ void read(const TextNode& root, Reading& reading, const std::string& version) {
                            : std::vector<std::string>{"chains", "questions"};
     known.insert(known.end(), own.begin(), own.end());
     for (const auto& [key, value] : root.entries)
-        if (std::find(known.begin(), known.end(), key.text) == known.end())
+        if (std::ranges::find(known, key.text) == known.end())
             reading.error(key, key.text, unknown_word("key", key.text, known));
     if (swept)
         read_sweep(root, reading);

@@ -33,27 +33,17 @@ Json json_of(const std::vector<Row>& rows, bool families) {
             json["scenes"] = row.scenes;
         else
             json["family"] = row.family;
-        json["means"] = report::json_of(row.means);
-        json["gains"] = report::json_of(row.gains);
+        json["means"] = row.means;
+        json["gains"] = row.gains;
         list.push_back(std::move(json));
     }
     return list;
 }
 
 const char* word_of(Decision decision) {
-    switch (decision) {
-        case Decision::too_few:
-            return "too_few_families";
-        case Decision::not_decided:
-            return "not_decided";
-        case Decision::equal:
-            return "equal";
-        case Decision::a:
-            return "a_nearer";
-        case Decision::b:
-            break;
-    }
-    return "b_nearer";
+    constexpr const char* kWords[] = {"too_few_families", "not_decided", "equal", "a_nearer",
+                                      "b_nearer"};
+    return kWords[size_t(decision)];
 }
 
 Json alone(const std::optional<Probability>& one) {
@@ -130,8 +120,8 @@ std::vector<std::string> StudyReport::verdict() const {
 }
 
 size_t StudyReport::failures() const {
-    return size_t(std::count_if(scenes.begin(), scenes.end(),
-                                [](const auto& scene) { return !scene.failure.empty(); }));
+    return size_t(
+        std::ranges::count_if(scenes, [](const auto& scene) { return !scene.failure.empty(); }));
 }
 
 StudyReport make_report(const Study& study, const std::vector<TaskResult>& results) {
@@ -227,7 +217,7 @@ io::Json report_json(const StudyReport& report) {
         pairs.push_back({{"a", report.variants[report.pairs[p].first]},
                          {"b", report.variants[report.pairs[p].second]},
                          {"equal", name_of(report.equal[p])},
-                         {"time_ratio", report::json_of(report.time_ratios[p])}});
+                         {"time_ratio", report.time_ratios[p]}});
     Json scenes = Json::array();
     for (const auto& scene : report.scenes)
         scenes.push_back({{"name", scene.name},
@@ -244,32 +234,30 @@ io::Json report_json(const StudyReport& report) {
         Json results = Json::array();
         for (size_t p = 0; p < table.pairs.size(); ++p) {
             const PairResult& one = table.pairs[p];
-            results.push_back(
-                {{"a", report.variants[report.pairs[p].first]},
-                 {"b", report.variants[report.pairs[p].second]},
-                 {"gain", report::json_of(one.mean)},
-                 {"interval",
-                  one.interval ? Json::array({one.interval->low, one.interval->high}) : Json()},
-                 {"probability", alone(one.difference)},
-                 {"probability_holm", corrected(one.difference)},
-                 {"margin", report::json_of(one.margin)},
-                 {"probability_beyond_margin", alone(one.equivalence)},
-                 {"probability_beyond_margin_holm", corrected(one.equivalence)},
-                 {"families", one.families},
-                 {"families_nearer", one.nearer},
-                 {"families_farther", one.farther},
-                 {"sign_probability", one.sign_probability},
-                 {"scenes", one.scenes},
-                 {"scenes_nearer", one.scenes_nearer},
-                 {"finding", word_of(one.decision)},
-                 {"words", one.words}});
+            results.push_back({{"a", report.variants[report.pairs[p].first]},
+                               {"b", report.variants[report.pairs[p].second]},
+                               {"gain", one.mean},
+                               {"interval", one.interval},
+                               {"probability", alone(one.difference)},
+                               {"probability_holm", corrected(one.difference)},
+                               {"margin", one.margin},
+                               {"probability_beyond_margin", alone(one.equivalence)},
+                               {"probability_beyond_margin_holm", corrected(one.equivalence)},
+                               {"families", one.families},
+                               {"families_nearer", one.nearer},
+                               {"families_farther", one.farther},
+                               {"sign_probability", one.sign_probability},
+                               {"scenes", one.scenes},
+                               {"scenes_nearer", one.scenes_nearer},
+                               {"finding", word_of(one.decision)},
+                               {"words", one.words}});
         }
         tables.push_back({{"metric", table.metric.name},
                           {"help", table.metric.help},
                           {"better", report::name_of(table.metric.better)},
                           {"scenes", json_of(table.scenes, false)},
                           {"families", json_of(table.families, true)},
-                          {"means", report::json_of(table.means)},
+                          {"means", table.means},
                           {"best", table.best ? Json(report.variants[*table.best]) : Json()},
                           {"pairs", results}});
     }
@@ -387,13 +375,10 @@ std::string report_as_markdown(const StudyReport& report) {
 
 Status write_report(const StudyReport& report, const StudyFolder& folder) {
     const Json json = report_json(report);
-    Status status = folder.write("report.json", io::json_text(json, 1) + "\n");
-    if (status.ok()) status = folder.write("report.csv", report_as_csv(report));
-    if (status.ok()) status = folder.write("report.md", report_as_markdown(report));
-    if (status.ok())
-        status =
-            folder.write("index.html", page::with_data("study/page.html", io::json_text(json)));
-    return status;
+    RETURN_IF_ERROR(folder.write("report.json", io::json_text(json, 1) + "\n"));
+    RETURN_IF_ERROR(folder.write("report.csv", report_as_csv(report)));
+    RETURN_IF_ERROR(folder.write("report.md", report_as_markdown(report)));
+    return folder.write("index.html", page::with_data("study/page.html", io::json_text(json)));
 }
 
 }  // namespace postchain::study

@@ -90,8 +90,7 @@ class Maker {
     void add_families() {
         std::vector<std::string> names;
         for (const Row& row : table_.scenes)
-            if (std::find(names.begin(), names.end(), row.family) == names.end())
-                names.push_back(row.family);
+            if (std::ranges::find(names, row.family) == names.end()) names.push_back(row.family);
         for (const std::string& name : names) {
             std::vector<const Row*> rows;
             for (const Row& row : table_.scenes)
@@ -111,8 +110,8 @@ class Maker {
     void find_means() {
         std::vector<const Row*> whole;
         for (const Row& family : table_.families)
-            if (std::all_of(family.means.begin(), family.means.end(),
-                            [](const auto& value) { return value.has_value(); }))
+            if (std::ranges::all_of(family.means,
+                                    [](const auto& value) { return value.has_value(); }))
                 whole.push_back(&family);
         for (size_t v = 0; v < variants_.size(); ++v)
             table_.means.push_back(column_mean(whole, &Row::means, v));

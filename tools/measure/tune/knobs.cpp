@@ -11,7 +11,7 @@ namespace {
 constexpr int64_t kMinSamples = 4;
 
 bool is_knob(const Parameter& row) {
-    return std::find(knob_keys().begin(), knob_keys().end(), row.key) != knob_keys().end();
+    return std::ranges::find(knob_keys(), row.key) != knob_keys().end();
 }
 
 std::vector<const Parameter*> knobs_of(const ChainLink& link) {
@@ -51,7 +51,7 @@ ParameterValue value_beside(const Parameter& row, const ParameterValue& now, int
     const std::vector<ParameterValue> values = values_of(row);
     const auto rank = [&](const ParameterValue& value) {
         if (const auto* number = std::get_if<int64_t>(&value)) return *number;
-        return int64_t(std::find(values.begin(), values.end(), value) - values.begin());
+        return int64_t(std::ranges::find(values, value) - values.begin());
     };
     const int64_t from = rank(now);
     if (direction > 0) {
@@ -85,7 +85,7 @@ std::vector<Step> steps_from(const Chain& chain, const std::vector<std::string>&
         const ChainLink& link = chain.links[i];
         for (const Parameter* row : knobs_of(link)) {
             const std::string name = link.type->name + "." + row->key;
-            if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) continue;
+            if (std::ranges::find(fixed, name) != fixed.end()) continue;
             const ParameterValue now = row->get(link.pass->parameters());
             for (const auto& [direction, cost] :
                  {std::pair{-1, Cost::less}, std::pair{1, Cost::more}}) {

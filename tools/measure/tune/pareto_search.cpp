@@ -68,7 +68,7 @@ class Searcher {
         const auto next = least(result_.candidates, [&](size_t i) -> std::optional<double> {
             if (result_.candidates[i].expanded) return std::nullopt;
             if (!met) return value_of(i);
-            if (std::find(front.begin(), front.end(), i) == front.end()) return std::nullopt;
+            if (std::ranges::find(front, i) == front.end()) return std::nullopt;
             return std::abs(std::log(std::max(*value_of(i), 1e-12) / limit));
         });
         if (next && full()) {
@@ -139,9 +139,7 @@ std::vector<size_t> ParetoSearch::front() const {
             beaten = j != i && beats(candidates[j].measured, candidates[i].measured, j < i);
         if (!beaten) found.push_back(i);
     }
-    std::sort(found.begin(), found.end(), [&](size_t a, size_t b) {
-        return candidates[a].measured.times.seconds < candidates[b].measured.times.seconds;
-    });
+    std::ranges::sort(found, {}, [&](size_t i) { return candidates[i].measured.times.seconds; });
     return found;
 }
 

@@ -4,8 +4,8 @@
 
 #include "chain/base/printable.h"
 #include "config/chain_file.h"
+#include "tools/measure/report/report_json.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/files/json.h"
 
 namespace postchain::tune {
 namespace {
@@ -134,14 +134,10 @@ io::Json tuning_json(const Tuning& tuning) {
                           {"spread_s", times.spread_s},
                           {"repeats", times.repeats},
                           {"doubt", times.doubt.empty() ? Json(nullptr) : Json(times.doubt)},
-                          {"hdr_flip", candidate.measured.error ? Json(*candidate.measured.error)
-                                                                : Json(nullptr)},
-                          {"front", std::find(front.begin(), front.end(), i) != front.end()},
+                          {"hdr_flip", candidate.measured.error},
+                          {"front", std::ranges::find(front, i) != front.end()},
                           {"chosen", tuning.search.chosen == i}});
     }
-    const auto or_null = [](const std::optional<double>& value) {
-        return value ? Json(*value) : Json(nullptr);
-    };
     return {{"postchain_tune", 1},
             {"version", tuning.version},
             {"input", tuning.input},
@@ -150,8 +146,8 @@ io::Json tuning_json(const Tuning& tuning) {
             {"with_truth", tuning.with_truth},
             {"device", tuning.device},
             {"timing", tuning.timing},
-            {"budget_s", or_null(tuning.goal.budget_s)},
-            {"error", or_null(tuning.goal.error)},
+            {"budget_s", tuning.goal.budget_s},
+            {"error", tuning.goal.error},
             {"outcome", outcome_text(tuning)},
             {"notes", doubts_of(tuning)},
             {"points", std::move(points)}};

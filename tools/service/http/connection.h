@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/service/http/api.h"
 #include "tools/service/http/event_log.h"
+#include "tools/service/http/routes.h"
 #include "tools/service/http/server.h"
 #include "tools/service/http/wire.h"
 #include "tools/service/work/helper_threads.h"

@@ -29,7 +29,7 @@ std::optional<std::string> decoded(std::string_view text, bool plus_is_space) {
         }
     }
     const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
-    if (std::any_of(out.begin(), out.end(), is_control)) return std::nullopt;
+    if (std::ranges::any_of(out, is_control)) return std::nullopt;
     return out;
 }
 
@@ -53,8 +53,8 @@ const std::string* Request::header(std::string_view name) const {
 }
 
 size_t Request::count(std::string_view name) const {
-    return size_t(std::count_if(headers.begin(), headers.end(),
-                                [&](const auto& one) { return same_word(one.first, name); }));
+    return size_t(std::ranges::count_if(
+        headers, [&](const auto& one) { return same_word(one.first, name); }));
 }
 
 std::optional<Target> parse_target(std::string_view text) {
@@ -87,58 +87,34 @@ std::optional<Target> parse_target(std::string_view text) {
 }
 
 const char* reason_of(int status) {
-    switch (status) {
-        case 200:
-            return "OK";
-        case 201:
-            return "Created";
-        case 202:
-            return "Accepted";
-        case 204:
-            return "No Content";
-        case 308:
-            return "Permanent Redirect";
-        case 400:
-            return "Bad Request";
-        case 401:
-            return "Unauthorized";
-        case 403:
-            return "Forbidden";
-        case 404:
-            return "Not Found";
-        case 405:
-            return "Method Not Allowed";
-        case 406:
-            return "Not Acceptable";
-        case 408:
-            return "Request Timeout";
-        case 409:
-            return "Conflict";
-        case 413:
-            return "Content Too Large";
-        case 414:
-            return "URI Too Long";
-        case 415:
-            return "Unsupported Media Type";
-        case 421:
-            return "Misdirected Request";
-        case 422:
-            return "Unprocessable Content";
-        case 429:
-            return "Too Many Requests";
-        case 431:
-            return "Request Header Fields Too Large";
-        case 500:
-            return "Internal Server Error";
-        case 501:
-            return "Not Implemented";
-        case 503:
-            return "Service Unavailable";
-        case 505:
-            return "HTTP Version Not Supported";
-        default:
-            return "Unknown";
-    }
+    static const std::map<int, const char*> reasons = {
+        {200, "OK"},
+        {201, "Created"},
+        {202, "Accepted"},
+        {204, "No Content"},
+        {308, "Permanent Redirect"},
+        {400, "Bad Request"},
+        {401, "Unauthorized"},
+        {403, "Forbidden"},
+        {404, "Not Found"},
+        {405, "Method Not Allowed"},
+        {406, "Not Acceptable"},
+        {408, "Request Timeout"},
+        {409, "Conflict"},
+        {413, "Content Too Large"},
+        {414, "URI Too Long"},
+        {415, "Unsupported Media Type"},
+        {421, "Misdirected Request"},
+        {422, "Unprocessable Content"},
+        {429, "Too Many Requests"},
+        {431, "Request Header Fields Too Large"},
+        {500, "Internal Server Error"},
+        {501, "Not Implemented"},
+        {503, "Service Unavailable"},
+        {505, "HTTP Version Not Supported"},
+    };
+    const auto found = reasons.find(status);
+    return found == reasons.end() ? "Unknown" : found->second;
 }
 
 }  // namespace postchain::service

@@ -10,23 +10,8 @@ namespace {
 using io::Json;
 
 int status_of_kind(Problem::Kind kind) {
-    switch (kind) {
-        case Problem::Kind::invalid:
-            return 422;
-        case Problem::Kind::not_found:
-            return 404;
-        case Problem::Kind::conflict:
-            return 409;
-        case Problem::Kind::forbidden:
-            return 403;
-        case Problem::Kind::busy:
-            return 429;
-        case Problem::Kind::unavailable:
-            return 503;
-        case Problem::Kind::internal:
-            return 500;
-    }
-    return 500;
+    constexpr int kStatuses[] = {422, 404, 409, 403, 429, 503, 500};
+    return kStatuses[size_t(kind)];
 }
 
 Json array_of(const Diagnostics& diagnostics) {

@@ -48,11 +48,9 @@ std::optional<std::vector<std::string>> match(const std::string& path,
 
 // Why a query is refused; empty = it is not.
 std::string fault_of(const Route& route, const std::string& name, const std::string& value) {
-    const auto found = std::find_if(route.queries.begin(), route.queries.end(),
-                                    [&](const auto& one) { return one.name == name; });
+    const auto found = std::ranges::find(route.queries, name, &QueryParameter::name);
     if (found == route.queries.end()) return "unknown query parameter '" + name + "'";
-    if (!found->words.empty() &&
-        std::find(found->words.begin(), found->words.end(), value) == found->words.end())
+    if (!found->words.empty() && std::ranges::find(found->words, value) == found->words.end())
         return name + " is not one of " + joined(found->words, ", ");
     if (!found->pattern.empty() && !std::regex_match(value, std::regex(found->pattern)))
         return name + " is not valid; expected: " + found->description;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tools/measure/report/page/encode.h"
+#include "tools/page/page.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/job_json.h"
@@ -12,7 +13,6 @@
 #include "tools/service/http/openapi.h"
 #include "tools/service/http/problem.h"
 #include "tools/service/http/report_parts.h"
-#include "tools/service/page/page.h"
 
 namespace postchain::service {
 namespace {
@@ -512,14 +512,6 @@ Reply readiness(Service& service, const Call& call) {
     return reply;
 }
 
-Reply page_file(const PageFile& file) {
-    Reply reply;
-    reply.type = file.type;
-    reply.body = std::string(file.text);
-    reply.headers.emplace_back(kPolicy, kPagePolicy);
-    return reply;
-}
-
 void add_session(std::vector<Route>& routes, const Guard& guard, const std::string& version) {
     routes.push_back({.path = "/v1/session",
                       .operation = "getSession",
@@ -602,25 +594,81 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
                           return reply;
                       }),
                       .type = "text/plain"});
-    for (const PageFile& file : page_files())
-        routes.push_back({.path = file.address,
-                          .operation = file.operation,
-                          .summary = file.what,
-                          .handle = replies([file](const Call&) { return page_file(file); }),
+    const auto page_file = [&](const char* path, const std::string& type, const char* operation,
+                               const char* summary, const char* file) {
+        routes.push_back({.path = path,
+                          .operation = operation,
+                          .summary = summary,
+                          .handle = replies([type, file](const Call&) {
+                              Reply reply;
+                              reply.type = type;
+                              reply.body = page::file(file);
+                              reply.headers.emplace_back(kPolicy, kPagePolicy);
+                              return reply;
+                          }),
                           .open = true,
-                          .type = file.type.substr(0, file.type.find(';')),
+                          .type = type.substr(0, type.find(';')),
                           .at_once = true});
+    };
+    page_file("/", "text/html; charset=utf-8", "getPage", "The page", "service/index.html");
+    page_file("/page/style.css", "text/css; charset=utf-8", "getPageStyle", "Its style",
+              "service/style.css");
+    page_file("/page/icon.svg", "image/svg+xml", "getPageIcon", "Its icon", "service/icon.svg");
+    page_file("/page/main.js", "text/javascript; charset=utf-8", "getPageScript", "Its script",
+              "service/main.js");
     add_session(routes, guard, version);
 }
 
 }  // namespace
 
-void add_routes(std::vector<Route>& routes, Service& service, const Guard& guard,
-                const std::string& version, std::function<std::string()> more_metrics) {
-    add_job_routes(routes, service);
-    add_result_routes(routes, service);
-    add_tool_routes(routes, service);
-    add_about_routes(routes, service, guard, version, std::move(more_metrics));
+Api::Api(Service& service, const GuardSettings& guard, const std::string& version,
+         std::function<std::string()> more_metrics)
+    : guard_(guard) {
+    add_job_routes(routes_, service);
+    add_result_routes(routes_, service);
+    add_tool_routes(routes_, service);
+    add_about_routes(routes_, service, guard_, version, std::move(more_metrics));
+}
+
+std::variant<Admitted, Reply> Api::admit(const Request& header) const {
+    if (auto refused = guard_.refuse_shape(header)) return std::move(*refused);
+    // Addresses in the page are relative to a folder.
+    if (guard_.is_base(header.target)) {
+        Reply reply;
+        reply.status = 308;
+        reply.type = "text/plain";
+        reply.headers.emplace_back("Location", header.target + "/");
+        return reply;
+    }
+    auto target = parse_target(guard_.without_base(header.target));
+    if (!target) return problem(400, "the address is malformed");
+    auto found = find_route(routes_, header.method, *target);
+    // A client without the token learns nothing about the routes.
+    const bool open = is_open(routes_, header.method, *target);
+    auto user = guard_.identify(header);
+    if (auto* refused = std::get_if<Reply>(&user); refused && !open) return std::move(*refused);
+    if (auto* refused = std::get_if<Reply>(&found)) return std::move(*refused);
+    const Route& route = *std::get<Match>(found).route;
+    const std::string* type = header.header("Content-Type");
+    const std::string media = type ? type->substr(0, type->find(';')) : "";
+    if (!route.body.empty() && !same_word(media.substr(0, media.find(' ')), "application/json"))
+        return problem(415, "the body must be Content-Type: application/json");
+    if (header.header("Content-Encoding")) return problem(415, "Content-Encoding is not allowed");
+    if (route.body.empty()) {
+        const std::string* length = header.header("Content-Length");
+        if (header.header("Transfer-Encoding") || (length && *length != "0"))
+            return problem(413, "this address does not take a body");
+    }
+    KnownUser known = std::holds_alternative<KnownUser>(user) ? std::get<KnownUser>(user) : nullptr;
+    return Admitted{std::move(*target), std::move(std::get<Match>(found)), std::move(known)};
+}
+
+void Api::run(const Admitted& admitted, const Request& request, const Respond& respond) const {
+    static const User stranger{.name = kStranger};
+    const Match& match = admitted.match;
+    match.route->handle(
+        {request, admitted.target, match.values, admitted.user ? *admitted.user : stranger},
+        respond);
 }
 
 }  // namespace postchain::service

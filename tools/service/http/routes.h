@@ -1,8 +1,12 @@
-// The addresses of a Service: jobs, their results, work without a job, the service itself.
+// The addresses of a Service, without sockets: jobs, their results, work without a job, the service
+// itself.
+//
+//   header --admit()--> Match or refusal --body--> run() --> Reply
 #pragma once
 
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "tools/service/http/guard.h"
@@ -11,8 +15,28 @@
 
 namespace postchain::service {
 
-// The references outlive `routes`, which stays in its place.
-void add_routes(std::vector<Route>& routes, Service& service, const Guard& guard,
-                const std::string& version, std::function<std::string()> more_metrics);
+struct Admitted {
+    Target target;
+    Match match;
+    KnownUser user;
+};
+
+class Api {
+  public:
+    // `service` outlives this object. `more_metrics`: Prometheus text after the service's own.
+    Api(Service& service, const GuardSettings& guard, const std::string& version,
+        std::function<std::string()> more_metrics);
+
+    // Decides by the header alone, so that no body of a refused request is read.
+    std::variant<Admitted, Reply> admit(const Request& header) const;
+    // `request` includes its body. Responds once, on this or another thread.
+    void run(const Admitted& admitted, const Request& request, const Respond& respond) const;
+
+    const Guard& guard() const { return guard_; }
+
+  private:
+    Guard guard_;
+    std::vector<Route> routes_;  // refer to this object, which stays in its place
+};
 
 }  // namespace postchain::service

@@ -22,9 +22,20 @@ inline constexpr std::array kJobStates = {JobState::queued, JobState::running, J
 inline constexpr std::array kFrameStates = {FrameState::waiting, FrameState::written,
                                             FrameState::skipped, FrameState::missing,
                                             FrameState::quarantined};
-const char* name_of(JobKind kind);
-const char* name_of(JobState state);
-const char* name_of(FrameState state);
+inline const char* name_of(JobKind kind) {
+    constexpr const char* kNames[kJobKinds.size()] = {"run", "ab", "bench", "study"};
+    return kNames[size_t(kind)];
+}
+inline const char* name_of(JobState state) {
+    constexpr const char* kNames[kJobStates.size()] = {"queued", "running", "done", "failed",
+                                                       "canceled"};
+    return kNames[size_t(state)];
+}
+inline const char* name_of(FrameState state) {
+    constexpr const char* kNames[kFrameStates.size()] = {"waiting", "written", "skipped", "missing",
+                                                         "quarantined"};
+    return kNames[size_t(state)];
+}
 
 inline constexpr int kMaxPriority = 100;
 

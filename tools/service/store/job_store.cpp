@@ -144,7 +144,7 @@ QueuePlaces places_of(const std::vector<WaitingJob>& jobs) {
     for (auto& [priority, owners] : levels) {
         std::set<std::tuple<int64_t, int64_t, std::string>> heads;  // turn, id, owner
         for (auto& [owner, ids] : owners) {
-            std::sort(ids.begin(), ids.end(), std::greater<>());
+            std::ranges::sort(ids, std::greater<>());
             heads.emplace(turns[owner], ids.back(), owner);
         }
         while (!heads.empty()) {

@@ -34,7 +34,7 @@ Status check_token(const std::string& token) {
         return Status(StatusCode::usage,
                       concat("a token must have ", kShortestToken, " to ", kLongestToken,
                              " characters; `openssl rand -hex 32` makes one"));
-    if (!std::all_of(token.begin(), token.end(), is_plain))
+    if (!std::ranges::all_of(token, is_plain))
         return Status(StatusCode::usage,
                       "a token may have printable ASCII characters without spaces only");
     return Status();

@@ -117,9 +117,9 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
             found.push_back(*at);
         error.clear();
     }
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     reply["folder"] = roots.shown(*path);
-    const bool is_root = std::find(entries.begin(), entries.end(), *path) != entries.end();
+    const bool is_root = std::ranges::find(entries, *path) != entries.end();
     if (!is_root)
         reply["parent"] = roots.shown(fs::path(*path).parent_path().string());
     else if (entries.size() > 1)

@@ -37,11 +37,25 @@ class DeviceGate {
     };
 
     // The job's question: RunDecision::go_on or RunDecision::wait.
-    RunDecision ask(Clock::time_point now = Clock::now()) const;
+    RunDecision ask(Clock::time_point now = Clock::now()) const {
+        const std::lock_guard lock(mutex_);
+        const bool waits = !reservations_.empty() &&
+                           now - *reservations_.rbegin() < kMaxReservation &&
+                           (now - first_) % (previews_ + job_) < previews_;
+        return waits ? RunDecision::wait : RunDecision::go_on;
+    }
 
     // Reservation calls these two.
-    void enter(Clock::time_point now);
-    void leave(Clock::time_point begun, Clock::time_point now);
+    void enter(Clock::time_point now) {
+        const std::lock_guard lock(mutex_);
+        if (reservations_.empty() && now - ended_ >= job_) first_ = now;
+        reservations_.insert(now);
+    }
+    void leave(Clock::time_point begun, Clock::time_point now) {
+        const std::lock_guard lock(mutex_);
+        reservations_.erase(reservations_.find(begun));
+        if (reservations_.empty()) ended_ = now;
+    }
 
   private:
     const Clock::duration previews_, job_;

@@ -1,5 +1,7 @@
 #include "tools/service/work/experiment_work.h"
 
+#include <algorithm>
+
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/report_folder.h"
@@ -30,7 +32,7 @@ Status check_paths(const experiment::ExperimentSettings& settings, const Roots& 
     return check_folder(settings.folder, roots);
 }
 
-// ------------------------------------------------------------------------------------- ab, bench
+// The folder's files are this job's own after its first start.
 class ExperimentWork {
   public:
     ExperimentWork(const Job& job, JobRequest& request, const WorkContext& context)
@@ -41,38 +43,29 @@ class ExperimentWork {
           events_(context, job.id) {}
 
     WorkEnd work() {
-        experiment::ExperimentSettings& settings =
-            request_.kind == JobKind::ab ? request_.ab : request_.bench;
-        settings.renderer = context_.gl.renderer();
-        settings.software = context_.gl.software();
-        if (Status status = check_paths(settings, roots_); !status.ok())
-            return WorkEnd::failed(status);
-        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        const auto begun = context_.store.has_begun(id_);
-        if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
-        // After its first start the folder's files are this job's own: ab replaces them, bench
-        // resumes from them.
-        const auto later =
-            request_.kind == JobKind::ab ? io::OnExisting::overwrite : io::OnExisting::skip;
-        if (*begun) settings.on_existing = later;
-        auto files = experiment::prepare_folder(settings);
-        if (!files.ok()) return WorkEnd::failed(files.status());
-        if (Status status = context_.store.began(id_); !status.ok())
-            return WorkEnd::of(WorkEnd::How::store_failed, status.message());
-        settings.on_existing = later;
-        bool met = true;
-        context_.progress.does("the first measurement did not end");
-        auto report = request_.kind == JobKind::ab ? ab() : bench(*files, met);
-        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        context_.progress.does("the report was not written");
-        if (!report.ok()) return end_of(report.status());
-        if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
-        if (Status status = experiment::write_report_files(*report, settings.assets); !status.ok())
-            return WorkEnd::failed(status);
-        return end_of(*report, met);
+        const auto end = measured();
+        if (end.ok()) return *end;
+        if (context_.stop) return stopped();
+        return end.status().code() == StatusCode::gl
+                   ? WorkEnd::of(WorkEnd::How::gl_failed, end.status().message())
+                   : WorkEnd::failed(end.status());
     }
 
   private:
+    static WorkEnd stopped() { return WorkEnd::of(WorkEnd::How::stopped, ""); }
+    static WorkEnd store_failed(const Status& status) {
+        return WorkEnd::of(WorkEnd::How::store_failed, status.message());
+    }
+
+    Result<WorkEnd> measured() {
+        const bool is_study = request_.kind == JobKind::study;
+        RETURN_IF_ERROR(is_study ? check_scenes() : check_paths(request_.measured, roots_));
+        if (context_.lost) return stopped();
+        const auto begun = context_.store.has_begun(id_);
+        if (!begun.ok()) return store_failed(begun.status());
+        return is_study ? work_on_tasks(*begun) : ab_or_bench(*begun);
+    }
+
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
             if (!events_.say(progress.what, progress.done, progress.total)) return;
@@ -81,29 +74,42 @@ class ExperimentWork {
         };
     }
 
-    Result<report::Report> ab() {
-        return experiment::run_ab(request_.chain, request_.chain_b, request_.ab,
-                                  context_.gl.executor(), progress(), &context_.stop);
+    // --------------------------------------------------------------------------- ab, bench
+    // ab replaces the files of an earlier start, bench resumes from them.
+    Result<WorkEnd> ab_or_bench(bool begun) {
+        experiment::ExperimentSettings& settings = request_.measured;
+        const bool is_ab = request_.kind == JobKind::ab;
+        const auto later = is_ab ? io::OnExisting::overwrite : io::OnExisting::skip;
+        settings.renderer = context_.gl.renderer();
+        settings.software = context_.gl.software();
+        if (begun) settings.on_existing = later;
+        ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
+        if (Status status = context_.store.began(id_); !status.ok()) return store_failed(status);
+        settings.on_existing = later;
+        bool met = true;
+        context_.progress.does("the first measurement did not end");
+        auto report = is_ab ? experiment::run_ab(request_.chain, request_.chain_b, settings,
+                                                 context_.gl.executor(), progress(), &context_.stop)
+                            : bench(files, met);
+        if (context_.lost) return stopped();
+        context_.progress.does("the report was not written");
+        RETURN_IF_ERROR(report.status());
+        if (context_.stop) return stopped();
+        RETURN_IF_ERROR(experiment::write_report_files(*report, settings.assets));
+        return end_of(*report, met);
     }
 
     Result<report::Report> bench(const io::OutputFiles& files, bool& met) {
         const Status found = experiment::find_truth(
-            request_.bench, files, context_.device,
+            request_.measured, files, context_.device,
             [&](const std::string& what) { return events_.say(what, 0, 0); });
         RETURN_IF_ERROR(context_.gl.make_current());
         if (!found.ok()) return found;
-        auto report = experiment::run_bench(request_.variants, request_.bench, files,
+        auto report = experiment::run_bench(request_.variants, request_.measured, files,
                                             context_.gl.executor(), progress(), &context_.stop);
         if (!report.ok()) return report;
         ASSIGN_OR_RETURN(met, experiment::choose_under(*report, request_.under));
         return report;
-    }
-
-    WorkEnd end_of(const Status& status) const {
-        if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
-        if (status.code() == StatusCode::gl)
-            return WorkEnd::of(WorkEnd::How::gl_failed, status.message());
-        return WorkEnd::failed(status);
     }
 
     WorkEnd end_of(const report::Report& report, bool met) const {
@@ -116,46 +122,23 @@ class ExperimentWork {
         if (report.comparison) {
             end.verdict = report.comparison->verdict;
         } else {
-            size_t best = 0;
-            for (const auto& variant : report.variants) best += variant.pareto;
+            const auto best = std::ranges::count(report.variants, true, &report::Variant::pareto);
             end.verdict = concat(report.variants.size(), " variants, ", best, " in the Pareto set");
             for (const std::string& line : report.under) end.verdict += "; " + line;
         }
-        for (char& c : end.verdict)
-            if (c == '\n') c = ' ';
+        std::ranges::replace(end.verdict, '\n', ' ');
         return end;
     }
 
-    const std::string id_;
-    JobRequest& request_;
-    const WorkContext& context_;
-    const Roots& roots_;
-    ProgressEvents events_;
-};
-
-// ----------------------------------------------------------------------------------------- study
-// Other processes may work on the tasks of the same folder.
-class StudyWork {
-  public:
-    StudyWork(const Job& job, JobRequest& request, const WorkContext& context)
-        : id_(job.id),
-          study_(request.study),
-          settings_(request.study_settings),
-          context_(context),
-          roots_(context.reader.roots()),
-          events_(context, job.id) {}
-
-    WorkEnd work() {
-        if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
-        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        const auto begun = context_.store.has_begun(id_);
-        if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
-        // After its first start the folder's results are this job's own.
-        auto folder = study::StudyFolder::open(
-            study_, settings_.folder, *begun ? io::OnExisting::skip : settings_.on_existing);
-        if (!folder.ok()) return WorkEnd::failed(folder.status());
-        if (Status status = context_.store.began(id_); !status.ok())
-            return WorkEnd::of(WorkEnd::How::store_failed, status.message());
+    // ------------------------------------------------------------------------------- study
+    // Other processes may work on the tasks of the same folder.
+    Result<WorkEnd> work_on_tasks(bool begun) {
+        const study::StudySettings& settings = request_.study_settings;
+        ASSIGN_OR_RETURN(
+            const auto folder,
+            study::StudyFolder::open(request_.study, settings.folder,
+                                     begun ? io::OnExisting::skip : settings.on_existing));
+        if (Status status = context_.store.began(id_); !status.ok()) return store_failed(status);
         const study::Machine machine{context_.gl.executor(),
                                      context_.gl.renderer(),
                                      context_.gl.software(),
@@ -165,59 +148,42 @@ class StudyWork {
                                      {"postchain", "serve", "study"}};
         context_.progress.does("the first measurement did not end");
         const auto done =
-            study::work_on_tasks(study_, *folder, {}, machine, progress(), &context_.stop);
-        if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
-        if (!done.ok())
-            return done.status().code() == StatusCode::gl
-                       ? WorkEnd::of(WorkEnd::How::gl_failed, done.status().message())
-                       : WorkEnd::failed(done.status());
-        return done->complete() ? report(*folder) : left_to_others(*done);
-    }
-
-  private:
-    Status check_paths() const {
-        for (const study::Scene& scene : study_.scenes) {
-            experiment::ExperimentSettings measured = scene.measured;
-            measured.folder = settings_.folder;
-            if (Status status = service::check_paths(measured, roots_); !status.ok())
-                return status.at("scene " + scene.name);
-        }
-        return Status();
-    }
-
-    experiment::ProgressCallback progress() {
-        return [this](const experiment::ExperimentProgress& progress) {
-            if (events_.say(progress.what, progress.done, progress.total)) context_.between();
-        };
-    }
-
-    WorkEnd report(const study::StudyFolder& folder) const {
-        auto report = study::read_report(study_, folder);
-        if (!report.ok()) return WorkEnd::failed(report.status());
+            study::work_on_tasks(request_.study, folder, {}, machine, progress(), &context_.stop);
+        if (context_.stop) return stopped();
+        RETURN_IF_ERROR(done.status());
         WorkEnd end;
-        for (study::SceneEntry& scene : report->scenes) {
+        if (!done->complete()) {
+            // Commands may work in the same folder. The process with the last result writes the
+            // report.
+            end.verdict =
+                concat(done->results, " of ", done->tasks,
+                       " results are done; another process makes the others and the report");
+            return end;
+        }
+        ASSIGN_OR_RETURN(auto report, study::read_report(request_.study, folder));
+        for (study::SceneEntry& scene : report.scenes) {
             if (scene.failure.empty()) continue;
             scene.failure = roots_.shown_in(scene.failure);
             end.exit_code = kExitSomeFailed;
             end.say(concat("scene ", scene.name, ": ", scene.failure));
         }
-        if (Status status = study::write_report(*report, folder); !status.ok())
-            return WorkEnd::failed(status);
-        end.verdict = joined(report->verdict(), " ");
+        RETURN_IF_ERROR(study::write_report(report, folder));
+        end.verdict = joined(report.verdict(), " ");
         return end;
     }
 
-    // Commands may work in the same folder. The process with the last result writes the report.
-    static WorkEnd left_to_others(const study::WorkDone& done) {
-        WorkEnd end;
-        end.verdict = concat(done.results, " of ", done.tasks,
-                             " results are done; another process makes the others and the report");
-        return end;
+    Status check_scenes() const {
+        for (const study::Scene& scene : request_.study.scenes) {
+            experiment::ExperimentSettings measured = scene.measured;
+            measured.folder = request_.study_settings.folder;
+            if (Status status = check_paths(measured, roots_); !status.ok())
+                return status.at("scene " + scene.name);
+        }
+        return Status();
     }
 
     const std::string id_;
-    const study::Study& study_;
-    const study::StudySettings& settings_;
+    JobRequest& request_;
     const WorkContext& context_;
     const Roots& roots_;
     ProgressEvents events_;
@@ -227,10 +193,6 @@ class StudyWork {
 
 WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkContext& context) {
     return ExperimentWork(job, request, context).work();
-}
-
-WorkEnd work_on_study(const Job& job, JobRequest& request, const WorkContext& context) {
-    return StudyWork(job, request, context).work();
 }
 
 }  // namespace postchain::service

@@ -7,6 +7,5 @@ namespace postchain::service {
 
 // `job` is running. GL is current on this thread.
 WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkContext& context);
-WorkEnd work_on_study(const Job& job, JobRequest& request, const WorkContext& context);
 
 }  // namespace postchain::service

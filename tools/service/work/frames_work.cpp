@@ -91,7 +91,7 @@ class FramesWork {
         const auto less = [](const FrameToDo& a, const FrameToDo& b) {
             return std::pair(a.alone, a.attempts) < std::pair(b.alone, b.attempts);
         };
-        const FrameToDo& first = *std::min_element(waiting.begin(), waiting.end(), less);
+        const FrameToDo& first = *std::ranges::min_element(waiting, less);
         Batch batch;
         batch.judged = is_judged(first);
         for (const FrameToDo& frame : waiting) {

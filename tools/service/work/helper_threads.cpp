@@ -122,8 +122,8 @@ size_t HelperThreads::end() {
     inside_->ends = true;
     inside_->changed.notify_all();
     const auto all_ended = [&] {
-        return std::all_of(inside_->helpers.begin(), inside_->helpers.end(),
-                           [](const auto& helper) { return helper->ended; });
+        return std::ranges::all_of(inside_->helpers,
+                                   [](const auto& helper) { return helper->ended; });
     };
     inside_->changed.wait_for(lock, kLastTasks, all_ended);
     size_t lost = 0;

@@ -99,9 +99,7 @@ Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     const JobRequest& request = std::get<JobRequest>(read);
     if (request.kind == JobKind::run) return not_found("job " + job.id + " has no report");
-    const std::string folder = request.kind == JobKind::ab      ? request.ab.folder
-                               : request.kind == JobKind::bench ? request.bench.folder
-                                                                : request.study_settings.folder;
+    const std::string& folder = request.report_folder();
     const auto path = reader.roots().resolve(folder + "/" + name);
     std::error_code error;
     if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||

@@ -308,7 +308,7 @@ class RequestParser {
         std::vector<std::string> known;
         for (const auto& [key, schema] : body_keys(kind_, *reader_.table_)) known.push_back(key);
         for (const auto& [key, value] : body_.root().entries)
-            if (std::find(known.begin(), known.end(), key.text) == known.end())
+            if (std::ranges::find(known, key.text) == known.end())
                 body_.fault(key, key.text, unknown_word("key", key.text, known));
         if (is_job()) request_.kind = JobKind(kind_);
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
@@ -323,7 +323,7 @@ class RequestParser {
         chains.read("chain", request_.chain, request_.text);
         if (kind_ == RequestKind::ab) chains.read("chain_b", request_.chain_b, text_b_);
         if (kind_ == RequestKind::bench)
-            request_.variants = chains.variants(request_.text, request_.bench.max_variants);
+            request_.variants = chains.variants(request_.text, request_.measured.max_variants);
         if (kind_ == RequestKind::preview) read_preview();
         read_settings();
         if (kind_ == RequestKind::ab || kind_ == RequestKind::bench) read_limits();
@@ -364,10 +364,13 @@ class RequestParser {
         if (takes_layers()) body_.read_rows(*reader_.table_, sequence::kLayerGroup, &job_);
         if (kind_ == RequestKind::run)
             body_.read_rows(*reader_.table_, sequence::kOutputGroup, &job_);
-        if (kind_ == RequestKind::ab)
-            body_.read_rows(experiment::ab_parameters(), "", &request_.ab);
+        if (kind_ == RequestKind::ab) {
+            experiment::ExperimentSettings& measured = request_.measured;
+            measured = {};
+            body_.read_rows(experiment::ab_parameters(), "", &measured);
+        }
         if (kind_ == RequestKind::bench)
-            body_.read_rows(experiment::bench_parameters(), "", &request_.bench);
+            body_.read_rows(experiment::bench_parameters(), "", &request_.measured);
     }
 
     // ------------------------------------------------------------------------------ settings
@@ -408,8 +411,7 @@ class RequestParser {
         for (const Parameter& row : reader_.table_->rows())
             if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
                 body_.confine_file(row, &job_);
-        body_.confine_rows(experiment::ab_parameters(), &request_.ab);
-        body_.confine_rows(experiment::bench_parameters(), &request_.bench);
+        body_.confine_rows(experiment::bench_parameters(), &request_.measured);
         if (!confine_camera() || body_.faults().size() > before) return;
         std::optional<io::InputSpec> input;
         if (!job_.input.empty()) input = body_.confine_input("input", job_.input);
@@ -420,8 +422,7 @@ class RequestParser {
                     body_.fault(row.key, without_option(row.key, status.message()));
         std::optional<io::PathPattern> output = confine_pattern("output", job_.output);
         std::optional<io::PathPattern> behind = confine_pattern("behind", job_.behind);
-        confine_truth(request_.ab);
-        confine_truth(request_.bench);
+        confine_truth(request_.measured);
         if (has_errors(body_.faults()) || !input) return;
         Diagnostics notes;
         auto settings = sequence::parse_job(job_, reader_.registry_, notes);
@@ -434,7 +435,7 @@ class RequestParser {
         settings->source.layers.manifest_check = roots_.resolver();
         request_.run = std::move(*settings);
         complete();
-        request_.bench.chain_name = request_.chain.name;
+        request_.measured.chain_name = request_.chain.name;
     }
 
     std::optional<io::PathPattern> confine_pattern(const char* key, const std::string& text) {
@@ -465,14 +466,13 @@ class RequestParser {
         for (const auto& variant : request_.variants)
             context.cameras.push_back(variant.chain.camera);
         context.command = {"postchain", "serve", name_of(request_.kind)};
-        experiment::complete(request_.ab, context);
-        request_.run = request_.ab.run;
-        experiment::complete(request_.bench, std::move(context));
+        experiment::complete(request_.measured, std::move(context));
+        request_.run = request_.measured.run;
     }
 
     void read_limits() {
         const auto kind = kind_ == RequestKind::ab ? report::Kind::ab : report::Kind::bench;
-        const bool with_truth = kind_ == RequestKind::bench || !request_.ab.truth.empty();
+        const bool with_truth = kind_ == RequestKind::bench || !request_.measured.truth.empty();
         const auto limits = [&](const char* key, const std::vector<std::string>& texts) {
             auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
             if (found.ok()) return std::move(*found);

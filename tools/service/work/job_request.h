@@ -35,14 +35,13 @@ enum class PreviewPlane { color, depth };
 struct JobRequest {
     JobKind kind = JobKind::run;
     int priority = 0;
-    int frame_timeout_s = 0;         // 0 = that of the service
-    ChainText text;                  // the first chain's, for the sweeps of a bench
-    experiment::NamedChain chain;    // after `set`
-    experiment::NamedChain chain_b;  // ab
-    sequence::RunSettings run;       // every kind but study
-    std::string input;               // as given
-    experiment::ExperimentSettings ab;
-    experiment::BenchSettings bench;
+    int frame_timeout_s = 0;                       // 0 = that of the service
+    ChainText text;                                // the first chain's, for the sweeps of a bench
+    experiment::NamedChain chain;                  // after `set`
+    experiment::NamedChain chain_b;                // ab
+    sequence::RunSettings run;                     // every kind but study
+    std::string input;                             // as given
+    experiment::BenchSettings measured;            // ab, with its own defaults, and bench
     std::vector<experiment::NamedChain> variants;  // bench
     std::vector<metrics::MetricLimit> under, fail_above;
     study::Study study;  // study: has its own chains, inputs and settings
@@ -51,6 +50,11 @@ struct JobRequest {
     double scale = 1;                          // preview: kMinPreviewScale..1
     PreviewPlane plane = PreviewPlane::color;  // preview
     std::vector<std::string> warnings;
+
+    // Of an ab, bench or study.
+    const std::string& report_folder() const {
+        return kind == JobKind::study ? study_settings.folder : measured.folder;
+    }
 };
 
 class JobReader {

@@ -47,7 +47,7 @@ std::optional<Progress::UnderWay> Progress::longest(Clock::time_point now) const
 }
 
 bool WorkContext::goes_on() const {
-    while (!stop && turn() == RunDecision::wait)
+    while (!stop && ask_gate() == RunDecision::wait)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return !stop;
 }

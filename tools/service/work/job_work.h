@@ -58,7 +58,7 @@ struct WorkContext {
     std::atomic<bool>& stop;                // set: the job ends within the current frame
     const std::atomic<bool>& lost;          // set: the job has ended; the store is no longer ours
     Progress& progress;                     // steps under way
-    ContinueCallback turn;                  // asked by the executor of `gl` too
+    ContinueCallback ask_gate;              // asked by the executor of `gl` too
     std::function<void()> between;          // call after each frame
     std::function<void(double)> remaining;  // call with an estimate in seconds
 

@@ -1,6 +1,7 @@
 // Slurm as a queue: sbatch, squeue, scontrol, sacct and scancel of 20.11 or later.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -26,5 +27,17 @@ class SlurmQueue final : public RemoteQueue {
 // The tasks in the output of `scontrol show job -o`, or of `sacct -n -X -P -o JobID,State`.
 RemoteTasks tasks_of_scontrol(const std::string& text);
 RemoteTasks tasks_of_sacct(const std::string& text);
+
+struct ProgramResult {
+    int exit_code = 0;
+    std::string out, err;
+};
+// Runs a program and reads what it prints. Errors (output): it cannot be started, or it was killed
+// because it took longer than `limit`.
+Result<ProgramResult> run_program(const std::vector<std::string>& words, const std::string& input,
+                                  std::chrono::milliseconds limit);
+
+// For a shell: 'it'\''s'.
+std::string shell_quoted(const std::string& word);
 
 }  // namespace postchain::service

@@ -31,11 +31,7 @@ Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
                                "; then retry the job, or submit it with a larger frame_timeout"));
 }
 
-// Size of the files in the folder that an ab, bench or study writes.
-int64_t bytes_of_report(const JobRequest& request) {
-    const std::string& folder = request.kind == JobKind::ab      ? request.ab.folder
-                                : request.kind == JobKind::bench ? request.bench.folder
-                                                                 : request.study_settings.folder;
+int64_t bytes_of_files(const std::string& folder) {
     int64_t sum = 0;
     std::error_code error;
     for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
@@ -272,10 +268,10 @@ void Worker::wait_longer(WorkerThread& self) {
 }
 
 // The running job's question, on its thread.
-RunDecision Worker::turn(WorkerThread& self) {
-    const RunDecision turn = gate_.ask();
-    counters_.waited_for_previews(self.progress.waits(turn == RunDecision::wait));
-    return turn;
+RunDecision Worker::ask_gate(WorkerThread& self) {
+    const RunDecision decision = gate_.ask();
+    counters_.waited_for_previews(self.progress.waits(decision == RunDecision::wait));
+    return decision;
 }
 
 // Makes way for a job of larger priority, and after a slice of time for one of another user.
@@ -304,7 +300,7 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
         const std::lock_guard lock(mutex_);
         if (!self.lost) limit_s_ = request.frame_timeout_s;
     }
-    const auto ask = [&] { return turn(self); };
+    const auto ask = [&] { return ask_gate(self); };
     const ContinueScope turns(self.gl->executor(), ask);
     const WorkContext context{store_,
                               read->reader,
@@ -322,11 +318,10 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
                                   const std::lock_guard lock(mutex_);
                                   if (!self.lost) remaining_s_ = seconds;
                               }};
-    WorkEnd end = request.kind == JobKind::run     ? work_on_frames(job, request, context)
-                  : request.kind == JobKind::study ? work_on_study(job, request, context)
-                                                   : work_on_experiment(job, request, context);
+    WorkEnd end = request.kind == JobKind::run ? work_on_frames(job, request, context)
+                                               : work_on_experiment(job, request, context);
     if (request.kind != JobKind::run && !self.lost)
-        (void)store_.has_written(job.id, bytes_of_report(request));
+        (void)store_.has_written(job.id, bytes_of_files(request.report_folder()));
     if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run &&
         attempts >= settings_.attempts)
         end = WorkEnd::failed(Status(StatusCode::gl, end.message));

@@ -64,7 +64,7 @@ class Worker final : public Backend {
     WorkEnd work_on(WorkerThread& self, const Job& job, int attempts);
     bool enter_end(const WorkerThread& self, const Job& job, const WorkEnd& end);
     void between(WorkerThread& self, const Job& job);
-    RunDecision turn(WorkerThread& self);
+    RunDecision ask_gate(WorkerThread& self);
     void watch();
     void replace_thread(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);
     void set_trouble(const std::string& text);

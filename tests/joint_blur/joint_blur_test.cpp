@@ -33,6 +33,26 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     EXPECT_NEAR(m.xx, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
 }
 
+// A dot in focus under steps of 2 px between n samples: n dots of equal light, whose center is the
+// dot's.
+TEST(JointBlur, TimesAreCenteredForAnyNumberOfSamples) {
+    for (const int n : {1, 2, 3, 4, 5, 6, 7, 12, 16, 24, 31}) {
+        // The open time is half a frame.
+        FramePlanes planes = moving_plane(97, 9, 0.25f, float(4 * n), 0);
+        for (int c = 0; c < 3; ++c) planes[Role::color].at(48, 4, c) = 1;
+        const Chain chain =
+            chain_of("joint_blur",
+                     {{"samples", int64_t(n)}, {"noise", std::string("none")}, {"denoise", false}});
+        const ImageF out =
+            filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
+        for (int x = 0; x < 97; ++x) {
+            const int steps = std::abs(x - 48);
+            const bool lit = steps < n && steps % 2 != n % 2;
+            EXPECT_NEAR(out.at(x, 4), lit ? 1.0 / n : 0, 1e-4) << n << " " << x - 48;
+        }
+    }
+}
+
 // All light is the firefly's, so every pixel has its color: its own pixel, which few samples see,
 // leaves no rounding that denoising would spread.
 TEST(JointBlur, LightOfAFireflyKeepsItsColor) {

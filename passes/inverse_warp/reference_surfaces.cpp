@@ -308,9 +308,9 @@ class Comparison {
         return Place{int(px), int(py)};
     }
 
-    static double brightness(const double* color) {
+    static double brightness(const double* color, double level) {
         double sum = 0;
-        for (int c = 0; c < 3; ++c) sum += std::max(color[c], 0.0) / (1 + std::max(color[c], 0.0));
+        for (int c = 0; c < 3; ++c) sum += as_part_of(std::max(color[c], 0.0), level);
         return sum / 3;
     }
 
@@ -318,6 +318,14 @@ class Comparison {
         struct Pixel {
             double inverse_depth, here, there;
         };
+        // The middles of the patch and of those around it.
+        std::vector<const double*> middles;
+        for (int j = row - 1; j <= row + 1; ++j)
+            for (int i = column - 1; i <= column + 1; ++i)
+                middles.push_back(
+                    here_.pixel(std::clamp(kPatchPx * i + kPatchPx / 2, 0, here_.width - 1),
+                                std::clamp(kPatchPx * j + kPatchPx / 2, 0, here_.height - 1)));
+        const double level = level_of(middles, 3);
         std::vector<Pixel> pixels;
         for (int y = row * kPatchPx; y < std::min((row + 1) * kPatchPx, here_.height); y += kStepPx)
             for (int x = column * kPatchPx; x < std::min((column + 1) * kPatchPx, here_.width);
@@ -325,8 +333,8 @@ class Comparison {
                 const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
                 if (s.edge || s.inverse_depth < 0) continue;
                 if (const auto at = shown_here(s, x, y))
-                    pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y)),
-                                      brightness(there_.pixel(x, y))});
+                    pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y), level),
+                                      brightness(there_.pixel(x, y), level)});
             }
         // One pass: a pixel that is farther than the surface so far begins anew.
         PatchLight light;
@@ -514,6 +522,18 @@ double apart(const Surface& s, const Surface& t, const Settings& settings) {
 
 double longest(const Surface& s, const Settings& settings) {
     return (settings.shutter ? s.path() : 0) + std::abs(s.radius);
+}
+
+double level_of(const std::vector<const double*>& places, double times) {
+    double roots = 0;
+    for (const double* rgb : places)
+        for (int c = 0; c < 3; ++c) roots += std::sqrt(std::max(rgb[c], 0.0)) / 3;
+    const double mean = roots / double(places.size());
+    return std::max(times * mean * mean, 1e-30);
+}
+
+double as_part_of(double component, double level) {
+    return component / (level + std::abs(component));
 }
 
 double half_open_of(const Settings& settings) {

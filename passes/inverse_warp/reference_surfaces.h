@@ -81,6 +81,11 @@ double displaced(const Surface& s, const Settings& settings);
 double apart(const Surface& s, const Surface& t, const Settings& settings);
 double longest(const Surface& s, const Settings& settings);
 
+// Colors are compared as parts of a level, a multiple of the brightness of these places, RGB
+// (brightness.glsl).
+double level_of(const std::vector<const double*>& places, double times);
+double as_part_of(double component, double level);
+
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);
 

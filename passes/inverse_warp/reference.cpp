@@ -241,11 +241,18 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     frames.together_px = settings.lens ? 1 : 2;
     if (!settings.shutter) frames.same_path_px = std::numeric_limits<double>::infinity();
     const ImageD& color = frame.planes.at(Role::color);
+    const auto turns = [&](Neighbor neighbor) {
+        if (std::find(neighbors.begin(), neighbors.end(), neighbor) == neighbors.end())
+            return Planes::Turns();
+        return Planes::Turns{plane(role_of(neighbor, Role::motion)),
+                             plane(role_of(neighbor, Role::motion_back))};
+    };
     frames.here = {
         0, wide_color(frame),
         shown_surfaces(color,
                        surfaces_of_planes({plane(Role::inverse_depth), plane(Role::motion, motion),
-                                           plane(Role::motion_back, motion)},
+                                           plane(Role::motion_back, motion), false,
+                                           turns(Neighbor::before), turns(Neighbor::after)},
                                           settings),
                        settings)};
     for (const Neighbor neighbor : neighbors) {

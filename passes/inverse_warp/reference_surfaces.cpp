@@ -39,6 +39,11 @@ Surface stored(Surface s) {
     return s;
 }
 
+double smoothstep(double from, double to, double x) {
+    const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+}
+
 // surfaces.comp
 class PlaneSurfaces {
   public:
@@ -65,8 +70,10 @@ class PlaneSurfaces {
         s.b = 0.5 * h * (chosen.forward - chosen.back);
         // |b|/|a| from 0.8 to 1.2.
         const double ratio = dot(s.b, s.b) / std::max(dot(s.a, s.a), 1e-6);
-        const double t = std::clamp((ratio - 0.64) / (1.44 - 0.64), 0.0, 1.0);
-        s.straight = t * t * (3 - 2 * t);
+        s.straight = smoothstep(0.8 * 0.8, 1.2 * 1.2, ratio);
+        // Accelerations of a fifth to a half of this frame's.
+        if (s.straight > 0)
+            s.straight *= 1 - smoothstep(0.2 * 0.2, 0.5 * 0.5, turn_beside(x, y, chosen));
         if (settings_.shutter) {
             const double longest = settings_.shutter->max_path_px;
             if (const double path = s.path(); path > longest) {
@@ -77,6 +84,33 @@ class PlaneSurfaces {
         s = stored(s);
         if (settings_.lens) s.radius = settings_.lens->coc.radius_px(s.inverse_depth);
         return s;
+    }
+
+    // The largest acceleration of the pixel's surface in the frames before and after, squared, as a
+    // part of that in this one; as large if no frame shows the surface.
+    double turn_beside(int x, int y, const Motion& own) const {
+        const Vec p = {double(x), double(y)}, acceleration = own.forward - own.back;
+        std::optional<double> largest;
+        const auto compare = [&](const Planes::Turns& planes, bool after) {
+            if (!planes.motion || !planes.motion_back) return;
+            const Vec between = after ? own.forward : own.back;
+            const Vec at = after ? p + between : p - between;
+            const double i = std::floor(at.x + 0.5), j = std::floor(at.y + 0.5);
+            if (!(i >= 0 && j >= 0 && i < width_ && j < height_)) return;
+            const auto vector = [&](const ImageD& plane) {
+                return Vec{plane.at(int(i), int(j), 0), plane.at(int(i), int(j), 1)};
+            };
+            const Vec m = vector(*planes.motion), k = vector(*planes.motion_back);
+            if (!std::isfinite(m.x + m.y + k.x + k.y)) return;
+            // Another surface has another motion between the frames.
+            const Vec other = (after ? k : m) - between;
+            if (dot(other, other) > 1 + 0.25 * 0.25 * dot(between, between)) return;
+            const double part = dot(m - k, m - k) / std::max(dot(acceleration, acceleration), 1e-6);
+            largest = std::max(largest.value_or(0), part);
+        };
+        compare(planes_.before, false);
+        compare(planes_.after, true);
+        return largest.value_or(1);
     }
 
     double depth_at(int x, int y) const {

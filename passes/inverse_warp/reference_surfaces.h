@@ -64,6 +64,11 @@ struct Planes {
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
     bool may_lack = false;  // of a neighbor or the layer behind: pixels below 0 are not there
+    // Motion and motion_back of the frames before and after, if both are available.
+    struct Turns {
+        const ImageD* motion = nullptr;
+        const ImageD* motion_back = nullptr;
+    } before = {}, after = {};
 };
 
 // Inverse depth of pixels that are not there: they are never found.

@@ -103,7 +103,8 @@ struct LumaBounds {
 };
 
 // Bounds of the luma of every pixel of a frame, from the bounds of each channel (luma.glsl has the
-// formulas). For `display` x_c/(1 + max(x)) is bounded with the maximum's own bounds.
+// formulas). For `display` x_c/(1 + max(x)) is bounded with the maximum's own bounds. Without its
+// transparency.
 LumaBounds luma_bounds(const Parameters& parameters, const FrameBounds& bounds,
                        const std::array<double, 3>& weights) {
     constexpr double kUnknown = FrameBounds::kUnknown;
@@ -132,6 +133,11 @@ LumaBounds luma_bounds(const Parameters& parameters, const FrameBounds& bounds,
         luma.highest += weights[c] * high[c];
     }
     return luma;
+}
+
+// alpha, as the luma counts it
+double covered(double alpha) {
+    return std::clamp(alpha, 0.0, 1.0);
 }
 
 class FxaaPass final : public PlainPass {
@@ -183,11 +189,13 @@ class FxaaPass final : public PlainPass {
         // A hint lowers the thresholds, or blends at any luma.
         if (uses_hint(context)) return std::nullopt;
         const LumaBounds luma = luma_bounds(parameters_, bounds, weights_of(context.frame));
-        const double range = luma.highest - luma.lowest;
+        const double range = luma.highest - luma.lowest + covered(bounds.max_color[3]) -
+                             covered(bounds.min_color[3]);
         const Thresholds least = thresholds(parameters_);
         const double threshold = std::max(least.least, least.relative * luma.lowest);
         const double rounding =
-            kLumaRounding * std::max(std::abs(luma.lowest), std::abs(luma.highest));
+            kLumaRounding * std::max({std::abs(luma.lowest), std::abs(luma.highest),
+                                      1 - covered(bounds.min_color[3])});
         if (!(range + rounding < threshold * (1 - kLumaRounding))) return std::nullopt;
         return Identity{kRuleFacts,
                         {.name = "largest difference of luma",

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "shaders/shared/color_limits.h"
+
 namespace postchain::fxaa {
 namespace {
 
@@ -41,18 +43,21 @@ double positive_maximum(const Pixel& p) {
     return std::max({p[0], p[1], p[2], 0.0});
 }
 
-// Weight of a texel in a mean.
-double brightness_weight(const Parameters& parameters, const Pixel& p) {
+// Weight of a texel in the mean of a pixel: as often as the pixel, or less if it is brighter, and
+// hardly at all if it is a negative infinity.
+double brightness_weight(const Parameters& parameters, const Pixel& texel, const Pixel& center) {
+    if (std::min({texel[0], texel[1], texel[2]}) <= -double(shared::kMaxHalf)) return 1e-30;
     if (parameters.blend == Blend::stored) return 1;
-    const double exposed = positive_maximum(p) * std::exp2(parameters.exposure_ev);
+    const double exposed = std::max(positive_maximum(texel), positive_maximum(center)) *
+                           std::exp2(parameters.exposure_ev);
     return 1 / std::sqrt(1 + std::min(exposed, kMaxLuma));
 }
 
-// From a to b; a itself for weight 0 or equal texels.
+// From the pixel's a to b; a itself for weight 0 or equal texels.
 Pixel blend(const Parameters& parameters, const Pixel& a, const Pixel& b, double weight) {
     if (weight == 0 || a == b) return a;
-    const double wa = (1 - weight) * brightness_weight(parameters, a);
-    const double wb = weight * brightness_weight(parameters, b);
+    const double wa = (1 - weight) * brightness_weight(parameters, a, a);
+    const double wb = weight * brightness_weight(parameters, b, a);
     Pixel mean(a.size());
     for (size_t c = 0; c < mean.size(); ++c) mean[c] = (wa * a[c] + wb * b[c]) / (wa + wb);
     return mean;
@@ -65,8 +70,12 @@ struct Move {
     double weight = 0;
 };
 
+double transparency(const double* rgba) {
+    return 1 - std::clamp(rgba[3], 0.0, 1.0);
+}
+
 // The local range of luma, or 0 if it is below the thresholds.
-double contrast(const Parameters& parameters, const ImageD& luma, int x, int y,
+double contrast(const Parameters& parameters, const ImageD& color, const ImageD& luma, int x, int y,
                 double threshold_scale) {
     double highest = texel(luma, x, y), lowest = highest;
     for (const auto& [dx, dy] : {std::pair{0, -1}, {0, 1}, {-1, 0}, {1, 0}}) {
@@ -77,13 +86,14 @@ double contrast(const Parameters& parameters, const ImageD& luma, int x, int y,
     const double range = highest - lowest;
     // A range within the rounding of 32 bits is not an edge.
     const double finest = 1e-4 * std::max({1.0, std::abs(lowest), std::abs(highest)});
-    const double threshold = threshold_scale * std::max(least.least, highest * least.relative);
+    const double brightest = highest + transparency(color.pixel(x, y));
+    const double threshold = threshold_scale * std::max(least.least, brightest * least.relative);
     return range < std::max(threshold, finest) ? 0 : range;
 }
 
-Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
+Move move_of(const Parameters& parameters, const ImageD& color, const ImageD& luma, int x, int y,
              double threshold_scale) {
-    const double range = contrast(parameters, luma, x, y, threshold_scale);
+    const double range = contrast(parameters, color, luma, x, y, threshold_scale);
     if (range == 0) return {};
     auto at = [&](int dx, int dy) { return texel(luma, x + dx, y + dy); };
     const double center = at(0, 0);
@@ -147,7 +157,7 @@ Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
 Pixel directional(const Parameters& parameters, const ImageD& color, const ImageD& luma, int x,
                   int y, double threshold_scale) {
     const Pixel center = pixel_at(color, x, y);
-    if (contrast(parameters, luma, x, y, threshold_scale) == 0) return center;
+    if (contrast(parameters, color, luma, x, y, threshold_scale) == 0) return center;
 
     double xx = 0, xy = 0, yy = 0;  // structure tensor
     for (const auto& [i, j] : {std::pair{0, 0}, {0, -1}, {0, 1}, {-1, 0}, {1, 0}}) {
@@ -171,7 +181,7 @@ Pixel directional(const Parameters& parameters, const ImageD& color, const Image
             const double u = (i * std::cos(normal) + j * std::sin(normal)) / across;
             const double v = (j * std::cos(normal) - i * std::sin(normal)) / along;
             const double share =
-                std::exp(-(u * u + v * v) / 2) * brightness_weight(parameters, one);
+                std::exp(-(u * u + v * v) / 2) * brightness_weight(parameters, one, center);
             for (size_t c = 0; c < sum.size(); ++c) sum[c] += share * one[c];
             total += share;
         }
@@ -200,7 +210,8 @@ ImageD reference_luma(const Parameters& parameters, const ImageD& color,
                 const double scale = 1 + std::max({rgb[0], rgb[1], rgb[2]});
                 for (double& v : rgb) v = std::sqrt(v / scale);
             }
-            luma.at(x, y) = used[0] * rgb[0] + used[1] * rgb[1] + used[2] * rgb[2];
+            luma.at(x, y) = used[0] * rgb[0] + used[1] * rgb[1] + used[2] * rgb[2] -
+                            transparency(color.pixel(x, y));
         }
     }
     return luma;
@@ -227,7 +238,7 @@ ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const I
             if (parameters.mode == Mode::directional) {
                 pixel = directional(parameters, color, luma, x, y, scale);
             } else {
-                const Move move = move_of(parameters, luma, x, y, scale);
+                const Move move = move_of(parameters, color, luma, x, y, scale);
                 pixel = blend(parameters, center, pixel_at(color, x + move.dx, y + move.dy),
                               move.weight);
             }

@@ -241,11 +241,18 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     frames.together_px = settings.lens ? 1 : 2;
     if (!settings.shutter) frames.same_path_px = std::numeric_limits<double>::infinity();
     const ImageD& color = frame.planes.at(Role::color);
+    const auto turns = [&](Neighbor neighbor) {
+        if (std::find(neighbors.begin(), neighbors.end(), neighbor) == neighbors.end())
+            return Planes::Turns();
+        return Planes::Turns{plane(role_of(neighbor, Role::motion)),
+                             plane(role_of(neighbor, Role::motion_back))};
+    };
     frames.here = {
         0, wide_color(frame),
         shown_surfaces(color,
                        surfaces_of_planes({plane(Role::inverse_depth), plane(Role::motion, motion),
-                                           plane(Role::motion_back, motion)},
+                                           plane(Role::motion_back, motion), false,
+                                           turns(Neighbor::before), turns(Neighbor::after)},
                                           settings),
                        settings)};
     for (const Neighbor neighbor : neighbors) {
@@ -352,14 +359,19 @@ class Gather {
     }
 
     // Time of sample k. The lens samples go outward, so the times beside them go by mirrored
-    // digits.
+    // digits, from the center on.
     double time_of(int k, double n, double part, double random) const {
         // n intervals of one length, the last cut off at the end of the shutter.
         if (!s_.lens)
             return 2 * (k + 0.5 * part + 0.5 * part * s_.parameters.time_jitter * random) / n - 1;
-        double mirrored = 0, place = 0.5;
-        for (int rest = k; rest > 0; rest /= 2, place /= 2) mirrored += place * (rest % 2);
-        const double turns = mirrored + 0.5 / n + 0.5 + 0.5 * random;
+        const auto mirrored = [](int number) {
+            double digits = 0, place = 0.5;
+            for (int rest = number; rest > 0; rest /= 2, place /= 2) digits += place * (rest % 2);
+            return digits;
+        };
+        int before = 0;
+        for (int i = 0; i < int(n); ++i) before += mirrored(i) < mirrored(k);
+        const double turns = (before + 0.5 + std::floor(n / 2)) / n + 0.5 * random;
         return 2 * (turns - std::floor(turns)) - 1;
     }
 

@@ -98,9 +98,21 @@ int Background::distance_behind(std::array<int, 2> cell, std::array<int, 2> line
 
 bool Background::one_surface(const Sides& sides) const {
     const Cell &a = smallest(sides.first), &b = smallest(sides.second);
-    const auto toned = [](double c) { return c / (1 + std::abs(c)); };
+    // The cells of 16 px around the first one.
+    const Level& blocks = levels_.back();
+    const int column = 2 * sides.first[0] / kBlockPx, row = 2 * sides.first[1] / kBlockPx;
+    std::vector<const double*> around;
+    for (int j = row - 1; j <= row + 1; ++j)
+        for (int i = column - 1; i <= column + 1; ++i) {
+            const int x = std::clamp(i, 0, blocks.columns - 1);
+            const int y = std::clamp(j, 0, blocks.rows - 1);
+            around.push_back(
+                blocks.cells[size_t(y) * size_t(blocks.columns) + size_t(x)].color.data());
+        }
+    const double level = level_of(around, 1.5);
     for (size_t c = 0; c < 3; ++c)
-        if (std::abs(toned(a.color[c]) - toned(b.color[c])) >= kOneColor) return false;
+        if (std::abs(as_part_of(a.color[c], level) - as_part_of(b.color[c], level)) >= kOneColor)
+            return false;
     return one_depth(a.inverse_depth, b.inverse_depth);
 }
 

@@ -39,6 +39,11 @@ Surface stored(Surface s) {
     return s;
 }
 
+double smoothstep(double from, double to, double x) {
+    const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+}
+
 // surfaces.comp
 class PlaneSurfaces {
   public:
@@ -65,8 +70,10 @@ class PlaneSurfaces {
         s.b = 0.5 * h * (chosen.forward - chosen.back);
         // |b|/|a| from 0.8 to 1.2.
         const double ratio = dot(s.b, s.b) / std::max(dot(s.a, s.a), 1e-6);
-        const double t = std::clamp((ratio - 0.64) / (1.44 - 0.64), 0.0, 1.0);
-        s.straight = t * t * (3 - 2 * t);
+        s.straight = smoothstep(0.8 * 0.8, 1.2 * 1.2, ratio);
+        // Accelerations of a fifth to a half of this frame's.
+        if (s.straight > 0)
+            s.straight *= 1 - smoothstep(0.2 * 0.2, 0.5 * 0.5, turn_beside(x, y, chosen));
         if (settings_.shutter) {
             const double longest = settings_.shutter->max_path_px;
             if (const double path = s.path(); path > longest) {
@@ -77,6 +84,33 @@ class PlaneSurfaces {
         s = stored(s);
         if (settings_.lens) s.radius = settings_.lens->coc.radius_px(s.inverse_depth);
         return s;
+    }
+
+    // The largest acceleration of the pixel's surface in the frames before and after, squared, as a
+    // part of that in this one; as large if no frame shows the surface.
+    double turn_beside(int x, int y, const Motion& own) const {
+        const Vec p = {double(x), double(y)}, acceleration = own.forward - own.back;
+        std::optional<double> largest;
+        const auto compare = [&](const Planes::Turns& planes, bool after) {
+            if (!planes.motion || !planes.motion_back) return;
+            const Vec between = after ? own.forward : own.back;
+            const Vec at = after ? p + between : p - between;
+            const double i = std::floor(at.x + 0.5), j = std::floor(at.y + 0.5);
+            if (!(i >= 0 && j >= 0 && i < width_ && j < height_)) return;
+            const auto vector = [&](const ImageD& plane) {
+                return Vec{plane.at(int(i), int(j), 0), plane.at(int(i), int(j), 1)};
+            };
+            const Vec m = vector(*planes.motion), k = vector(*planes.motion_back);
+            if (!std::isfinite(m.x + m.y + k.x + k.y)) return;
+            // Another surface has another motion between the frames.
+            const Vec other = (after ? k : m) - between;
+            if (dot(other, other) > 1 + 0.25 * 0.25 * dot(between, between)) return;
+            const double part = dot(m - k, m - k) / std::max(dot(acceleration, acceleration), 1e-6);
+            largest = std::max(largest.value_or(0), part);
+        };
+        compare(planes_.before, false);
+        compare(planes_.after, true);
+        return largest.value_or(1);
     }
 
     double depth_at(int x, int y) const {
@@ -308,9 +342,9 @@ class Comparison {
         return Place{int(px), int(py)};
     }
 
-    static double brightness(const double* color) {
+    static double brightness(const double* color, double level) {
         double sum = 0;
-        for (int c = 0; c < 3; ++c) sum += std::max(color[c], 0.0) / (1 + std::max(color[c], 0.0));
+        for (int c = 0; c < 3; ++c) sum += as_part_of(std::max(color[c], 0.0), level);
         return sum / 3;
     }
 
@@ -318,6 +352,14 @@ class Comparison {
         struct Pixel {
             double inverse_depth, here, there;
         };
+        // The middles of the patch and of those around it.
+        std::vector<const double*> middles;
+        for (int j = row - 1; j <= row + 1; ++j)
+            for (int i = column - 1; i <= column + 1; ++i)
+                middles.push_back(
+                    here_.pixel(std::clamp(kPatchPx * i + kPatchPx / 2, 0, here_.width - 1),
+                                std::clamp(kPatchPx * j + kPatchPx / 2, 0, here_.height - 1)));
+        const double level = level_of(middles, 3);
         std::vector<Pixel> pixels;
         for (int y = row * kPatchPx; y < std::min((row + 1) * kPatchPx, here_.height); y += kStepPx)
             for (int x = column * kPatchPx; x < std::min((column + 1) * kPatchPx, here_.width);
@@ -325,8 +367,8 @@ class Comparison {
                 const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
                 if (s.edge || s.inverse_depth < 0) continue;
                 if (const auto at = shown_here(s, x, y))
-                    pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y)),
-                                      brightness(there_.pixel(x, y))});
+                    pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y), level),
+                                      brightness(there_.pixel(x, y), level)});
             }
         // One pass: a pixel that is farther than the surface so far begins anew.
         PatchLight light;
@@ -514,6 +556,18 @@ double apart(const Surface& s, const Surface& t, const Settings& settings) {
 
 double longest(const Surface& s, const Settings& settings) {
     return (settings.shutter ? s.path() : 0) + std::abs(s.radius);
+}
+
+double level_of(const std::vector<const double*>& places, double times) {
+    double roots = 0;
+    for (const double* rgb : places)
+        for (int c = 0; c < 3; ++c) roots += std::sqrt(std::max(rgb[c], 0.0)) / 3;
+    const double mean = roots / double(places.size());
+    return std::max(times * mean * mean, 1e-30);
+}
+
+double as_part_of(double component, double level) {
+    return component / (level + std::abs(component));
 }
 
 double half_open_of(const Settings& settings) {

@@ -64,6 +64,11 @@ struct Planes {
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
     bool may_lack = false;  // of a neighbor or the layer behind: pixels below 0 are not there
+    // Motion and motion_back of the frames before and after, if both are available.
+    struct Turns {
+        const ImageD* motion = nullptr;
+        const ImageD* motion_back = nullptr;
+    } before = {}, after = {};
 };
 
 // Inverse depth of pixels that are not there: they are never found.
@@ -80,6 +85,11 @@ std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of
 double displaced(const Surface& s, const Settings& settings);
 double apart(const Surface& s, const Surface& t, const Settings& settings);
 double longest(const Surface& s, const Settings& settings);
+
+// Colors are compared as parts of a level, a multiple of the brightness of these places, RGB
+// (brightness.glsl).
+double level_of(const std::vector<const double*>& places, double times);
+double as_part_of(double component, double level);
 
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);

@@ -261,7 +261,7 @@ class Planner {
     }
 
     // A step that reads planes, with a thread for each square.
-    Step make_plane_step(const Packed& packed, const std::string& name) const {
+    Step make_plane_step(const Packed& packed, const std::string& name) {
         const auto role = [&](Role of) { return role_in(packed.neighbor, of); };
         const bool back = motion_ && planner_.has(role(Role::motion_back));
         Step step = make_surface_step_of(packed, name);
@@ -272,7 +272,22 @@ class Planner {
                          {0, packed.surfaces, Access::write}};
         if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
         if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
+        if (back && !packed.neighbor) add_turns(step);
         return step;
+    }
+
+    // The motion of the neighbors, which tells what turns from what bounces.
+    void add_turns(Step& step) {
+        for (const Neighbor neighbor :
+             searched_neighbors(settings_, planner_.context().available)) {
+            if (!planner_.has(role_of(neighbor, Role::motion_back))) continue;
+            const bool before = neighbor == Neighbor::before;
+            step.program.defines[before ? "TURNS_BEFORE" : "TURNS_AFTER"] = "1";
+            const int first = before ? 7 : 9;
+            step.bindings.push_back({first, planner_.input(role_of(neighbor, Role::motion))});
+            step.bindings.push_back(
+                {first + 1, planner_.input(role_of(neighbor, Role::motion_back))});
+        }
     }
 
     // From the planes.

@@ -1,17 +1,22 @@
 // Mixing of texels. Needs uniforms.exposure; BLEND_TONEMAPPED.
 //
-// BLEND_TONEMAPPED: a texel counts 1/sqrt(1 + m) times, m = max(0, r, g, b) of the exposed color:
-// half-way between the mean of the stored values and the mean of the tone-mapped ones. Color and
-// alpha get the same weights, so that they still belong together: over any background, the result
-// is the same mean of the composited texels.
+// BLEND_TONEMAPPED: a pixel counts 1/sqrt(1 + m) times, m = max(0, r, g, b) of the exposed color, and
+// a texel that is mixed into it as often, or less often if it is brighter: half-way between the mean
+// of the stored values and the mean of the tone-mapped ones. So a bright pixel does not spread, and
+// keeps its light. Color and alpha get the same weights, so that they still belong together: over any
+// background, the result is the same mean of the composited texels.
 
 #include "common/finite.glsl"
 
 const float kMaxExposed = 1e30;
+const float kNotLight = 1e-30;  // weight of a negative infinity
 
-float brightness_weight(vec4 texel) {
+// Weight of a texel in the mean of the pixel `center`.
+float brightness_weight(vec4 texel, vec4 center) {
+    if (min(texel.r, min(texel.g, texel.b)) <= -kMaxHalf) return kNotLight;
 #if BLEND_TONEMAPPED
-    const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * uniforms.exposure;
+    const vec3 larger = max(texel.rgb, center.rgb);
+    const float largest = max(max(larger.r, larger.g), max(larger.b, 0.0)) * uniforms.exposure;
     precise const float exposed = 1.0 + min(largest, kMaxExposed);
     return inversesqrt(exposed);
 #else
@@ -31,18 +36,18 @@ int place_of(ivec2 offset) {
 // The part of b in the blend below.
 float share_of(vec4 a, vec4 b, float weight) {
     if (weight <= 0.0) return 0.0;
-    precise const float wa = (1.0 - weight) * brightness_weight(a);
-    const float wb = weight * brightness_weight(b);
+    precise const float wa = (1.0 - weight) * brightness_weight(a, a);
+    const float wb = weight * brightness_weight(b, a);
     precise const float share = wb / (wa + wb);
     return share;
 }
 #endif
 
-// From a (weight 0) to b (weight 1). Weight 0 or equal texels give a, bit for bit.
+// From the pixel's a (weight 0) to b (weight 1). Weight 0 or equal texels give a, bit for bit.
 vec4 blend(vec4 a, vec4 b, float weight) {
     if (weight <= 0.0) return a;
-    precise const float wa = (1.0 - weight) * brightness_weight(a);
-    const float wb = weight * brightness_weight(b);
+    precise const float wa = (1.0 - weight) * brightness_weight(a, a);
+    const float wb = weight * brightness_weight(b, a);
     // From the texel that weighs more: of a texel 1e9 times as bright as the other, 1 - share keeps
     // no digit.
     precise const vec4 mean =

@@ -12,11 +12,11 @@ const float kAcross = 0.46;
 const float kAlong = 0.8;
 const float kRound = 0.5;
 
-// Adds the texel at `offset` from p to the sum and to the sum of the weights.
-void add(precise inout vec4 sum, precise inout float weights, ivec2 p, ivec2 offset,
+// Adds the texel at `offset` from p, whose color is `center`, to the sum and to the sum of the weights.
+void add(precise inout vec4 sum, precise inout float weights, ivec2 p, vec4 center, ivec2 offset,
          float weight) {
     const vec4 texel = color_at(p + offset);
-    const float share = weight * brightness_weight(texel);
+    const float share = weight * brightness_weight(texel, center);
 #ifdef LAYERS
     const int place = place_of(inside(p + offset) - p);
     precise const float of_place = shares[place] + share;
@@ -40,7 +40,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
-    if (range < least_range(lowest, highest, threshold_scale)) return center;
+    if (range < least_range(lowest, highest, center, threshold_scale)) return center;
 
     vec2 at_m = vec2(e - w, s - n);
     vec2 at_n = vec2(ne - nw, m - nn);
@@ -80,15 +80,15 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
 
     vec4 sum = vec4(0.0);
     float weights = 0.0;
-    add(sum, weights, p, ivec2(0), 1.0);
-    add(sum, weights, p, ivec2(-1, 0), weight_x);
-    add(sum, weights, p, ivec2(1, 0), weight_x);
-    add(sum, weights, p, ivec2(0, -1), weight_y);
-    add(sum, weights, p, ivec2(0, 1), weight_y);
-    add(sum, weights, p, ivec2(-1, -1), weight_falling);
-    add(sum, weights, p, ivec2(1, 1), weight_falling);
-    add(sum, weights, p, ivec2(1, -1), weight_rising);
-    add(sum, weights, p, ivec2(-1, 1), weight_rising);
+    add(sum, weights, p, center, ivec2(0), 1.0);
+    add(sum, weights, p, center, ivec2(-1, 0), weight_x);
+    add(sum, weights, p, center, ivec2(1, 0), weight_x);
+    add(sum, weights, p, center, ivec2(0, -1), weight_y);
+    add(sum, weights, p, center, ivec2(0, 1), weight_y);
+    add(sum, weights, p, center, ivec2(-1, -1), weight_falling);
+    add(sum, weights, p, center, ivec2(1, 1), weight_falling);
+    add(sum, weights, p, center, ivec2(1, -1), weight_rising);
+    add(sum, weights, p, center, ivec2(-1, 1), weight_rising);
 #ifdef LAYERS
     for (int i = 0; i < 9; ++i) shares[i] /= weights;
 #endif

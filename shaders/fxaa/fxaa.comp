@@ -9,6 +9,7 @@
 #include "common/work_group.glsl"
 #include "shared/fxaa_uniforms.h"
 #include "fxaa/blend.glsl"
+#include "fxaa/luma.glsl"
 
 layout(binding = 0) uniform sampler2D color_plane;
 layout(binding = 1) uniform sampler2D luma_plane;
@@ -24,11 +25,12 @@ layout(binding = 1) writeonly uniform image2DArray layers_result;
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
 const float kCheckerboardOffset = 400.0 / 729.0;
 
-// The least range of lumas between `lowest` and `highest` that is an edge, with both thresholds scaled.
-// Never 0: if all lumas are nearly 1, a smaller range is rounding.
-float least_range(float lowest, float highest, float threshold_scale) {
+// The least range of lumas between `lowest` and `highest` around a pixel that is an edge, with both
+// thresholds scaled. Never 0: if all lumas are nearly 1, a smaller range is rounding.
+float least_range(float lowest, float highest, vec4 center, float threshold_scale) {
+    precise const float brightest = highest + transparency(center);
     precise const float threshold = max(uniforms.edge_threshold_min * threshold_scale,
-                                        highest * (uniforms.edge_threshold * threshold_scale));
+                                        brightest * (uniforms.edge_threshold * threshold_scale));
     return max(threshold, 1e-4 * max(1.0, max(abs(lowest), abs(highest))));
 }
 

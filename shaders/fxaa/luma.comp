@@ -14,5 +14,5 @@ void main() {
     const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     const vec4 color = finite_color(texelFetch(color_plane, p, 0));
-    imageStore(luma_plane, p, vec4(luma_of(color.rgb), 0.0, 0.0, 0.0));
+    imageStore(luma_plane, p, vec4(luma_of(color), 0.0, 0.0, 0.0));
 }

@@ -65,7 +65,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
-    if (range < least_range(lowest, highest, threshold_scale)) return center;
+    if (range < least_range(lowest, highest, center, threshold_scale)) return center;
 
     // 2 direction of the edge
     const float nw = luma_at(p + ivec2(-1, -1));

@@ -8,6 +8,7 @@
 #include "common/software_loop.glsl"
 #include "common/work_group.glsl"
 
+#include "inverse_warp/brightness.glsl"
 #include "inverse_warp/cells.glsl"
 #include "inverse_warp/surface.glsl"
 
@@ -18,7 +19,8 @@ layout(binding = 0) writeonly uniform image2D background;
 const int kBlockCells = kBlockPx / 2;
 const int kReachBlocks = 2;    // that hold the cells on all lines
 const float kShows = 0.3;      // part of a cell: more than its edge pixels
-const float kOneColor = 0.25;  // largest difference of c/(1 + c)
+const float kOneColor = 0.25;  // largest difference (brightness.glsl)
+const float kLevel = 1.5;
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));
@@ -77,10 +79,21 @@ int distance_behind(ivec2 cell, ivec2 line, float q) {
     return found;
 }
 
+// The level around a cell: of its block and those around it.
+float find_level(ivec2 cell) {
+    precise float roots = 0.0;
+    for (int i = 0; i < kAround3x3; ++i) {
+        const ivec2 block = cell / kBlockCells + ivec2(i % 3, i / 3) - 1;
+        const ivec2 within = clamp(block, ivec2(0), uniforms.blocks - 1);
+        roots += mean_root(texelFetch(background_color, first_of_16() + within, 0).rgb);
+    }
+    return level_of(roots, kLevel);
+}
+
 bool one_surface(ivec2 a, ivec2 b) {
-    const vec3 color_a = texelFetch(background_color, a, 0).rgb;
-    const vec3 color_b = texelFetch(background_color, b, 0).rgb;
-    precise const vec3 apart = abs(color_a / (1.0 + abs(color_a)) - color_b / (1.0 + abs(color_b)));
+    const float level = find_level(a);
+    precise const vec3 apart = abs(as_part_of(texelFetch(background_color, a, 0).rgb, level) -
+                                   as_part_of(texelFetch(background_color, b, 0).rgb, level));
     return one_depth(texelFetch(background_depth, a, 0).x, texelFetch(background_depth, b, 0).x) &&
            max(apart.r, max(apart.g, apart.b)) < kOneColor;
 }

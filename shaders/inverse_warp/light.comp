@@ -11,6 +11,7 @@
 
 #include "inverse_warp/surface.glsl"
 
+#include "inverse_warp/brightness.glsl"
 #include "inverse_warp/half.glsl"
 #include "inverse_warp/light.glsl"
 
@@ -22,11 +23,22 @@ layout(binding = 0) writeonly uniform image2D light;
 
 const int kStepPx = 2;         // every second pixel of every second row
 const float kMinPixels = 4.0;  // of a patch
+const float kLevel = 3.0;
 
-// Mean of red, green and blue, each as c/(1 + c).
-float brightness(vec4 texel) {
-    const vec3 c = max(finite_color(texel).rgb, vec3(0.0));
-    precise const vec3 part = c / (1.0 + c);
+// The level of a patch: of the pixels in its middle and in the middle of those around it.
+float find_level(ivec2 first) {
+    precise float roots = 0.0;
+    for (int i = 0; i < kAround3x3; ++i) {
+        const ivec2 at = first + kLightPatchPx * (ivec2(i % 3, i / 3) - 1) + kLightPatchPx / 2;
+        const ivec2 within = clamp(at, ivec2(0), uniforms.size - 1);
+        roots += mean_root(finite_color(texelFetch(color, within, 0)).rgb);
+    }
+    return level_of(roots, kLevel);
+}
+
+// Mean of red, green and blue.
+float brightness(vec4 texel, float level) {
+    const vec3 part = as_part_of(max(finite_color(texel).rgb, vec3(0.0)), level);
     precise const float mean = (part.r + part.g + part.b) / 3.0;
     return mean;
 }
@@ -53,14 +65,15 @@ void main() {
     const ivec2 own_patch = invocation_at(), first = kLightPatchPx * own_patch;
     if (any(greaterThanEqual(first, uniforms.size))) return;
     const ivec2 end = min(first + kLightPatchPx, uniforms.size);
+    const float level = find_level(first);
     precise LightSums sums = LightSums(3.0e38, 0.0, 0.0, 0.0, 0.0);
     ivec2 there = first;
     SOFTWARE_LOOP do {
         const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(there), 0));
         const Here here = place_of(surfaces, s, there);
         if (!s.edge && s.inverse_depth >= 0.0 && is_shown(here, s))
-            add(sums, s.inverse_depth, brightness(texelFetch(color, here.at, 0)),
-                brightness(texelFetch(color_of_neighbor, there, 0)));
+            add(sums, s.inverse_depth, brightness(texelFetch(color, here.at, 0), level),
+                brightness(texelFetch(color_of_neighbor, there, 0), level));
         there.x += kStepPx;
         if (there.x >= end.x) there = ivec2(first.x, there.y + kStepPx);
     } while (there.y < end.y);

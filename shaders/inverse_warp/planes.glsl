@@ -3,6 +3,8 @@
 // MOTION: a motion plane is available
 // NEIGHBOR: of the frame before or after; pixels whose inverse depth is below 0 are never found
 // BACK: a motion_back plane too; otherwise it is taken to equal motion: straight paths at one speed
+// TURNS_BEFORE, TURNS_AFTER: defined if both motion planes of that neighbor are available, to tell what
+// turns from what bounces
 // SECOND_LAYER: defined if the planes are those of the layer behind (chain/frame/behind.h)
 #include "common/finite.glsl"
 
@@ -20,6 +22,18 @@ layout(binding = 1) uniform sampler2D motion;
 layout(binding = 2) uniform sampler2D motion_back;
 #endif
 #endif
+#ifdef TURNS_BEFORE
+layout(binding = 7) uniform sampler2D motion_before;
+layout(binding = 8) uniform sampler2D motion_back_before;
+#endif
+#ifdef TURNS_AFTER
+layout(binding = 9) uniform sampler2D motion_after;
+layout(binding = 10) uniform sampler2D motion_back_after;
+#endif
+
+// Squared accelerations in the neighbors, as parts of this frame's: up to the first one the surface
+// bounces, from the second one on it turns.
+const float kBounce = 0.04, kTurn = 0.25;
 
 ivec2 nearest_inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
@@ -104,17 +118,57 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
 }
 #endif
 
-// q: inverse depth; `motion`: xy: motion, zw: motion_back
-Surface surface_of(float q, bool edge, vec4 motion) {
+const float kUnknownTurn = -1.0;
+
+#if defined(TURNS_BEFORE) || defined(TURNS_AFTER)
+// The acceleration of this frame's surface in a neighbor, squared, as a part of that in this frame.
+// `at`: where the neighbor shows it; `between`: its motion between the two frames.
+float turn_in(sampler2D forward, sampler2D back, bool after, vec2 at, vec2 between,
+              vec2 acceleration) {
+    const vec2 x = floor(at + 0.5);
+    if (!all(greaterThanEqual(x, vec2(0.0))) || !all(lessThan(x, vec2(uniforms.size))))
+        return kUnknownTurn;
+    const vec2 m = texelFetch(forward, ivec2(x), 0).xy, k = texelFetch(back, ivec2(x), 0).xy;
+    // Another surface has another motion between the frames.
+    precise const vec2 other = (after ? k : m) - between, there = m - k;
+    precise const float allowed = 1.0 + 0.0625 * precise_dot(between, between);
+    if (!is_finite(vec4(m, k)) || precise_dot(other, other) > allowed) return kUnknownTurn;
+    return precise_dot(there, there) / max(precise_dot(acceleration, acceleration), 1e-6);
+}
+#endif
+
+// The larger one of both neighbors; if none shows the surface, it is taken to turn.
+float turn_beside(ivec2 p, vec4 motion) {
+    float turn = kUnknownTurn;
+#ifdef TURNS_BEFORE
+    turn = max(turn, turn_in(motion_before, motion_back_before, false, vec2(p) - motion.zw,
+                             motion.zw, motion.xy - motion.zw));
+#endif
+#ifdef TURNS_AFTER
+    turn = max(turn, turn_in(motion_after, motion_back_after, true, vec2(p) + motion.xy,
+                             motion.xy, motion.xy - motion.zw));
+#endif
+    return turn < 0.0 ? 1.0 : turn;
+}
+
+float smoothstep_of(float from, float to, float x) {
+    precise const float t = clamp((x - from) / (to - from), 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+// Of pixel p. q: inverse depth; `motion`: xy: motion, zw: motion_back
+Surface surface_of(ivec2 p, float q, bool edge, vec4 motion) {
     precise Surface s = Surface(q, edge, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 #if MOTION
     const vec4 v = uniforms.half_shutter * motion;
     s.a = 0.5 * (v.xy + v.zw);
     s.b = 0.5 * (v.xy - v.zw);
-    // smoothstep(0.64, 1.44, |b|^2 / |a|^2)
     precise const float ratio = precise_dot(s.b, s.b) / max(precise_dot(s.a, s.a), 1e-6);
-    precise const float t = clamp((ratio - 0.64) / (1.44 - 0.64), 0.0, 1.0);
-    s.straight = t * t * (3.0 - 2.0 * t);
+    s.straight = smoothstep_of(0.64, 1.44, ratio);
+    if (s.straight > 0.0) {
+        // What bounces has an acceleration in this frame alone.
+        s.straight *= 1.0 - smoothstep_of(kBounce, kTurn, turn_beside(p, motion));
+    }
     const float path = path_of(s);
     if (path > uniforms.max_path_px) {
         s.a *= uniforms.max_path_px / path;
@@ -128,5 +182,5 @@ Surface surface_at(ivec2 p) {
     const float q = depth_at(p);
     bool edge;
     const vec4 motion = own_motion(p, q, edge);
-    return surface_of(q, edge, motion);
+    return surface_of(p, q, edge, motion);
 }

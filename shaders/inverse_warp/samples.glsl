@@ -36,13 +36,26 @@ vec2 random_at(ivec2 pixel) {
 #endif
 }
 
-// Time of sample k, in [-1, 1]. With a lens, whose samples go outward, times go by mirrored digits.
+// The place of k among 0 .. n - 1 in the order of their mirrored binary digits.
+int mirrored_place(int k, int n) {
+    int place = 0, bit = 1;
+    // For each digit 1 of k, the numbers that have the lower digits of k and then 0.
+    SOFTWARE_LOOP do {
+        if ((k & bit) != 0) place += (n - 1 - (k & (bit - 1))) / (2 * bit) + 1;
+        bit += bit;
+    } while (bit <= k);
+    return place;
+}
+
+// Time of sample k, in [-1, 1]. With a lens, whose samples go outward, times go by mirrored digits:
+// evenly spread, from the center of the shutter on, and turned by the random number.
 float time_of(int k, SampleSet set, float part, float random) {
     if (!kShutter) return 0.0;
     precise float u;
     if (kLens) {
-        const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
-        u = 2.0 * fract(place + 0.5 / set.n + 0.5 + 0.5 * random) - 1.0;
+        const int n = int(set.n);
+        const float place = float(mirrored_place(k, n)) / set.n, center = float(n / 2) / set.n;
+        u = 2.0 * fract(place + 0.5 / set.n + center + 0.5 * random) - 1.0;
     } else {
         u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
     }

@@ -1,7 +1,7 @@
 #version 450 core
 // Packs motion and depth of each pixel.
 //
-//   inverse_depth [, motion [, motion_back]] -> surfaces
+//   inverse_depth [, motion [, motion_back [, both of the neighbors]]] -> surfaces
 //                                            -> marks   of squares: the lower 16 bits: pixels at a
 //                                                       depth edge
 //
@@ -68,7 +68,7 @@ uint pack_square(ivec2 square) {
             const float q = own.x;
             own = own.yzwx;
             if (inside(p) && !(edge && MOTION == 1))
-                hidden |= store(p, surface_of(q, edge, motion_at(p)));
+                hidden |= store(p, surface_of(p, q, edge, motion_at(p)));
         }
         own = below;
     } while (++y < kSquarePx);

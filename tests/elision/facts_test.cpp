@@ -125,6 +125,26 @@ TEST(IdentityByFacts, FxaaOnNoiseBetweenBounds) {
     EXPECT_GT(count.kept, 10);
 }
 
+// Black, with two alphas in a pattern.
+TEST(IdentityByFacts, FxaaOnEdgesOfAlpha) {
+    Count count;
+    for (const double least : {0.0833, 0.5})
+        for (const double off : {-0.1, -1e-3, 1e-3, 0.1}) {
+            SCOPED_TRACE(concat(least, " off by ", off));
+            ImageF color(29, 23, 4);
+            for (int y = 0; y < 23; ++y)
+                for (int x = 0; x < 29; ++x)
+                    color.at(x, y, 3) = (x + 3 * y) % 11 < 4 ? float(least * (1 + off)) : 0.0f;
+            count.add(by_facts(chain_of("fxaa", {{"edge_threshold", 0.0},
+                                                 {"edge_threshold_min", least},
+                                                 {"hint", "none"s}}),
+                               planes_of(color), kPrecisions[off > 0]),
+                      kRuleFacts);
+        }
+    EXPECT_EQ(count.left, 4);
+    EXPECT_EQ(count.kept, 4);
+}
+
 struct OneColor {
     std::string name;
     std::array<float, 4> pixel;

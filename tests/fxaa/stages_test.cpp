@@ -19,8 +19,11 @@ TEST(Luma, StoredByHand) {
     EXPECT_NEAR(gpu_luma(stored, {1, 0, 0, 1}), 0.299, 1e-6);
     EXPECT_NEAR(gpu_luma(stored, {0, 1, 0, 1}), 0.587, 1e-6);
     EXPECT_NEAR(gpu_luma(stored, {0, 0, 1, 1}), 0.114, 1e-6);
-    // 0.5 * 0.299 + 0.25 * 0.587 + 0.75 * 0.114 = 0.1495 + 0.14675 + 0.0855
-    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 0}), 0.38175, 1e-6);
+    // 0.5 * 0.299 + 0.25 * 0.587 + 0.75 * 0.114 = 0.1495 + 0.14675 + 0.0855, less 1 - alpha
+    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 1}), 0.38175, 1e-6);
+    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 0.25f}), 0.38175 - 0.75, 1e-6);
+    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, -2}), 0.38175 - 1, 1e-6);
+    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 3}), 0.38175, 1e-6);
     // Negative values are used unchanged: -0.299 + 2 * 0.587
     EXPECT_NEAR(gpu_luma(stored, {-1, 2, 0, 1}), 0.875, 1e-6);
 }
@@ -88,15 +91,16 @@ ImageF jog_image() {
 
 TEST(Filter, TonemappedBlendByHand) {
     // 3 above the border, 0 below: luma sqrt(3/4) and 0, the geometry of the endless edge, weight
-    // H = 0.05041152. 3 counts 1/sqrt(1 + 3) = 1/2: 0.94958848/2 = 0.47479424 beside 0.05041152.
+    // H = 0.05041152. In the mean of 3 both count 1/sqrt(1 + 3): 3 * 0.94958848.
     const ImageF bright = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const ImageF out = run({{"hint", "none"}}, bright);
-    EXPECT_NEAR(out.at(8, 3), 2.7120470, 1e-5);
-    // From below: 0.02520576 beside 0.94958848.
+    EXPECT_NEAR(out.at(8, 3), 2.8487654, 1e-5);
+    // In that of 0 the texel of 3 counts 1/2: 0.02520576 beside 0.94958848.
     EXPECT_NEAR(out.at(8, 4), 0.07757256, 1e-6);
 
-    // Maxima in different channels, and alpha: (3, 0, 0, 1) above (0, 1, 0, 0.5), which counts
-    // 1/sqrt(2): a share of 0.03564633/(0.47479424 + 0.03564633) = 0.06983443 of all four channels.
+    // Maxima in different channels, and alpha: (3, 0, 0, 1) above (0, 1, 0, 0.5). In the mean of
+    // the darker one 0.05041152/2 beside 0.94958848/sqrt(2): a share of 0.03618047 of all four
+    // channels.
     ImageF colors(16, 8, 4);
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 16; ++x) {
@@ -106,10 +110,47 @@ TEST(Filter, TonemappedBlendByHand) {
         }
     }
     const ImageF mixed = run({{"hint", "none"}}, colors);
-    EXPECT_NEAR(mixed.at(8, 3, 0), 2.7904967, 1e-5);
-    EXPECT_NEAR(mixed.at(8, 3, 1), 0.06983443, 1e-6);
-    EXPECT_EQ(mixed.at(8, 3, 2), 0.0f);
-    EXPECT_NEAR(mixed.at(8, 3, 3), 0.96508278, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 3, 0), 2.8487654, 1e-5);
+    EXPECT_NEAR(mixed.at(8, 3, 1), 0.05041152, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 3, 3), 0.97479424, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 4, 0), 3 * 0.03618047, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 4, 1), 0.96381953, 1e-6);
+    EXPECT_EQ(mixed.at(8, 4, 2), 0.0f);
+    EXPECT_NEAR(mixed.at(8, 4, 3), 0.51809024, 1e-6);
+}
+
+// A line of 40, one pixel high, on 0.1: a box of one pixel keeps all of it. Lumas 0.98773 and
+// 0.30151.
+TEST(Filter, LineOfLightByHand) {
+    const ImageF line = gray_image(16, 9, [](int, int y) { return y == 4 ? 40 : 0.1; });
+    // On the line |A|/range = 2/3, H = 400/729 * 0.75 = 0.41152; both texels count the same.
+    const ImageF searched = run({{"hint", "none"}}, line);
+    EXPECT_NEAR(searched.at(8, 4), 0.58848 * 40 + 0.41152 * 0.1, 1e-3);
+    // Beside it the endless edge.
+    const double stays = 0.94958848 / std::sqrt(1.1), comes = 0.05041152 / std::sqrt(41.0);
+    EXPECT_NEAR(searched.at(8, 3), (stays * 0.1 + comes * 40) / (stays + comes), 1e-5);
+    EXPECT_NEAR(searched.at(8, 5), searched.at(8, 3), 1e-6);
+    // Directional: weights 0.0941417, 1 and 0.0941417 across the line.
+    const ImageF directional = run({{"mode", "directional"}, {"hint", "none"}}, line);
+    EXPECT_NEAR(directional.at(8, 4), (40 + 0.2 * 0.0941417) / 1.1882834, 1e-4);
+    const double own = 1.0941417 / std::sqrt(1.1), bright = 0.0941417 / std::sqrt(41.0);
+    EXPECT_NEAR(directional.at(8, 3), (own * 0.1 + bright * 40) / (own + bright), 1e-5);
+    EXPECT_NEAR(directional.at(8, 5), directional.at(8, 3), 1e-6);
+}
+
+// A black object above clear: the luma falls from 0 to -1, as at the endless edge, and so does
+// alpha.
+TEST(Filter, EdgeOfAlphaByHand) {
+    ImageF image(16, 8, 4);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 16; ++x) image.at(x, y, 3) = 1;
+    const ImageF searched = run({{"hint", "none"}}, image);
+    EXPECT_NEAR(searched.at(8, 3, 3), 0.94958848, 1e-6);
+    EXPECT_NEAR(searched.at(8, 4, 3), 0.05041152, 1e-6);
+    const ImageF directional = run({{"mode", "directional"}, {"hint", "none"}}, image);
+    EXPECT_NEAR(directional.at(8, 3, 3), 1.0941417 / 1.1882834, 1e-6);
+    EXPECT_NEAR(directional.at(8, 4, 3), 0.0941417 / 1.1882834, 1e-6);
+    for (const ImageF* out : {&searched, &directional}) EXPECT_EQ(out->at(8, 4), 0.0f);
 }
 
 // White above black across the full width: every gradient in the tensor is vertical, so the

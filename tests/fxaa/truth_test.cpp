@@ -21,7 +21,8 @@ bool finite(const ImageF& image) {
 
 TEST(Truth, NoEdgeAboveThresholdKeepsEveryBit) {
     // Display-referred: range <= 0.08 < 0.0833.
-    const ImageF stored = color_noise(64, 48, 3, 0.02f, 0.0999f);
+    ImageF stored = color_noise(64, 48, 3, 0.02f, 0.0999f);
+    for (size_t i = 0; i < stored.pixels(); ++i) stored.data[4 * i + 3] = 0.7f;
     EXPECT_TRUE(equal_bits(run(stored_settings(), stored), stored));
     // Bright: luma 0.8..0.95, range 0.15 < 0.166 * 0.95, but not 0.166 * 0.8.
     const ImageF bright = gray_image(64, 48, [](int x, int y) { return (x + y) % 2 ? 0.8 : 0.95; });
@@ -140,6 +141,64 @@ ImageF on_clear(double value) {
         for (size_t c = 0; c < 3; ++c) image.data[4 * i + c] *= float(value);
     }
     return image;
+}
+
+// Sixteen times sixteen samples a pixel, of a black object on clear.
+TEST(Truth, BlackOnClearLosesItsStairs) {
+    for (const double slope : {0.37, 0.8}) {
+        const auto object = [&](int samples) {
+            const ImageF edge = slanted_edge(64, 48, slope, 4.2, 0, 1, samples);
+            ImageF image(64, 48, 4);
+            for (size_t i = 0; i < image.pixels(); ++i) image.data[4 * i + 3] = edge.data[4 * i];
+            return image;
+        };
+        const auto squares = [&](const ImageF& image) {
+            const ImageF truth = object(16);
+            double sum = 0;
+            for (size_t i = 0; i < image.pixels(); ++i)
+                sum += std::pow(double(image.data[4 * i + 3] - truth.data[4 * i + 3]), 2);
+            return sum;
+        };
+        for (const char* luma : {"stored", "display"})
+            for (const char* mode : {"search", "directional"})
+                EXPECT_LT(squares(run({{"mode", mode}, {"luma", luma}}, object(1))),
+                          0.5 * squares(object(1)))
+                    << mode << " " << luma << " " << slope;
+    }
+}
+
+// An alpha that is the same everywhere, as of frames that have none, changes no decision but ties
+// between scores.
+TEST(Truth, ConstantAlphaIsNoEdge) {
+    ImageF opaque = color_noise(48, 40, 6, 0.0f, 0.25f), clear = opaque;
+    for (size_t i = 0; i < opaque.pixels(); ++i) {
+        opaque.data[4 * i + 3] = 1;
+        clear.data[4 * i + 3] = 0;
+    }
+    for (const char* mode : {"search", "directional"}) {
+        const ImageF a = run({{"mode", mode}}, opaque), b = run({{"mode", mode}}, clear);
+        size_t other = 0;
+        for (size_t i = 0; i < a.pixels(); ++i)
+            other += std::abs(a.data[4 * i] - b.data[4 * i]) > 1e-5f;
+        EXPECT_LE(other, mode == std::string("search") ? a.pixels() / 30 : 0) << mode;
+    }
+}
+
+TEST(Truth, NegativeInfinityStaysWhereItIs) {
+    ImageF image = constant_image(15, 13, {0.5f, 0.5f, 0.5f, 1});
+    image.at(7, 6, 1) = -INFINITY;
+    for (const char* mode : {"search", "directional"})
+        for (const char* blend : {"stored", "tonemapped"})
+            for (const char* luma : {"stored", "display"}) {
+                const ImageF out = run({{"mode", mode}, {"blend", blend}, {"luma", luma}}, image);
+                ASSERT_TRUE(finite(out));
+                for (int y = 0; y < 13; ++y)
+                    for (int x = 0; x < 15; ++x)
+                        if (x != 7 || y != 6) {
+                            ASSERT_NEAR(out.at(x, y, 1), 0.5, 1e-6)
+                                << mode << " " << blend << " " << luma << " " << x << "," << y;
+                        }
+            }
 }
 
 TEST(Truth, ColorAndAlphaStayTogether) {

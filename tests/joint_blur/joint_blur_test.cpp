@@ -33,6 +33,56 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     EXPECT_NEAR(m.xx, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
 }
 
+// A dot in focus under steps of 2 px between n samples: n dots of equal light, whose center is the
+// dot's.
+TEST(JointBlur, TimesAreCenteredForAnyNumberOfSamples) {
+    for (const int n : {1, 2, 3, 4, 5, 6, 7, 12, 16, 24, 31}) {
+        // The open time is half a frame.
+        FramePlanes planes = moving_plane(97, 9, 0.25f, float(4 * n), 0);
+        for (int c = 0; c < 3; ++c) planes[Role::color].at(48, 4, c) = 1;
+        const Chain chain =
+            chain_of("joint_blur",
+                     {{"samples", int64_t(n)}, {"noise", std::string("none")}, {"denoise", false}});
+        const ImageF out =
+            filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
+        for (int x = 0; x < 97; ++x) {
+            const int steps = std::abs(x - 48);
+            const bool lit = steps < n && steps % 2 != n % 2;
+            EXPECT_NEAR(out.at(x, 4), lit ? 1.0 / n : 0, 1e-4) << n << " " << x - 48;
+        }
+    }
+}
+
+// A square, beside whose edges lamps are, before ground that continues behind it, and neighbors of
+// other light: the same at every exposure.
+TEST(JointBlur, IsLinearInExposure) {
+    TestFrame frame = layered_frame(101, 67, {40.0f, 9.0f}, {-23.0f, 5.0f});
+    add_neighbors(frame);
+    for (int y = 10; y < 60; y += 9)
+        for (int x = 30; x < 70; x += 7)
+            for (int c = 0; c < 3; ++c) frame.planes[Role::color].at(x, y, c) = 30;
+    for (const char* pass : {"motion_blur", "depth_of_field", "joint_blur"}) {
+        const Chain chain = chain_of(pass, {});
+        const auto filtered = [&](float exposure) {
+            FramePlanes planes = frame.planes;
+            for (const Role role : {Role::color, Role::color_before, Role::color_after})
+                for (size_t i = 0; i < planes[role].data.size(); ++i)
+                    if (i % 4 != 3) planes[role].data[i] *= exposure;
+            return filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
+        };
+        const ImageF one = filtered(1);
+        for (const float exposure : {0.05f, 1000.0f}) {
+            const ImageF other = filtered(exposure);
+            for (size_t i = 0; i < one.data.size(); ++i) {
+                const double scale = i % 4 == 3 ? 1 : double(exposure);
+                ASSERT_NEAR(other.data[i] / scale, one.data[i],
+                            1e-5 * std::max(1.0, double(one.data[i])))
+                    << pass << " times " << exposure << ", " << i / 4 % 101 << "," << i / 404;
+            }
+        }
+    }
+}
+
 // All light is the firefly's, so every pixel has its color: its own pixel, which few samples see,
 // leaves no rounding that denoising would spread.
 TEST(JointBlur, LightOfAFireflyKeepsItsColor) {

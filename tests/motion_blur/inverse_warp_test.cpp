@@ -1,6 +1,7 @@
 // mode: inverse_warp against closed forms, against ground truth accumulated over time samples, and
 // against its reference.
 #include <cmath>
+#include <numbers>
 
 #include "tests/motion_blur/support.h"
 
@@ -101,14 +102,70 @@ TEST(InverseWarp, AnEdgeBetweenWhatMovesTogetherDoesNotShow) {
     }
 }
 
-// Forward +40 px, backward -40: the bar was on the right before and is there again after. A
-// straight path to each; a parabola would hardly leave the position.
+// Adds the planes of a neighbor.
+void add_neighbor(BlurFrame& frame, Neighbor neighbor, const BlurFrame& other) {
+    for (const auto& [role, plane] : other.planes) frame.planes[role_of(neighbor, role)] = plane;
+}
+
+// Forward +40 px, backward -40: the bar was on the right before and is there again after, in steady
+// motion. A straight path to each; a parabola would hardly leave the position.
 TEST(InverseWarp, WhatBouncesStaysOnItsSide) {
-    const BlurFrame frame = bar(120, 45, 6, 40, -40);
+    BlurFrame frame = bar(120, 45, 6, 40, -40);
+    add_neighbor(frame, Neighbor::before, bar(120, 85, 6, -40, -40));
+    add_neighbor(frame, Neighbor::after, bar(120, 85, 6, 40, 40));
     const ImageF out = blurred(converged_warp(), frame);
     for (int x = 20; x < 100; ++x) {
         const double expected = coverage(x, 6, [](double t) { return 45 + 40 * std::abs(t); });
         EXPECT_NEAR(out.at(x, 10, 0), expected, 0.08) << x;
+    }
+}
+
+// A wall of waves at the position `of` at time t in frames, and its motion to the next and from the
+// last frame.
+template <class Position>
+BlurFrame wall_at(double t, const Position& of) {
+    BlurFrame frame(96, 20);
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 96; ++x) {
+            set_motion(frame, x, y, of(t + 1) - of(t), 0, of(t) - of(t - 1), 0);
+            frame.set_gray(x, y, float(0.5 + 0.4 * std::sin(0.6 * (x - of(t)))));
+        }
+    return frame;
+}
+
+// RMS error of a frame against the mean over its shutter, away from the borders.
+template <class Position>
+double error_of_wall(const ImageF& out, const Position& of) {
+    double sum = 0;
+    for (int x = 24; x < 72; ++x) {
+        double truth = 0;
+        for (int i = 0; i < 400; ++i)
+            truth += (0.5 + 0.4 * std::sin(0.6 * (x - of((i + 0.5) / 800 - 0.25)))) / 400;
+        sum += std::pow(out.at(x, 10) - truth, 2) / 48;
+    }
+    return std::sqrt(sum);
+}
+
+// A pendulum of 40 px and twelve frames a period where it turns, and a ball that bounces at 20 px a
+// frame under an acceleration of 2 px. Both have |b| > |a|; their neighbors tell them apart. A
+// frame alone takes both for a turn.
+TEST(InverseWarp, WhatTurnsIsToldFromWhatBounces) {
+    const auto pendulum = [](double t) { return 40 * std::cos(std::numbers::pi / 6 * (t + 0.1)); };
+    const auto ball = [](double t) { return 20 * std::abs(t) - t * t; };
+    const auto error = [](const auto& of, const std::vector<Neighbor>& given) {
+        BlurFrame frame = wall_at(0, of);
+        for (const Neighbor neighbor : given)
+            add_neighbor(frame, neighbor, wall_at(neighbor == Neighbor::before ? -1 : 1, of));
+        return error_of_wall(blurred(converged_warp(), frame), of);
+    };
+    const double pendulum_still = error_of_wall(wall_at(0, pendulum).color(), pendulum);
+    const double ball_still = error_of_wall(wall_at(0, ball).color(), ball);
+    EXPECT_LT(error(pendulum, {}), 0.5 * pendulum_still);
+    EXPECT_LT(error(ball, {}), 0.9 * ball_still);
+    for (const auto& given : {std::vector{Neighbor::before}, std::vector{Neighbor::after},
+                              std::vector{Neighbor::before, Neighbor::after}}) {
+        EXPECT_LT(error(pendulum, given), 0.5 * pendulum_still);
+        EXPECT_LT(error(ball, given), 0.1 * ball_still);
     }
 }
 

@@ -173,6 +173,27 @@ TEST(Neighbors, ShowWhatIsHiddenOfWhatStretches) {
         EXPECT_LT(error_with(given, kWave), kFewerSteps);
 }
 
+// A shadow has moved, or not, whatever the exposure.
+TEST(Neighbors, AreComparedAtAnyExposure) {
+    for (const Scene& scene : {kShadow, kTwoLayers}) {
+        const auto filtered = [&](float exposure) {
+            BlurFrame frame = with_neighbors(kBoth, scene);
+            for (const Role role : {Role::color, Role::color_before, Role::color_after})
+                for (size_t i = 0; i < frame.planes[role].data.size(); ++i)
+                    if (i % 4 != 3) frame.planes[role].data[i] *= exposure;
+            return blurred(warp(), frame);
+        };
+        const ImageF one = filtered(1);
+        for (const float exposure : {0.05f, 1000.0f}) {
+            const ImageF other = filtered(exposure);
+            for (int y = 0; y < kHeight; ++y)
+                for (int x = 0; x < kWidth; ++x)
+                    ASSERT_NEAR(other.at(x, y) / exposure, one.at(x, y), 1e-5)
+                        << exposure << " " << x << "," << y;
+        }
+    }
+}
+
 // For a shutter that hardly opens, paths do not reach neighboring frames.
 TEST(Neighbors, AreNotAskedByAShortShutter) {
     const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after});

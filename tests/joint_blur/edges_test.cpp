@@ -1,0 +1,453 @@
+// Edges that move or are out of focus, thin lines and hidden lights against exact ground truth. The
+// frames are those of a renderer: color of a pixel's whole area, motion vectors averaged over it,
+// depth of one random place in it. Each case prints its errors.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <numbers>
+#include <optional>
+
+#include "chain/frame/behind.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test::edges_test {
+namespace {
+
+constexpr double kFar = 1e6;  // px, beyond any picture
+constexpr double kWavePx = 4;
+constexpr double kWave = 2 * std::numbers::pi / kWavePx;
+
+struct Span {
+    double begin, end;  // px
+};
+using Spans = std::function<std::vector<Span>(double y)>;
+
+struct Surface {
+    Spans spans;  // at the frame's time, in the row at y
+    double gray;
+    double inverse_depth;
+    double speed = 0;  // px per frame, along rows
+    double wave = 0;   // amplitude of a sine along rows with a period of kWavePx
+};
+
+struct Scene {
+    std::vector<Surface> surfaces;  // from front to back; the last fills the picture
+    bool lens = false;              // round_camera(), otherwise a pinhole
+    bool behind = false;            // with the layer behind
+    bool round = false;             // rows of a pixel differ
+    int height = 67;
+};
+
+constexpr int kWidth = 157;
+
+std::vector<Span> everywhere(double) {
+    return {{-kFar, kFar}};
+}
+
+Spans bar(double begin, double end, double top = -kFar, double bottom = kFar) {
+    return [=](double y) {
+        return y >= top && y < bottom ? std::vector<Span>{{begin, end}} : std::vector<Span>{};
+    };
+}
+
+Spans fence(double first, double width, double period) {
+    return [=](double) {
+        std::vector<Span> spans;
+        for (int i = -10; i < 20; ++i)
+            spans.push_back({first + i * period, first + i * period + width});
+        return spans;
+    };
+}
+
+Spans discs(const std::vector<std::array<double, 2>>& centers, double radius) {
+    return [=](double y) {
+        std::vector<Span> spans;
+        for (const auto& [cx, cy] : centers) {
+            const double squared = radius * radius - (y - cy) * (y - cy);
+            if (squared > 0) spans.push_back({cx - std::sqrt(squared), cx + std::sqrt(squared)});
+        }
+        return spans;
+    };
+}
+
+// A slanted line of 1 px.
+std::vector<Span> slanted(double y) {
+    if (y < 18 || y >= 42) return {};
+    const double slope = 0.15, half = 0.5 * std::hypot(1, slope), x = 78 - slope * (y - 30);
+    return {{x - half, x + half}};
+}
+
+// Radius of the circle of confusion of round_camera(), px.
+double radius_of(const Scene& scene, const Surface& surface) {
+    return scene.lens ? 32 * (0.25 - surface.inverse_depth) : 0;
+}
+
+// Mean gray of a surface between two places of it.
+double gray_between(const Surface& surface, double begin, double end) {
+    if (surface.wave == 0) return surface.gray;
+    const double sum = (std::cos(kWave * begin) - std::cos(kWave * end)) / kWave;
+    return surface.gray + surface.wave * sum / (end - begin);
+}
+
+// A row of pixels: light and the share of each surface.
+struct Row {
+    explicit Row(size_t surfaces) : light(kWidth), shares(surfaces, light) {}
+    std::vector<double> light;
+    std::vector<std::vector<double>> shares;
+};
+
+// Adds what the row at y shows at this time and from this place of the lens, -1..1. depth: 1 shows
+// the first surface behind.
+void add_row(const Scene& scene, double y, double time, double lens, double weight, Row& row,
+             int depth = 0) {
+    struct Placed {
+        double begin, end;
+        size_t surface;
+    };
+    std::vector<Placed> placed;
+    std::vector<double> ends = {0, kWidth}, moved;
+    for (size_t i = 0; i < scene.surfaces.size(); ++i) {
+        const Surface& s = scene.surfaces[i];
+        moved.push_back(s.speed * time + radius_of(scene, s) * lens);
+        for (const Span& span : s.spans(y)) {
+            const double begin = std::max(span.begin + moved[i], 0.0);
+            const double end = std::min(span.end + moved[i], double(kWidth));
+            if (begin >= end) continue;
+            placed.push_back({begin, end, i});
+            ends.push_back(begin);
+            ends.push_back(end);
+        }
+    }
+    std::sort(ends.begin(), ends.end());
+    for (size_t k = 0; k + 1 < ends.size(); ++k) {
+        const double middle = (ends[k] + ends[k + 1]) / 2;
+        int hidden = depth;
+        size_t shown = 0;
+        for (const Placed& p : placed)
+            if (middle >= p.begin && middle < p.end) {
+                shown = p.surface;
+                if (hidden-- == 0) break;
+            }
+        const Surface& s = scene.surfaces[shown];
+        for (double begin = ends[k]; begin < ends[k + 1];) {
+            const int x = int(begin);
+            const double end = std::min(ends[k + 1], x + 1.0), share = weight * (end - begin);
+            row.light[size_t(x)] +=
+                share * gray_between(s, begin - moved[shown], end - moved[shown]);
+            row.shares[shown][size_t(x)] += share;
+            begin = end;
+        }
+    }
+}
+
+// Rows of a pixel, in frame and ground truth alike: both show the same steps in place of an
+// outline.
+int rows_of(const Scene& scene) {
+    return scene.round ? 8 : 1;
+}
+
+Row row_at(const Scene& scene, int y, double time, int depth = 0) {
+    const int rows = rows_of(scene);
+    Row row(scene.surfaces.size());
+    for (int i = 0; i < rows; ++i)
+        add_row(scene, y + (i + 0.5) / rows, time, 0, 1.0 / rows, row, depth);
+    return row;
+}
+
+FramePlanes frame_at(const Scene& scene, double time, int depth = 0) {
+    FramePlanes planes;
+    ImageF& color = planes[Role::color] = ImageF(kWidth, scene.height, 4, 1);
+    ImageF& inverse_depth = planes[Role::inverse_depth] = ImageF(kWidth, scene.height, 1);
+    ImageF& motion = planes[Role::motion] = ImageF(kWidth, scene.height, 2);
+    const ImageF random = noise_image(kWidth, scene.height, 1, uint32_t(56 + time));
+    for (int y = 0; y < scene.height; ++y) {
+        const Row row = row_at(scene, y, time, depth);
+        for (int x = 0; x < kWidth; ++x) {
+            double left = random.at(x, y), speed = 0;
+            std::optional<float> place;
+            for (size_t i = 0; i < scene.surfaces.size(); ++i) {
+                const double share = row.shares[i][size_t(x)];
+                speed += share * scene.surfaces[i].speed;
+                left -= share;
+                if (left < 0 && !place) place = float(scene.surfaces[i].inverse_depth);
+            }
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = float(row.light[size_t(x)]);
+            inverse_depth.at(x, y) = place.value_or(float(scene.surfaces.back().inverse_depth));
+            motion.at(x, y) = float(speed);
+        }
+    }
+    planes[Role::motion_back] = motion;
+    return planes;
+}
+
+// With both neighbors.
+FramePlanes frames_of(const Scene& scene) {
+    FramePlanes planes = frame_at(scene, 0);
+    for (const Neighbor neighbor : kNeighbors)
+        for (auto& [role, plane] : frame_at(scene, neighbor == Neighbor::before ? -1 : 1))
+            planes[role_of(neighbor, role)] = std::move(plane);
+    if (scene.behind) planes[Role::behind] = stack_behind(frame_at(scene, 0, 1));
+    return planes;
+}
+
+FrameDescription description_of(const Scene& scene, const FramePlanes& planes) {
+    FrameDescription frame = describe_round(planes);
+    if (!scene.lens) frame.camera.f_stop = 1e9;
+    return frame;
+}
+
+// Mean of the pixels of row y while the shutter is open, for half a frame. A lens only blurs what
+// is the same in all rows, so that it acts along rows alone.
+std::vector<double> truth_of(const Scene& scene, int y) {
+    const int times = 32, places = scene.lens ? 48 : 1, rows = rows_of(scene);
+    Row row(scene.surfaces.size());
+    double sum = 0;
+    for (int k = 0; k < places; ++k) {
+        const double place = 2 * (k + 0.5) / places - 1;
+        const double part = std::sqrt(1 - place * place);  // of the lens's disc
+        sum += part;
+        for (int i = 0; i < times; ++i)
+            for (int j = 0; j < rows; ++j)
+                add_row(scene, y + (j + 0.5) / rows, ((i + 0.5) / times - 0.5) / 2, place,
+                        part / times / rows, row);
+    }
+    for (double& light : row.light) light /= sum;
+    return row.light;
+}
+
+struct Errors {
+    double rms = 0, largest = 0;
+};
+
+// At the pixels that the first surface covers in part, as parts of the contrast.
+Errors outline_errors(const Scene& scene, const ImageF& out) {
+    const double contrast = std::abs(scene.surfaces.front().gray - scene.surfaces.back().gray);
+    Errors errors;
+    int count = 0;
+    std::vector<double> truth;
+    for (int y = 0; y < scene.height; ++y) {
+        if (scene.surfaces[0].spans(y + 0.5).empty()) continue;
+        const Row row = row_at(scene, y, 0);
+        if (truth.empty() || scene.round) truth = truth_of(scene, y);
+        for (size_t x = 0; x < kWidth; ++x) {
+            if (row.shares[0][x] < 1e-6 || row.shares[0][x] > 1 - 1e-6) continue;
+            const double error = std::abs(out.at(int(x), y) - truth[x]) / contrast;
+            errors.rms += error * error;
+            errors.largest = std::max(errors.largest, error);
+            ++count;
+        }
+    }
+    errors.rms = std::sqrt(errors.rms / count);
+    return errors;
+}
+
+// rms: the part of the second surface's light that is missing where it should be.
+Errors hidden_errors(const Scene& scene, const ImageF& out) {
+    Scene without = scene;
+    without.surfaces.erase(without.surfaces.begin() + 1);
+    double seen = 0, all = 0;
+    for (int y = 0; y < scene.height; ++y) {
+        if (scene.surfaces[1].spans(y + 0.5).empty()) continue;
+        const std::vector<double> truth = truth_of(scene, y), base = truth_of(without, y);
+        for (size_t x = 0; x < kWidth; ++x) {
+            const double light = std::max(truth[x] - base[x], 0.0);
+            all += light;
+            seen += std::clamp(out.at(int(x), y) - base[x], 0.0, light);
+        }
+    }
+    return {1 - seen / all, 0};
+}
+
+// Amplitude of the wave in a block of 16 x 16 pixels.
+double amplitude(const ImageF& image, int block_x, int block_y) {
+    double mean = 0;
+    for (int y = 16 * block_y; y < 16 * block_y + 16; ++y) {
+        double sine = 0, cosine = 0;
+        for (int x = 16 * block_x; x < 16 * block_x + 16; ++x) {
+            sine += image.at(x, y) * std::sin(kWave * (x + 0.5)) / 8;
+            cosine += image.at(x, y) * std::cos(kWave * (x + 0.5)) / 8;
+        }
+        mean += std::hypot(sine, cosine) / 16;
+    }
+    return mean;
+}
+
+// rms: how far the wave's amplitude is from the right one in the blocks two above the mover's;
+// largest: how far apart the amplitudes are in all blocks above it.
+Errors wave_errors(const Scene& scene, const ImageF& out) {
+    const Surface& wall = scene.surfaces.back();
+    const double path = wall.speed / 2, radius = std::abs(radius_of(scene, wall));
+    const auto mean_over = [](double px) {
+        return px > 0 ? std::sin(kWave * px / 2) / (kWave * px / 2) : 1;
+    };
+    const double spread =
+        radius > 0 ? 2 * std::cyl_bessel_j(1.0, kWave * radius) / (kWave * radius) : 1;
+    const double right = wall.wave * mean_over(1) * mean_over(path) * spread;
+    Errors errors;
+    double least = INFINITY, most = 0;
+    for (int y = 0; y < 4; ++y)
+        for (int x = 1; x < 8; ++x) {
+            const double found = amplitude(out, x, y);
+            if (y < 2) errors.rms = std::max(errors.rms, std::abs(found - right));
+            least = std::min(least, found);
+            most = std::max(most, found);
+        }
+    errors.largest = most - least;
+    return errors;
+}
+
+struct Case {
+    const char* name;
+    Scene scene;
+    Errors (*errors)(const Scene&, const ImageF&);
+    Errors most;
+};
+
+void PrintTo(const Case& one, std::ostream* out) {
+    *out << one.name;
+}
+
+Surface wall(double gray, double inverse_depth = 0.1) {
+    return {everywhere, gray, inverse_depth};
+}
+
+// A surface at inverse depth 0.4 that moves before a still wall.
+Scene before_wall(const Spans& spans, double gray, double wall_gray, double speed) {
+    return {.surfaces = {{spans, gray, 0.4, speed}, wall(wall_gray)}};
+}
+Scene round_before_wall(const Spans& spans, double gray, double wall_gray, double speed) {
+    Scene scene = before_wall(spans, gray, wall_gray, speed);
+    scene.round = true;
+    return scene;
+}
+
+const Spans kDisc = discs({{78.3, 30.2}}, 12);
+const Spans kLine = bar(78.5, 79.5);  // covers half of two pixels
+// Inverse depths with a circle of confusion of 3.7 px.
+constexpr double kNear = 0.25 + 3.7 / 32, kBehindFocus = 0.25 - 3.7 / 32;
+
+Scene line_out_of_focus(double inverse_depth, double gray, double speed) {
+    Surface line = {kLine, gray, inverse_depth, speed};
+    const double wall_gray = gray > 0.1 ? 0.2 : 0.8;
+    return {.surfaces = {line, wall(wall_gray, inverse_depth > 0.25 ? 0.25 : 0.05)}, .lens = true};
+}
+
+// A ball that a post hides at the frame's time alone.
+Scene ball(double gray, bool behind = false, double post_speed = 0) {
+    return {.surfaces = {{bar(68, 88), 0.3, 0.5, post_speed},
+                         {discs({{78, 30}}, 8), gray, 0.25, 60 + post_speed},
+                         wall(0.2)},
+            .behind = behind,
+            .round = true};
+}
+
+// Lamps that pickets hide at the frame's time alone.
+Scene lamps(double fence_speed, double speed) {
+    return {.surfaces = {{fence(6, 8, 20), 0.1, 0.5, fence_speed},
+                         {discs({{50.3, 22}, {70.3, 34}}, 1.6), 12, 0.17, speed},
+                         wall(0.2)}};
+}
+
+// A wall of fine waves above a rail that moves or is out of focus further.
+Scene wave(double speed, bool lens) {
+    const double depth = lens ? 0.25 - 0.7 / 32 : 0.1, rail_depth = lens ? 0.25 + 5.0 / 32 : 0.5;
+    Surface waves = {everywhere, 0.5, depth, speed, 0.3};
+    // The circle of confusion of the rail ends below the blocks.
+    return {.surfaces = {{bar(40, 100, 70, 80), 0.4, rail_depth, lens ? 0.0 : 60.0}, waves},
+            .lens = lens,
+            .height = 93};
+}
+
+// Largest errors. The aim is 0.05 for outlines, 0.1 for lines, 0.3 for hidden lights and 0.01 for
+// waves; larger values are what the filter reaches.
+const std::vector<Case>& cases() {
+    const auto bar_before_wall = [](double begin, double end, double gray) {
+        return before_wall(bar(begin, end), gray, 0.8, 44);
+    };
+    static const std::vector<Case> all = {
+        {"DarkDisc", round_before_wall(kDisc, 0.05, 0.8, 44), outline_errors, {0.23, 0.57}},
+        {"BrightDisc", round_before_wall(kDisc, 0.8, 0.05, 44), outline_errors, {0.05, 0.06}},
+        {"FaintDisc", round_before_wall(kDisc, 0.3, 0.5, 44), outline_errors, {0.16, 0.54}},
+        {"DarkBarOfThreeQuarters",
+         bar_before_wall(75.25, 80.75, 0.05),
+         outline_errors,
+         {0.57, 0.57}},
+        {"DimBarOfThreeQuarters",
+         bar_before_wall(75.25, 80.75, 0.07),
+         outline_errors,
+         {0.32, 0.57}},
+        {"DarkBarOfHalves", bar_before_wall(75.5, 81.5, 0.05), outline_errors, {0.36, 0.36}},
+        {"BrightLine", before_wall(kLine, 2, 0.2, 60), outline_errors, {0.32, 0.49}},
+        {"DarkLine", before_wall(kLine, 0.05, 0.8, 60), outline_errors, {0.32, 0.49}},
+        {"DarkLineOfAThird",
+         before_wall(bar(78.7, 79.7), 0.05, 0.8, 60),
+         outline_errors,
+         {0.29, 0.7}},
+        {"DarkSlantedLine",
+         round_before_wall(slanted, 0.05, 0.8, 60),
+         outline_errors,
+         {0.37, 0.95}},
+        {"BrightSlantedLine", round_before_wall(slanted, 2, 0.2, 60), outline_errors, {0.25, 0.95}},
+        {"ColumnBeforeTheFocus", line_out_of_focus(kNear, 2, 0), outline_errors, {0.35, 0.35}},
+        {"ColumnBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 0), outline_errors, {0.1, 0.1}},
+        {"LineBeforeTheFocus", line_out_of_focus(kNear, 2, 60), outline_errors, {0.32, 0.49}},
+        {"LineBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 60), outline_errors, {0.1, 0.1}},
+        {"BallBehindAPost", ball(3), hidden_errors, {1, 0}},
+        {"BallBehindAPostWithTheLayerBehind", ball(3, true), hidden_errors, {1, 0}},
+        {"GrayBallBehindAPost", ball(0.6), hidden_errors, {1, 0}},
+        {"BallBehindAPostThatMoves", ball(3, false, -20), hidden_errors, {1, 0}},
+        {"StillLampsBehindAFence", lamps(50, 0), hidden_errors, {0.05, 0}},
+        {"LampsBehindAFence", lamps(50, 16), hidden_errors, {1, 0}},
+        {"LampsBehindAStillFence", lamps(0, 40), hidden_errors, {1, 0}},
+        {"SlowWaves", wave(3, false), wave_errors, {0.014, 0.049}},
+        {"SlowestWaves", wave(1.6, false), wave_errors, {0.019, 0.029}},
+        {"WavesOutOfFocus", wave(0, true), wave_errors, {0.015, 0.04}},
+    };
+    return all;
+}
+
+// With the samples and start surfaces of `best`.
+Chain chain_for(const Scene& scene) {
+    if (scene.lens)
+        return chain_of("joint_blur", {{"samples", int64_t(128)}, {"starts", int64_t(8)}});
+    return chain_of(
+        "motion_blur",
+        {{"samples", int64_t(127)}, {"path_px_per_time", 0.25}, {"starts", int64_t(8)}});
+}
+
+class Edges : public testing::TestWithParam<Case> {};
+
+TEST_P(Edges, AreAsInGroundTruth) {
+    const auto& [name, scene, errors, most] = GetParam();
+    const FramePlanes planes = frames_of(scene);
+    const FrameDescription frame = description_of(scene, planes);
+    const Errors found = errors(scene, filter(chain_for(scene), frame, planes).at(Role::color));
+    std::cout << name << ": " << found.rms << ", largest " << found.largest << "\n";
+    EXPECT_LE(found.rms, most.rms);
+    EXPECT_LE(found.largest, most.largest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Edges, testing::ValuesIn(cases()),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+// As the chain's reference, whose decisions may fall the other way in single pixels.
+TEST(EdgesReference, AgreesOnOutlinesLinesAndHiddenLights) {
+    for (const Scene& scene :
+         {round_before_wall(kDisc, 0.05, 0.8, 44), round_before_wall(slanted, 2, 0.2, 60),
+          line_out_of_focus(kNear, 2, 60), ball(3, true)}) {
+        const FramePlanes planes = frames_of(scene);
+        const FrameDescription frame = description_of(scene, planes);
+        const Chain chain = chain_of("joint_blur", {{"samples", int64_t(8)}});
+        const Difference difference =
+            compare(filter(chain, frame, planes, {.elide = false}).at(Role::color),
+                    reference(chain, frame, planes, {.elide = false}).planes.at(Role::color), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << difference.text;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test::edges_test

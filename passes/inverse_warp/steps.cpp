@@ -498,9 +498,8 @@ class Planner {
     void add_tables(Gathered& from) {
         from.noise = noise::add_table(planner_, settings_.noise());
         if (!settings_.lens) return;
-        from.lens_samples = lens::add_table(
-            planner_, lens::lens_samples(settings_.lens->aperture, settings_.parameters.samples,
-                                         settings_.more_samples()));
+        from.lens_samples = lens::add_table(planner_, settings_.lens->aperture,
+                                            settings_.parameters.samples, settings_.more_samples());
     }
 
     void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,

@@ -41,7 +41,7 @@ Status check(const std::vector<float>& values) {
 
 Result<BokehKernel> BokehKernel::make(std::vector<float> values, std::string file) {
     RETURN_IF_ERROR(check(values));
-    Light light;
+    Distribution light;
     const auto cell = [](double x) { return std::min(int((x + 1) / 2 * kSide), kSide - 1); };
     light.turned = {0};
     for (int i = 0; i < kAngles; ++i) {
@@ -77,7 +77,7 @@ Result<BokehKernel> BokehKernel::make(std::vector<float> values, std::string fil
         hash_text({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)});
     light.values = std::move(values);
     BokehKernel image(std::move(file));
-    image.light_ = std::make_shared<const Light>(std::move(light));
+    image.light_ = std::make_shared<const Distribution>(std::move(light));
     return image;
 }
 

@@ -39,7 +39,7 @@ class MattedPass : public PassOnFrame {
 
     Reach reach() const override { return pass().reach(); }
     std::vector<UsedValue> used_values() const override { return pass().used_values(); }
-    std::vector<Cut> cuts() const override { return pass().cuts(); }
+    std::vector<ExceededLimit> exceeded_limits() const override { return pass().exceeded_limits(); }
     TileEdge tile_edge() const override { return pass().tile_edge(); }
     std::optional<Identity> identity(const PlanContext& context) const override {
         return pass().identity(seen(context));

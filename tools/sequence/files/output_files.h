@@ -115,7 +115,7 @@ class OutputFiles {
     };
     std::string add_folder(const std::string& folder);
     std::string resolved(const std::string& path);
-    std::string threat(const std::string& path, const std::string& resolved) const;
+    std::string conflict(const std::string& path, const std::string& resolved) const;
     std::string input_in(const std::string& folder) const;
     Status existing(const std::vector<const OutputFile*>& files) const;
     Status family_names(const OutputFamily& family) const;

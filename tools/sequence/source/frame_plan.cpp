@@ -48,36 +48,36 @@ bool asks_for_focus(const Chain& chain, FrameDescription frame) {
     });
 }
 
-// Pixels with a value outside the cut's limits; of motion its length.
-uint64_t pixels_cut(const Cut& cut, const SourceFrame& frame) {
+// Pixels with a value that exceeds the limit; of motion its length.
+uint64_t pixels_beyond(const ExceededLimit& limit, const SourceFrame& frame) {
     const ImageF& first = *frame.planes.begin()->second;
-    std::vector<char> is_cut(first.pixels());
+    std::vector<char> exceeds(first.pixels());
     for (const auto& [role, plane] : frame.planes) {
-        if (!cut.planes.has(role)) continue;
-        for (size_t i = 0; i < is_cut.size(); ++i) {
+        if (!limit.planes.has(role)) continue;
+        for (size_t i = 0; i < exceeds.size(); ++i) {
             const float* value = plane->data.data() + i * size_t(plane->channels);
             const double size = plane->channels == 2
                                     ? std::hypot(double(value[0]), double(value[1]))
                                     : double(value[0]);
-            is_cut[i] |= char(size < cut.low || size > cut.high);
+            exceeds[i] |= char(size < limit.low || size > limit.high);
         }
     }
-    return uint64_t(std::count(is_cut.begin(), is_cut.end(), 1));
+    return uint64_t(std::count(exceeds.begin(), exceeds.end(), 1));
 }
 
 // One line for each limit of a pass that some pixels exceed.
-void add_cuts(const Chain& chain, const FramePlan& plan, const SourceFrame& frame,
-              std::vector<std::string>& warnings) {
+void add_exceeded_limits(const Chain& chain, const FramePlan& plan, const SourceFrame& frame,
+                         std::vector<std::string>& warnings) {
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const auto pass = resolve_link(chain, i, plan.description);
         if (!pass.ok() || plan.passes[i].elided) continue;
         const std::string& name = chain.links[i].type->name;
-        for (const Cut& cut : (*pass)->cuts())
-            if (const uint64_t pixels = pixels_cut(cut, frame))
+        for (const ExceededLimit& limit : (*pass)->exceeded_limits())
+            if (const uint64_t pixels = pixels_beyond(limit, frame))
                 warnings.push_back(concat(
-                    frame.input.files.color_file().path(), ": ", name, ": the ", cut.what, " of ",
-                    pixels, pixels == 1 ? " pixel" : " pixels", " is cut to ", cut.limit_px,
-                    " px; the largest is ", cut.largest_px, " px (set ", cut.parameter, ")"));
+                    frame.input.files.color_file().path(), ": ", name, ": the ", limit.what, " of ",
+                    pixels, pixels == 1 ? " pixel" : " pixels", " is clamped to ", limit.limit_px,
+                    " px; the largest is ", limit.largest_px, " px (set ", limit.parameter, ")"));
     }
 }
 
@@ -175,7 +175,7 @@ std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan
             " leaves out part of the display window ", frame.input.display_window.text(),
             ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
             fits(whole) ? " (--data-window grow keeps it)" : ""));
-    add_cuts(chain, plan, frame, warnings);
+    add_exceeded_limits(chain, plan, frame, warnings);
     const Camera& camera = plan.description.camera;
     if (camera.metadata_focus_m && !camera.meters_per_unit &&
         asks_for_focus(chain, plan.description))

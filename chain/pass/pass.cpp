@@ -28,7 +28,7 @@ TextureId PassPlanner::layers(const std::string& name, Format format, const Area
 
 TextureId PassPlanner::array(const std::string& name, Format format, const Area& area, int planes) {
     const TextureId id = texture(name, format, area);
-    target_.plan.textures.back().layers = planes;
+    target_.plan.textures.back().slices = planes;
     return id;
 }
 

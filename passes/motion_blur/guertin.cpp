@@ -27,10 +27,6 @@
 namespace postchain::motion_blur {
 namespace {
 
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
 using shared::MotionBlurUniforms;
 
 // The classes of blocks that are told apart (classify.comp).

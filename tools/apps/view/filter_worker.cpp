@@ -12,7 +12,7 @@ namespace {
 
 // The first plane of an array.
 ImageF first_layer(const ImageF& pixels, const PlanTexture& texture) {
-    if (texture.layers < 2) return pixels;
+    if (texture.slices < 2) return pixels;
     ImageF first(texture.width, texture.height, pixels.channels);
     std::copy_n(pixels.data.begin(), first.data.size(), first.data.begin());
     return first;

@@ -11,7 +11,8 @@ TextureId PassPlanner::input(Role role) const {
 
 TextureId PassPlanner::texture(const std::string& name, Format format, const Area& area) {
     PlanTexture texture;
-    texture.name = concat(target_.pass, ".", target_.plan.passes.back().type, ".", name);
+    texture.name =
+        std::to_string(target_.pass) + "." + target_.plan.passes.back().type + "." + name;
     texture.format = format;
     texture.pass = target_.pass;
     texture.area = area;

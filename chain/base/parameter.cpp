@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "chain/base/text.h"
@@ -10,21 +11,10 @@
 namespace postchain {
 
 const char* name_of(ParameterType type) {
-    switch (type) {
-        case ParameterType::boolean:
-            return "boolean";
-        case ParameterType::integer:
-            return "integer";
-        case ParameterType::number:
-            return "number";
-        case ParameterType::choice:
-            return "choice";
-        case ParameterType::text:
-            return "text";
-        case ParameterType::point:
-            return "point";
-    }
-    return "unknown";
+    static constexpr const char* kNames[] = {"boolean", "integer", "number",
+                                             "choice",  "text",    "point"};
+    static_assert(std::size(kNames) == size_t(ParameterType::point) + 1);
+    return kNames[size_t(type)];
 }
 
 namespace {
@@ -270,6 +260,10 @@ uint64_t hash_text(std::string_view text, uint64_t seed) {
     uint64_t hash = seed;
     for (unsigned char c : text) hash = (hash ^ c) * 1099511628211ull;
     return hash;
+}
+
+uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed) {
+    return hash_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, seed);
 }
 
 std::string hex_of(uint64_t hash) {

@@ -13,10 +13,12 @@
 
 #include <array>
 #include <cassert>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -159,7 +161,9 @@ class ParameterTable {
 std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
 
 // FNV-1a, 64 bit. Identifies chains and plans; not for security.
-uint64_t hash_text(std::string_view text, uint64_t seed = 14695981039346656037ull);
+inline constexpr uint64_t kHashSeed = 14695981039346656037ull;
+uint64_t hash_text(std::string_view text, uint64_t seed = kHashSeed);
+uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = kHashSeed);
 std::string hex_of(uint64_t hash);  // 16 digits
 
 // ------------------------------------------------------------------------------------ builder

@@ -1,34 +1,16 @@
 #include "chain/base/status.h"
 
 #include <exception>
+#include <iterator>
 #include <new>
 
 namespace postchain {
 
 const char* name_of(StatusCode code) {
-    switch (code) {
-        case StatusCode::ok:
-            return "ok";
-        case StatusCode::usage:
-            return "usage";
-        case StatusCode::chain:
-            return "chain";
-        case StatusCode::input:
-            return "input";
-        case StatusCode::memory:
-            return "memory";
-        case StatusCode::output:
-            return "output";
-        case StatusCode::gl:
-            return "gl";
-        case StatusCode::health:
-            return "health";
-        case StatusCode::canceled:
-            return "canceled";
-        case StatusCode::internal:
-            return "internal";
-    }
-    return "unknown";
+    static constexpr const char* kNames[] = {"ok",     "usage", "chain",  "input",    "memory",
+                                             "output", "gl",    "health", "canceled", "internal"};
+    static_assert(std::size(kNames) == size_t(StatusCode::internal) + 1);
+    return kNames[size_t(code)];
 }
 
 Status Status::at(const std::string& place) const {

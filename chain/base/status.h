@@ -80,10 +80,10 @@ class [[nodiscard]] Result {
     std::variant<T, Status> state_;
 };
 
-// Returns from the function if the expression, a Status, is a failure.
-#define RETURN_IF_ERROR(...)                                                            \
-    do {                                                                                \
-        if (::postchain::Status status_ = (__VA_ARGS__); !status_.ok()) return status_; \
+// Returns from the function if the expression, a Status or another type with ok(), is a failure.
+#define RETURN_IF_ERROR(...)                                             \
+    do {                                                                 \
+        if (auto status_ = (__VA_ARGS__); !status_.ok()) return status_; \
     } while (false)
 
 // Assigns the value of the expression, a Result, to a declaration (`auto image`) or a variable;

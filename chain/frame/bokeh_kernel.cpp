@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "chain/base/parameter.h"
 
@@ -41,7 +42,7 @@ Status check(const std::vector<float>& values) {
 
 Result<BokehKernel> BokehKernel::make(std::vector<float> values, std::string file) {
     RETURN_IF_ERROR(check(values));
-    Light light;
+    Distribution light;
     const auto cell = [](double x) { return std::min(int((x + 1) / 2 * kSide), kSide - 1); };
     light.turned = {0};
     for (int i = 0; i < kAngles; ++i) {
@@ -73,11 +74,10 @@ Result<BokehKernel> BokehKernel::make(std::vector<float> values, std::string fil
     for (double& share : light.turned) share /= all;
     // -0 is 0.
     for (float& value : values) value += 0.0f;
-    light.hash =
-        hash_text({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)});
+    light.hash = hash_bytes(std::as_bytes(std::span(values)));
     light.values = std::move(values);
     BokehKernel image(std::move(file));
-    image.light_ = std::make_shared<const Light>(std::move(light));
+    image.light_ = std::make_shared<const Distribution>(std::move(light));
     return image;
 }
 

@@ -49,7 +49,7 @@ class BokehKernel {
     bool operator==(const BokehKernel& other) const;
 
   private:
-    struct Light {
+    struct Distribution {
         std::vector<float> values;
         uint64_t hash = 0;
         std::vector<double> turned;  // share of the light up to equal steps of the angle
@@ -57,7 +57,7 @@ class BokehKernel {
         std::vector<std::vector<float>> within;
     };
     std::string file_;
-    std::shared_ptr<const Light> light_;
+    std::shared_ptr<const Distribution> light_;
 };
 
 }  // namespace postchain

@@ -35,13 +35,13 @@ struct UsedValue {
     std::string row = key;  // the parameter that gave it, of the pass or of the camera
 };
 
-// A limit of a pass on a displacement that some pixels of the frame exceed: theirs is cut.
-struct Cut {
+// A limit of a pass that the displacements of some pixels exceed: these are clamped to it.
+struct ExceededLimit {
     std::string parameter;  // the limit's
     std::string what;       // "half-length of a streak"
     double limit_px = 0;
-    double largest_px = 0;  // uncut
-    RoleSet planes;         // a pixel is cut if its value in one of them, of motion the length, is
+    double largest_px = 0;  // unclamped
+    RoleSet planes;  // a pixel exceeds it if its value in one of them, of motion the length, is
     double low = 0, high = 0;  // below `low` or above `high`
 };
 

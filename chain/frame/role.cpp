@@ -1,51 +1,45 @@
 #include "chain/frame/role.h"
 
+#include <iterator>
+
 namespace postchain {
 
+namespace {
+
+struct RoleRow {
+    const char* name;
+    int channels;
+};
+
+const RoleRow& row_of(Role role) {
+    static constexpr RoleRow kRows[] = {{"color", 4},
+                                        {"inverse_depth", 1},
+                                        {"motion", 2},
+                                        {"motion_back", 2},
+                                        {"hint", 2},
+                                        {"color_before", 4},
+                                        {"inverse_depth_before", 1},
+                                        {"motion_before", 2},
+                                        {"motion_back_before", 2},
+                                        {"color_after", 4},
+                                        {"inverse_depth_after", 1},
+                                        {"motion_after", 2},
+                                        {"motion_back_after", 2},
+                                        {"layers", 4},
+                                        {"layers_before", 4},
+                                        {"layers_after", 4},
+                                        {"mattes", 1},
+                                        {"mattes_before", 1},
+                                        {"mattes_after", 1},
+                                        {"behind", 4}};
+    static_assert(std::size(kRows) == kAllRoles.size());
+    return kRows[size_t(role)];
+}
+
+}  // namespace
+
 const char* name_of(Role role) {
-    switch (role) {
-        case Role::color:
-            return "color";
-        case Role::inverse_depth:
-            return "inverse_depth";
-        case Role::motion:
-            return "motion";
-        case Role::motion_back:
-            return "motion_back";
-        case Role::hint:
-            return "hint";
-        case Role::color_before:
-            return "color_before";
-        case Role::inverse_depth_before:
-            return "inverse_depth_before";
-        case Role::motion_before:
-            return "motion_before";
-        case Role::motion_back_before:
-            return "motion_back_before";
-        case Role::color_after:
-            return "color_after";
-        case Role::inverse_depth_after:
-            return "inverse_depth_after";
-        case Role::motion_after:
-            return "motion_after";
-        case Role::motion_back_after:
-            return "motion_back_after";
-        case Role::layers:
-            return "layers";
-        case Role::layers_before:
-            return "layers_before";
-        case Role::layers_after:
-            return "layers_after";
-        case Role::mattes:
-            return "mattes";
-        case Role::mattes_before:
-            return "mattes_before";
-        case Role::mattes_after:
-            return "mattes_after";
-        case Role::behind:
-            return "behind";
-    }
-    return "unknown";
+    return row_of(role).name;
 }
 
 const char* name_of(Neighbor neighbor) {
@@ -53,32 +47,7 @@ const char* name_of(Neighbor neighbor) {
 }
 
 int channels_of(Role role) {
-    switch (role) {
-        case Role::color:
-        case Role::color_before:
-        case Role::color_after:
-        case Role::layers:
-        case Role::layers_before:
-        case Role::layers_after:
-        case Role::behind:
-            return 4;
-        case Role::inverse_depth:
-        case Role::inverse_depth_before:
-        case Role::inverse_depth_after:
-        case Role::mattes:
-        case Role::mattes_before:
-        case Role::mattes_after:
-            return 1;
-        case Role::motion:
-        case Role::motion_back:
-        case Role::hint:
-        case Role::motion_before:
-        case Role::motion_back_before:
-        case Role::motion_after:
-        case Role::motion_back_after:
-            return 2;
-    }
-    return 0;
+    return row_of(role).channels;
 }
 
 std::string RoleSet::text() const {

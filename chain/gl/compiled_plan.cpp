@@ -72,8 +72,7 @@ Status CompiledPlan::take_textures(bool labels, const std::optional<MaxFrameSize
     images_.assign(count, {});
     Status status;
     for (const Storage& storage : shared.all) {
-        auto acquired =
-            pool_->acquire(storage.format, storage.width, storage.height, storage.layers);
+        auto acquired = pool_->acquire(storage);
         status = acquired.status();
         if (!status.ok()) break;
         textures_.push_back(*acquired);
@@ -175,7 +174,7 @@ void CompiledPlan::bind(size_t index, const RunObjects& objects, size_t offset) 
             case Access::write: {
                 const ImageOf image = images_[size_t(binding.texture)];
                 glBindImageTexture(unit, name, image.level,
-                                   plan().textures[size_t(binding.texture)].layers > 0, image.layer,
+                                   plan().textures[size_t(binding.texture)].slices > 0, image.slice,
                                    binding.access == Access::read ? GL_READ_ONLY : GL_WRITE_ONLY,
                                    image_formats_[size_t(binding.texture)]);
                 break;
@@ -183,7 +182,7 @@ void CompiledPlan::bind(size_t index, const RunObjects& objects, size_t offset) 
             case Access::sample_nearest:
                 if (reads_ == Reads::images) {
                     const PlanTexture& texture = plan().textures[size_t(binding.texture)];
-                    glBindImageTexture(kFirstReadImage + unit, name, 0, texture.layers > 0, 0,
+                    glBindImageTexture(kFirstReadImage + unit, name, 0, texture.slices > 0, 0,
                                        GL_READ_ONLY, internal_format(texture.format));
                     break;
                 }

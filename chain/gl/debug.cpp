@@ -38,8 +38,4 @@ void label(unsigned kind, unsigned name, const std::string& label) {
     glObjectLabel(kind, name, GLsizei(std::min(label.size(), kMaxLength)), label.data());
 }
 
-void label_program(unsigned program, const std::string& text) {
-    label(GL_PROGRAM, program, text);
-}
-
 }  // namespace postchain::gl

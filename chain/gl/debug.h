@@ -24,8 +24,7 @@ class DebugGroup {
   private:
     bool pushed_ = false;
 };
-// `kind` is GL_TEXTURE or GL_BUFFER.
+// `kind`: GL_TEXTURE, GL_BUFFER or GL_PROGRAM.
 void label(unsigned kind, unsigned name, const std::string& label);
-void label_program(unsigned program, const std::string& label);
 
 }  // namespace postchain::gl

@@ -50,8 +50,7 @@ Status Executor::show(const Plan& plan, int step, const StageObserver& observer)
                     again || (other.access == Access::write && other.texture == binding.texture);
         if (again) continue;
         const auto& texture = plan.textures[size_t(binding.texture)];
-        auto pixels = transfers_.download(running_->name_of(binding.texture), texture.format,
-                                          texture.width, texture.height, texture.layers);
+        auto pixels = transfers_.download(running_->name_of(binding.texture), texture);
         if (!pixels.ok()) return pixels.status().at(texture.name);
         RETURN_IF_ERROR(observer(plan.steps[size_t(step)], texture, *pixels));
     }
@@ -149,8 +148,7 @@ Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
             results[role] = inputs.at(texture.role);
             continue;
         }
-        auto pixels = transfers_.download(running_->name_of(id), texture.format, texture.width,
-                                          texture.height, texture.layers, meanwhile);
+        auto pixels = transfers_.download(running_->name_of(id), texture, meanwhile);
         status = pixels.status();
         if (status.ok()) results[role] = std::move(*pixels);
     }
@@ -169,10 +167,7 @@ Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
 Result<gl::Texture*> Executor::fill_texture(const PlanTexture& texture, const ImageF& pixels) {
     for (auto ahead = ahead_.begin(); ahead != ahead_.end(); ++ahead) {
         gl::Texture* const known = ahead->texture;
-        if (ahead->pixels.get() != &pixels || known->format != texture.format ||
-            known->width != texture.width || known->height != texture.height ||
-            known->layers != texture.layers)
-            continue;
+        if (ahead->pixels.get() != &pixels || *known != texture) continue;
         pool_.touch(known);
         const Status status = transfers_.finish(ahead->upload);
         if (!status.ok()) pool_.release(known);
@@ -180,8 +175,7 @@ Result<gl::Texture*> Executor::fill_texture(const PlanTexture& texture, const Im
         if (!status.ok()) return status;
         return known;
     }
-    ASSIGN_OR_RETURN(auto made,
-                     pool_.acquire(texture.format, texture.width, texture.height, texture.layers));
+    ASSIGN_OR_RETURN(auto made, pool_.acquire(texture));
     if (Status status = transfers_.upload(*made, pixels); !status.ok()) {
         pool_.release(made);
         return status;
@@ -204,8 +198,7 @@ void Executor::begin_uploads(const NextRun& next) {
         const auto plane = next.planes->find(texture.role);
         if (!texture.imported || !next.plan->reads.has(texture.role) || plane == next.planes->end())
             continue;
-        auto made =
-            pool_.acquire(texture.format, texture.width, texture.height, texture.layers, true);
+        auto made = pool_.acquire(texture, true);
         if (!made.ok()) return;  // the run reports it
         ahead_.push_back({plane->second, *made, {*made, plane->second.get()}});
     }

@@ -59,10 +59,6 @@ struct BinaryHeader {
     uint32_t pad = 0;
 };
 
-uint64_t hash_of(std::span<const std::byte> bytes) {
-    return hash_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
 // A format that the driver does not know would be a GL error.
 bool is_binary_format(uint32_t format) {
     GLint count = 0;
@@ -118,7 +114,7 @@ Result<unsigned> ProgramCache::finish(const ProgramKey& key, const Begun& begun)
     }
     glDeleteShader(begun.shader);
     if (linked) {
-        label_program(begun.program, key.text());
+        label(GL_PROGRAM, begun.program, key.text());
         return begun.program;
     }
     glDeleteProgram(begun.program);
@@ -147,7 +143,7 @@ bool ProgramCache::load(const ProgramKey& key, const std::string& source) {
     if (bytes.size() <= sizeof(header)) return false;
     std::memcpy(&header, bytes.data(), sizeof(header));
     const auto binary = std::span(bytes).subspan(sizeof(header));
-    if (header.hash != hash_of(binary) || !is_binary_format(header.format)) return false;
+    if (header.hash != hash_bytes(binary) || !is_binary_format(header.format)) return false;
     const GLuint program = glCreateProgram();
     glProgramBinary(program, header.format, binary.data(), GLsizei(binary.size()));
     GLint linked = 0;
@@ -156,7 +152,7 @@ bool ProgramCache::load(const ProgramKey& key, const std::string& source) {
         glDeleteProgram(program);
         return false;
     }
-    label_program(program, key.text());
+    label(GL_PROGRAM, program, key.text());
     entries_[key.text()] = {describe(program), hash};
     ++compiled_;
     ++loaded_;
@@ -176,7 +172,7 @@ void ProgramCache::store(const ProgramKey& key, uint64_t source_hash, unsigned p
     if (written <= 0) return;
     bytes.resize(sizeof(header) + size_t(written));
     header.format = format;
-    header.hash = hash_of(std::span(bytes).subspan(sizeof(header)));
+    header.hash = hash_bytes(std::span(bytes).subspan(sizeof(header)));
     std::memcpy(bytes.data(), &header, sizeof(header));
     binaries_.store(binary_key(key, source_hash), bytes);
 }

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "chain/gl/debug.h"
 
@@ -14,42 +15,20 @@ struct GlFormat {
 };
 
 GlFormat gl_format(Format format) {
-    switch (format) {
-        case Format::rgba32f:
-            return {GL_RGBA32F, GL_RGBA};
-        case Format::rgba16f:
-            return {GL_RGBA16F, GL_RGBA};
-        case Format::rg32f:
-            return {GL_RG32F, GL_RG};
-        case Format::rg16f:
-            return {GL_RG16F, GL_RG};
-        case Format::r32f:
-            return {GL_R32F, GL_RED};
-        case Format::r16f:
-            return {GL_R16F, GL_RED};
-        case Format::rgba8:
-            return {GL_RGBA8, GL_RGBA};
-        case Format::rg8:
-            return {GL_RG8, GL_RG};
-        case Format::r8:
-            return {GL_R8, GL_RED};
-        case Format::rgba32ui:
-            return {GL_RGBA32UI, GL_RGBA_INTEGER};
-        case Format::r32ui:
-            return {GL_R32UI, GL_RED_INTEGER};
-        case Format::work_list:
-            break;
-    }
-    return {0, 0};
-}
-
-uint64_t bytes_of(const Texture& texture) {
-    PlanTexture like;
-    like.format = texture.format;
-    like.width = texture.width;
-    like.height = texture.height;
-    like.layers = texture.layers;
-    return like.bytes();
+    static constexpr GlFormat kFormats[] = {{GL_RGBA32F, GL_RGBA},
+                                            {GL_RGBA16F, GL_RGBA},
+                                            {GL_RG32F, GL_RG},
+                                            {GL_RG16F, GL_RG},
+                                            {GL_R32F, GL_RED},
+                                            {GL_R16F, GL_RED},
+                                            {GL_RGBA8, GL_RGBA},
+                                            {GL_RG8, GL_RG},
+                                            {GL_R8, GL_RED},
+                                            {GL_RGBA32UI, GL_RGBA_INTEGER},
+                                            {GL_R32UI, GL_RED_INTEGER},
+                                            {0, 0}};  // a work list
+    static_assert(std::size(kFormats) == size_t(Format::work_list) + 1);
+    return kFormats[size_t(format)];
 }
 
 // True if the texture has storage now. GL's error flag is not read: it is the host's.
@@ -57,15 +36,15 @@ bool create(Texture& texture) {
     GLint made = GL_FALSE;
     if (texture.format == Format::work_list) {
         glCreateBuffers(1, &texture.name);
-        glNamedBufferStorage(texture.name, GLsizeiptr(bytes_of(texture)), nullptr, 0);
+        glNamedBufferStorage(texture.name, GLsizeiptr(texture.bytes()), nullptr, 0);
         glGetNamedBufferParameteriv(texture.name, GL_BUFFER_IMMUTABLE_STORAGE, &made);
         return made == GL_TRUE;
     }
     const GLenum internal = gl_format(texture.format).internal;
-    if (texture.layers > 0) {
+    if (texture.slices > 0) {
         glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture.name);
         glTextureStorage3D(texture.name, 1, internal, texture.width, texture.height,
-                           texture.layers);
+                           texture.slices);
     } else {
         glCreateTextures(GL_TEXTURE_2D, 1, &texture.name);
         glTextureStorage2D(texture.name, 1, internal, texture.width, texture.height);
@@ -95,36 +74,27 @@ TexturePool::~TexturePool() {
     for (const auto& texture : textures_) destroy(*texture);
 }
 
-Result<Texture*> TexturePool::acquire(Format format, int width, int height, int layers,
-                                      bool apart) {
+Result<Texture*> TexturePool::acquire(const Storage& storage, bool apart) {
     for (const auto& texture : textures_) {
-        if (texture->in_use || (apart && texture->plans > 0) || texture->format != format ||
-            texture->width != width || texture->height != height || texture->layers != layers)
-            continue;
+        if (texture->in_use || (apart && texture->plans > 0) || *texture != storage) continue;
         texture->in_use = true;
         texture->last_used = frame_;
         return texture.get();
     }
-    const std::string doing =
-        concat("allocating a texture of ", width, "x", height,
-               layers > 0 ? concat("x", layers) : std::string(), " ", name_of(format));
+    const std::string doing = "allocating a texture of " + storage.text();
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
-    if (format != Format::work_list && (width > limit || height > limit))
+    if (storage.format != Format::work_list && std::max(storage.width, storage.height) > limit)
         return Status(StatusCode::gl, concat(doing, ": this device's limit is ", limit, " a side"));
-    GLint most_layers = 0;
-    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
-    if (layers > most_layers)
+    GLint most_slices = 0;
+    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_slices);
+    if (storage.slices > most_slices)
         return Status(StatusCode::gl,
-                      concat(doing, ": this device's limit is ", most_layers, " layers"));
-    auto texture = std::make_unique<Texture>();
-    texture->format = format;
-    texture->width = width;
-    texture->height = height;
-    texture->layers = layers;
+                      concat(doing, ": this device's limit is ", most_slices, " slices"));
+    auto texture = std::make_unique<Texture>(Texture{storage});
     texture->in_use = true;
     texture->last_used = frame_;
-    if (budget_ > 0 && bytes_ + bytes_of(*texture) > budget_)
+    if (budget_ > 0 && bytes_ + texture->bytes() > budget_)
         return Status(StatusCode::memory, concat(doing, ": ", bytes_,
                                                  " bytes are in use, and the budget is ", budget_));
     if (!create(*texture)) {
@@ -132,7 +102,7 @@ Result<Texture*> TexturePool::acquire(Format format, int width, int height, int 
         return Status(StatusCode::memory, check_error(doing).message());
     }
     ++allocations_;
-    bytes_ += bytes_of(*texture);
+    bytes_ += texture->bytes();
     bytes_peak_ = std::max(bytes_peak_, bytes_);
     textures_.push_back(std::move(texture));
     return textures_.back().get();
@@ -149,7 +119,7 @@ void TexturePool::begin_frame() {
 void TexturePool::trim(uint64_t frames) {
     std::erase_if(textures_, [&](const auto& texture) {
         if (texture->plans > 0 || !unused(*texture, frames)) return false;
-        bytes_ -= bytes_of(*texture);
+        bytes_ -= texture->bytes();
         destroy(*texture);
         return true;
     });

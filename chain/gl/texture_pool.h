@@ -1,6 +1,5 @@
-// Textures and work lists by (format, width, height, layers), acquired and released by the
-// executor; nothing is freed until the pool is trimmed, so that the second frame of a size
-// allocates nothing.
+// Textures and work lists by their storage, acquired and released by the executor; nothing is freed
+// until the pool is trimmed, so that the second frame of a size allocates nothing.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +16,8 @@ unsigned internal_format(Format format);
 // GL's name of the channels of its pixels.
 unsigned external_format(Format format);
 
-struct Texture {
+struct Texture : Storage {
     unsigned name = 0;  // GL texture, immutable storage, one level; for a work list a GL buffer
-    Format format = Format::rgba32f;
-    int width = 0;
-    int height = 0;
-    int layers = 0;  // layers of an array; 0: not an array
     bool in_use = false;
     int plans = 0;  // that are compiled and write into it
     uint64_t last_used = 0;
@@ -38,8 +33,7 @@ class TexturePool {
     // or the budget is spent, StatusCode::gl if the size limit is exceeded. GL's error flag is read
     // only if GL refuses, so that no error stays in it. `apart`: not one that a compiled plan,
     // which may run now, writes.
-    Result<Texture*> acquire(Format format, int width, int height, int layers = 0,
-                             bool apart = false);
+    Result<Texture*> acquire(const Storage& storage, bool apart = false);
     void release(Texture* texture);
     void begin_frame();
     // It is used in this frame, without being acquired again.

@@ -18,24 +18,25 @@ constexpr size_t kPieces = 32;
 
 // How a plane is laid out in a buffer.
 struct Layout {
-    int width, height, layers, channels;
+    int width, height, slices, channels;
     GLenum external, type;
 
-    Layout(Format format, int w, int h, int l)
-        : width(w),
-          height(h),
-          layers(std::max(l, 1)),
-          channels(channels_of(format)),
-          external(external_format(format)) {
+    explicit Layout(const Storage& storage)
+        : width(storage.width),
+          height(storage.height),
+          slices(std::max(storage.slices, 1)),
+          channels(channels_of(storage.format)),
+          external(external_format(storage.format)) {
+        const Format format = storage.format;
         const bool half =
             format == Format::rgba16f || format == Format::rg16f || format == Format::r16f;
         const bool bits = format == Format::rgba32ui || format == Format::r32ui;
         type = half ? GL_HALF_FLOAT : bits ? GL_UNSIGNED_INT : GL_FLOAT;
     }
-    int rows() const { return height * layers; }
+    int rows() const { return height * slices; }
     size_t row_values() const { return size_t(width) * size_t(channels); }
     size_t row_bytes() const { return row_values() * (type == GL_HALF_FLOAT ? 2 : 4); }
-    // Rows of a piece that begins at this one: of one layer.
+    // Rows of a piece that begins at this one: of one slice.
     int rows_of_piece(int first) const {
         const auto fit = int(PixelRing::kPieceBytes / row_bytes());
         return std::min(std::max(fit, 1), height - first % height);
@@ -43,11 +44,10 @@ struct Layout {
 };
 
 bool fits(const Upload& upload) {
-    const Texture& texture = *upload.texture;
+    const Layout layout(*upload.texture);
     const ImageF& pixels = *upload.pixels;
-    return pixels.width == texture.width &&
-           pixels.height == texture.height * std::max(texture.layers, 1) &&
-           pixels.channels == channels_of(texture.format);
+    return pixels.width == layout.width && pixels.height == layout.rows() &&
+           pixels.channels == layout.channels;
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ Status PixelRing::make(bool plain) {
 
 void Transfers::hand_over(Upload& upload) {
     const Texture& texture = *upload.texture;
-    const Layout layout(texture.format, texture.width, texture.height, texture.layers);
+    const Layout layout(texture);
     const int rows = layout.rows_of_piece(upload.row);
     const size_t number = next_up_++, values = size_t(rows) * layout.row_values();
     const float* from = upload.pixels->data.data() + size_t(upload.row) * layout.row_values();
@@ -89,11 +89,11 @@ void Transfers::hand_over(Upload& upload) {
         place = from;
     else
         std::memcpy(up_.piece(number), from, values * sizeof(float));
-    const int layer = upload.row / layout.height, y = upload.row % layout.height;
+    const int slice = upload.row / layout.height, y = upload.row % layout.height;
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, up_.buffer());
-    if (texture.layers > 0)
-        glTextureSubImage3D(texture.name, 0, 0, y, layer, layout.width, rows, 1, layout.external,
+    if (texture.slices > 0)
+        glTextureSubImage3D(texture.name, 0, 0, y, slice, layout.width, rows, 1, layout.external,
                             layout.type, place);
     else
         glTextureSubImage2D(texture.name, 0, 0, y, layout.width, rows, layout.external, layout.type,
@@ -126,10 +126,11 @@ Status Transfers::upload(const Texture& texture, const ImageF& pixels) {
     return finish(upload);
 }
 
-Result<ImageF> Transfers::download(unsigned texture, Format format, int width, int height,
-                                   int layers, const Meanwhile& meanwhile) {
+Result<ImageF> Transfers::download(unsigned texture, const Storage& storage,
+                                   const Meanwhile& meanwhile) {
     RETURN_IF_ERROR(down_.make(software_));
-    const Layout layout(format, width, height, layers);
+    const Layout layout(storage);
+    const int width = layout.width, height = layout.height;
     ImageF pixels(width, layout.rows(), layout.channels);
     const bool halves = layout.type == GL_HALF_FLOAT, direct = software_ && !halves;
     const auto row = [&](int number) {

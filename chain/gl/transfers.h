@@ -44,11 +44,11 @@ class PixelRing {
 };
 
 // A plane on its way to a texture: float pixels, whose channels match the texture's format. The
-// layers of an array lie one below another.
+// slices of an array lie one below another.
 struct Upload {
     const Texture* texture = nullptr;
     const ImageF* pixels = nullptr;
-    int row = 0;  // the first that is not yet handed over, over all layers
+    int row = 0;  // the first that is not yet handed over, over all slices
 };
 
 class Transfers {
@@ -59,7 +59,8 @@ class Transfers {
     // Hands over all that is left.
     Status finish(Upload& upload);
     Status upload(const Texture& texture, const ImageF& pixels);
-    Result<ImageF> download(unsigned texture, Format format, int width, int height, int layers = 0,
+    // `texture`: GL's name.
+    Result<ImageF> download(unsigned texture, const Storage& storage,
                             const Meanwhile& meanwhile = {});
 
   private:

@@ -182,12 +182,8 @@ Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (
         return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
                                        ": there is nothing to do")};
     std::array<int, 2> depth_size, motion_size;
-    if (Failure failure = check_plane_size("depth_size", given->depth_size, frame, depth_size);
-        !failure.ok())
-        return failure;
-    if (Failure failure = check_plane_size("motion_size", given->motion_size, frame, motion_size);
-        !failure.ok())
-        return failure;
+    RETURN_IF_ERROR(check_plane_size("depth_size", given->depth_size, frame, depth_size));
+    RETURN_IF_ERROR(check_plane_size("motion_size", given->motion_size, frame, motion_size));
     const int w = frame.width, h = frame.height;
     const struct {
         Member member;
@@ -206,7 +202,7 @@ Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (
         {{"output", given->output, given->output_slice, w, h, frame.output}, 3, false},
         {{"exposure", given->exposure, {}, 1, 1, frame.exposure}, 1, true}};
     for (const auto& [member, least_channels, depth] : members) {
-        if (Failure failure = check_texture(member, find); !failure.ok()) return failure;
+        RETURN_IF_ERROR(check_texture(member, find));
         const HostFormat* format = member.checked.format;
         if (!format) continue;
         if (format->channels < least_channels || (format->depth && !depth))
@@ -219,7 +215,7 @@ Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (
                                        "GL_RGBA16F or another of those in postchain.h")};
     if (given->debug_view && strnlen(given->debug_view, kLongestView + 1) > kLongestView)
         return {PC_ERROR_ARGUMENT, concat("debug_view: longer than ", kLongestView, " letters")};
-    if (Failure failure = check_numbers(frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_numbers(frame));
     if (given->debug_view && std::string_view(given->debug_view).starts_with("host.color") &&
         frame.output.name == frame.color.name && !frame.output_is_color())
         return {PC_ERROR_ARGUMENT,

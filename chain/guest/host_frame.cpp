@@ -261,7 +261,7 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
         return glm::ivec4(frame.color.image.*member, frame.depth.image.*member,
                           frame.motion.image.*member, frame.mask.image.*member);
     };
-    uniforms.layers = each(&ImageOf::layer);
+    uniforms.slices = each(&ImageOf::slice);
     uniforms.levels = each(&ImageOf::level);
     if (frame.has_depth_range()) {
         uniforms.clips = 1;

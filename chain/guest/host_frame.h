@@ -38,7 +38,7 @@ struct HostTexture {
     uint32_t name = 0;
     const HostFormat* format = nullptr;
     bool at_origin = false;     // the frame's rectangle begins at its first texel
-    ImageOf image;              // the layer and level that count
+    ImageOf image;              // the slice and level that count
     bool array = false;         // a GL_TEXTURE_2D_ARRAY
     int width = 0, height = 0;  // texels of the frame's rectangle
 };

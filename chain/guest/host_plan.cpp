@@ -11,10 +11,6 @@ namespace {
 
 constexpr int kExposureUnit = 3;
 
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
 ProgramKey import_program(bool exposure, uint32_t arrays, bool halved) {
     constexpr uint32_t kImported = GUEST_ARRAY_COLOR | GUEST_ARRAY_DEPTH | GUEST_ARRAY_MOTION;
     return {"guest/import.comp",
@@ -73,7 +69,7 @@ class Builder {
         for (const Step& step : plan().steps)
             for (const Binding& binding : step.bindings)
                 if (binding.access == Access::sample_nearest &&
-                    plan().textures[size_t(binding.texture)].layers > 0)
+                    plan().textures[size_t(binding.texture)].slices > 0)
                     host_.samples_arrays = true;
         return std::move(host_);
     }
@@ -252,7 +248,7 @@ class Builder {
         if (as == "color") kind = "0";
         if (as == "number") kind = "1";
         if (as == "vector") kind = "2";
-        const bool array = texture.layers > 0;
+        const bool array = texture.slices > 0;
         if (bits || array ||
             (!as.empty() && (list || (as != "color" && as != "number" && as != "vector"))))
             return Status(StatusCode::usage, concat("debug_view: \"", view, "\" cannot be drawn; ",
@@ -401,7 +397,7 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, 
         if (host.shown != id) continue;
         uniforms.shown_at = {texture.x, texture.y};
         uniforms.shown_size = {checked.width, checked.height};
-        uniforms.shown_image = {checked.image.layer, checked.image.level};
+        uniforms.shown_image = {checked.image.slice, checked.image.level};
     }
     return uniforms;
 }

@@ -55,7 +55,7 @@ Failure check_size(const Struct* given, const char* name) {
 // `read` becomes `given`, or `copy` if the host's struct is smaller.
 template <class Struct>
 Failure read_struct(const Struct* given, const char* name, Struct& copy, const Struct*& read) {
-    if (Failure failure = check_size(given, name); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_size(given, name));
     read = given;
     if (given->struct_size >= sizeof(Struct)) return {};
     copy = {};
@@ -67,7 +67,7 @@ Failure read_struct(const Struct* given, const char* name, Struct& copy, const S
 // Calls work(Struct&) -> Failure on a whole struct, and writes the members that the host has.
 template <class Struct, class Work>
 Failure change_struct(Struct* given, const char* name, const Work& work) {
-    if (Failure failure = check_size(given, name); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_size(given, name));
     const uint32_t host_size = given->struct_size;
     const size_t size = std::min(size_t(host_size), sizeof(Struct));
     Struct whole = {};

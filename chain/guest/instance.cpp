@@ -45,14 +45,14 @@ std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame,
 
 Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& instance) {
     std::unique_ptr<Instance> made(new Instance(info));
-    if (Failure failure = made->open(); !failure.ok()) return failure;
+    RETURN_IF_ERROR(made->open());
     instance = std::move(made);
     return {};
 }
 
 Failure Instance::open() {
     const bool own = (info_.flags & PC_OWN_CONTEXT) != 0;
-    if (Failure failure = check_epoxy(); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_epoxy());
     context_ = ContextId::current();
     if (own && context_)
         return {
@@ -67,8 +67,8 @@ Failure Instance::open() {
     if (!context_)
         return {PC_ERROR_CONTEXT,
                 "no GL context of EGL or GLX is current on this thread; make the host's current"};
-    if (Failure failure = check_version(); !failure.ok()) return failure;
-    if (Failure failure = check_loader(info_); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_version());
+    RETURN_IF_ERROR(check_loader(info_));
     device_ =
         gl::describe_current([this](const std::string& message) { log(PC_LOG_WARNING, message); });
     gl_version_ = uint32_t(epoxy_gl_version());
@@ -145,11 +145,11 @@ Failure Instance::check_size(const HostFrame& frame) const {
 }
 
 Failure Instance::check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame) {
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (Failure failure = check_size(frame); !failure.ok()) return failure;
-    if (Failure failure = check_context(); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_frame(given, frame));
+    RETURN_IF_ERROR(check_size(frame));
+    RETURN_IF_ERROR(check_context());
     focused_.clear();
-    if (Failure failure = Focus::find_places(*chain.chain, focused_); !failure.ok()) return failure;
+    RETURN_IF_ERROR(Focus::find_places(*chain.chain, focused_));
     if (!focused_.empty()) frame.focus = &objects_->focus.now(chain.id, focused_);
     return {};
 }
@@ -173,7 +173,7 @@ Failure Instance::ready_focus(const HostFrame& frame) {
 Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
     if (!frame.focus || frame.depth.name == 0) return {};
     if (!objects_->programs.has(Focus::program(frame))) return plans_.not_prepared(chain, frame);
-    if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(ready_focus(frame));
     ++plans_.dispatches;
     return keep_state(Focus::kUsed, frame.arrays() != 0, [&] {
         return objects_->focus.follow(chain.id, focused_, frame, objects_->run);
@@ -194,17 +194,15 @@ std::vector<ProgramKey> Instance::programs_to_prepare(const ChainHandle& chain,
 Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool wait) {
     const ChainVersion chain = budgets_.version(handle);
     HostFrame frame;
-    if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check(chain, given, frame));
     const size_t before = objects_->programs.compiled();
     const auto list = [&](const Plan& plan) {
         max_sizes_.restore(chain.id);
         return programs_to_prepare(handle, frame, plan);
     };
-    if (Failure failure = plans_.compile_programs(chain, frame, wait, list); !failure.ok())
-        return failure;
+    RETURN_IF_ERROR(plans_.compile_programs(chain, frame, wait, list));
     if (!wait && objects_->programs.compiled() > before) return {PC_PENDING, ""};
-    if (frame.focus && frame.depth.name)
-        if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
+    if (frame.focus && frame.depth.name) RETURN_IF_ERROR(ready_focus(frame));
     objects_->pool.begin_frame();
     pc_frame cut = *given;
     cut.flags ^= PC_CAMERA_CUT;
@@ -214,7 +212,7 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
     other.focus = frame.focus;
     if (checked && find_or_make(chain, other, entry).ok() && !warm_up(*entry, other, wait))
         return {PC_PENDING, ""};
-    if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
+    RETURN_IF_ERROR(find_or_make(chain, frame, entry));
     return warm_up(*entry, frame, wait) ? Failure() : Failure(PC_PENDING, "");
 }
 
@@ -298,10 +296,10 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     const ChainVersion version = budgets_.version(handle);
     const Chain& chain = *version.chain;
     HostFrame frame;
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (Failure failure = check_size(frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_frame(given, frame));
+    RETURN_IF_ERROR(check_size(frame));
     Focus::Depths focused;
-    if (Failure failure = Focus::find_places(chain, focused); !failure.ok()) return failure;
+    RETURN_IF_ERROR(Focus::find_places(chain, focused));
     if (!focused.empty()) frame.focus = &focused;
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame));
     plans_.count_needs(host.plan, max_sizes_.expected(frame),
@@ -312,15 +310,15 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
 Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_texture& result) {
     ChainVersion chain = budgets_.version(handle);
     HostFrame frame;
-    if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check(chain, given, frame));
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
     if (validates) {
         if (Status left = gl::check_error("the host left an error"); !left.ok())
             log(PC_LOG_WARNING, left.message());
-        if (Failure failure = check_deeper(frame); !failure.ok()) return failure;
-        if (Failure failure = validate(frame); !failure.ok()) return failure;
+        RETURN_IF_ERROR(check_deeper(frame));
+        RETURN_IF_ERROR(validate(frame));
     }
-    if (Failure failure = follow_focus(chain, frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(follow_focus(chain, frame));
     ++plans_.frames;
     const bool timed = budgets_.govern(handle, objects_->clock, plans_.frames);
     chain = budgets_.version(handle);

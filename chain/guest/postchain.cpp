@@ -50,6 +50,20 @@ pc_result call(pc_chain* chain, const Work& work) {
     });
 }
 
+// A call with a chain and a struct of the host, such as a frame.
+template <class Struct, class Work>
+pc_result call(pc_instance* instance, pc_chain* chain, const Struct* given, const char* name,
+               const Work& work) {
+    return call(instance, [&]() -> Failure {
+        const Use use(chain, "chain");
+        RETURN_IF_ERROR(use.failure());
+        Struct copy;
+        const Struct* whole = nullptr;
+        RETURN_IF_ERROR(read_struct(given, name, copy, whole));
+        return work(*instance->is, chain->is, *whole);
+    });
+}
+
 }  // namespace
 
 extern "C" {
@@ -92,8 +106,7 @@ pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
         *instance = nullptr;
         pc_create_info copy;
         const pc_create_info* info = nullptr;
-        if (Failure failure = read_struct(given, "pc_create_info", copy, info); !failure.ok())
-            return failure;
+        RETURN_IF_ERROR(read_struct(given, "pc_create_info", copy, info));
         if (info->api_version >> 16 != PC_API_VERSION >> 16)
             return {PC_ERROR_VERSION,
                     concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
@@ -105,7 +118,7 @@ pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
                                              " has a bit that this library does not know")};
         if (info->reserved != 0) return {PC_ERROR_VERSION, "pc_create_info.reserved is not 0"};
         auto made = std::make_unique<pc_instance>();
-        if (Failure failure = Instance::create(*info, made->is); !failure.ok()) return failure;
+        RETURN_IF_ERROR(Instance::create(*info, made->is));
         Use::begin_life(made.get(), "instance");
         *instance = made.release();
         return {};
@@ -239,30 +252,20 @@ pc_result pc_use_conventions(const char* engine, pc_frame* frame) {
 }
 
 pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
-    return call(instance, [&]() -> Failure {
-        const Use use(chain, "chain");
-        if (!use.failure().ok()) return use.failure();
-        pc_frame copy;
-        const pc_frame* whole = nullptr;
-        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
-            return failure;
-        return instance->is->prepare(chain->is, whole, wait != 0);
-    });
+    return call(instance, chain, frame, "pc_frame",
+                [&](Instance& is, const ChainHandle& of, const pc_frame& whole) {
+                    return is.prepare(of, &whole, wait != 0);
+                });
 }
 
 pc_result pc_query_frame(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                          pc_frame_needs* needs) {
-    return call(instance, [&]() -> Failure {
-        const Use use(chain, "chain");
-        if (!use.failure().ok()) return use.failure();
-        pc_frame copy;
-        const pc_frame* whole = nullptr;
-        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
-            return failure;
-        return change_struct(needs, "pc_frame_needs", [&](pc_frame_needs& out) {
-            return instance->is->needs_of(chain->is, whole, out);
-        });
-    });
+    return call(instance, chain, frame, "pc_frame",
+                [&](Instance& is, const ChainHandle& of, const pc_frame& whole) {
+                    return change_struct(needs, "pc_frame_needs", [&](pc_frame_needs& out) {
+                        return is.needs_of(of, &whole, out);
+                    });
+                });
 }
 
 pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
@@ -275,7 +278,7 @@ pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
     const pc_result code = call(instance, [&]() -> Failure {
         if (!read.ok()) return read;
         const Use use(chain, "chain");
-        if (!use.failure().ok()) return use.failure();
+        RETURN_IF_ERROR(use.failure());
         return instance->is->run(chain->is, whole, picture);
     });
     if (result) *result = code < 0 ? color : picture;
@@ -295,7 +298,7 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
                      uint64_t* frame_number) {
     return call(instance, [&]() -> Failure {
         if (!count || (!times && *count > 0)) return {PC_ERROR_ARGUMENT, "times or count is NULL"};
-        if (Failure failure = instance->is->check_context(); !failure.ok()) return failure;
+        RETURN_IF_ERROR(instance->is->check_context());
         const postchain::gl::Times* newest = instance->is->newest_times();
         if (!newest) return {PC_PENDING, ""};
         const uint32_t room = *count;
@@ -312,22 +315,17 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
 }
 
 pc_result pc_set_budget(pc_instance* instance, pc_chain* chain, const pc_budget* budget) {
-    return call(instance, [&]() -> Failure {
-        const Use use(chain, "chain");
-        if (!use.failure().ok()) return use.failure();
-        pc_budget copy;
-        const pc_budget* whole = nullptr;
-        if (Failure failure = read_struct(budget, "pc_budget", copy, whole); !failure.ok())
-            return failure;
-        return instance->is->set_budget(chain->is, *whole);
-    });
+    return call(instance, chain, budget, "pc_budget",
+                [&](Instance& is, const ChainHandle& of, const pc_budget& whole) {
+                    return is.set_budget(of, whole);
+                });
 }
 
 pc_result pc_query_budget(const pc_instance* instance, const pc_chain* chain,
                           pc_budget_state* state) {
     return look(instance, "instance", [&]() -> Failure {
         const Use use(chain, "chain");
-        if (!use.failure().ok()) return use.failure();
+        RETURN_IF_ERROR(use.failure());
         return change_struct(state, "pc_budget_state", [&](pc_budget_state& whole) {
             instance->is->budget(chain->is, whole);
             return Failure();
@@ -354,11 +352,10 @@ pc_result pc_check_motion(pc_instance* instance, const pc_frame* frame,
     return call(instance, [&]() -> Failure {
         if (!other_color || !signs || !margin)
             return {PC_ERROR_ARGUMENT, "other_color, signs or margin is NULL"};
-        if (Failure failure = instance->is->check_context(); !failure.ok()) return failure;
+        RETURN_IF_ERROR(instance->is->check_context());
         pc_frame copy;
         const pc_frame* whole = nullptr;
-        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
-            return failure;
+        RETURN_IF_ERROR(read_struct(frame, "pc_frame", copy, whole));
         return postchain::guest::check_motion(whole, *other_color, signs, *margin);
     });
 }

@@ -122,7 +122,7 @@ ImageF read(const pc_texture& texture, const HostTexture& checked, const HostFra
             int channels) {
     ImageF stored(checked.width, checked.height, channels);
     glGetTextureSubImage(texture.name, checked.image.level, texture.x, texture.y,
-                         checked.image.layer, stored.width, stored.height, 1,
+                         checked.image.slice, stored.width, stored.height, 1,
                          channels == 2 ? GL_RG : GL_RGBA, GL_FLOAT,
                          GLsizei(stored.data.size() * sizeof(float)), stored.data.data());
     ImageF plane(frame.width, frame.height, channels);
@@ -165,9 +165,9 @@ Failure validate(const char* member, const pc_texture& given, const HostTexture&
     glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_DEPTH, &depth);
     glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_INTERNAL_FORMAT, &format);
     if (width == 0) return fault(no_level);
-    if (image.layer >= depth)
+    if (image.slice >= depth)
         return fault(
-            concat("has ", depth, " layers, and ", member, "_slice.layer is ", image.layer));
+            concat("has ", depth, " layers, and ", member, "_slice.layer is ", image.slice));
     if (width != given.width || height != given.height)
         return fault(concat("is ", width, "x", height, ", not ", given.width, "x", given.height));
     if (const char* unsized = name_of_unsized(format))
@@ -209,9 +209,7 @@ Failure validate(const HostFrame& frame) {
         {"motion", given.motion, frame.motion},       {"mask", given.mask, frame.mask},
         {"exposure", given.exposure, frame.exposure}, {"output", given.output, frame.output}};
     for (const auto& [member, texture, checked] : all)
-        if (Failure failure = validate(member, texture, checked, &texture == &given.output);
-            !failure.ok())
-            return failure;
+        RETURN_IF_ERROR(validate(member, texture, checked, &texture == &given.output));
     return {};
 }
 
@@ -221,7 +219,7 @@ Failure check_motion(const pc_frame* of_host, const pc_texture& other_color, int
     whole.flags &= ~uint32_t(PC_HALF_RESOLUTION);
     const pc_frame* given = &whole;
     HostFrame frame;
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_frame(given, frame));
     if (frame.motion.name == 0)
         return {PC_ERROR_INPUT, "motion: name 0; give the texture to check"};
     if (other_color.name == 0 || other_color.x < 0 || other_color.y < 0 ||
@@ -229,9 +227,8 @@ Failure check_motion(const pc_frame* of_host, const pc_texture& other_color, int
         other_color.height < frame.height || other_color.y > other_color.height - frame.height)
         return {PC_ERROR_INPUT, "other_color: not given, or it does not cover the frame"};
     gl::forget_errors();  // the host's, which would look like those of the queries
-    if (Failure failure = validate(frame); !failure.ok()) return failure;
-    if (Failure failure = validate("other_color", other_color, frame.color, false); !failure.ok())
-        return failure;
+    RETURN_IF_ERROR(validate(frame));
+    RETURN_IF_ERROR(validate("other_color", other_color, frame.color, false));
     const shared::GuestUniforms uniforms = uniforms_of(frame);
     const DensePacking packing;
     FramePlanes planes;

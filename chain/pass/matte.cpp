@@ -39,7 +39,7 @@ class MattedPass : public PassOnFrame {
 
     Reach reach() const override { return pass().reach(); }
     std::vector<UsedValue> used_values() const override { return pass().used_values(); }
-    std::vector<Cut> cuts() const override { return pass().cuts(); }
+    std::vector<ExceededLimit> exceeded_limits() const override { return pass().exceeded_limits(); }
     TileEdge tile_edge() const override { return pass().tile_edge(); }
     std::optional<Identity> identity(const PlanContext& context) const override {
         return pass().identity(seen(context));
@@ -194,7 +194,7 @@ void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int mat
         step.bindings.push_back({2, planner.input(role(Role::layers))});
     }
     step.take_uniforms<shared::FrameUniforms>();
-    step.taps = uint64_t(frame.width) * uint64_t(frame.height) * uint64_t(layers + 2);
+    step.taps = frame.pixels() * uint64_t(layers + 2);
     planner.step(std::move(step));
     planner.output(role(Role::layers), held);
 }
@@ -218,7 +218,6 @@ struct Filtered {
 // Adds the step that lays the object over the filtered image, and hands on color and layers.
 void lay_over(PassPlanner& planner, int matte, const Filtered& filtered) {
     const PlanContext& context = planner.context();
-    const int width = context.frame.width, height = context.frame.height;
     const TextureId result = planner.texture("matted", context.color_format());
     Step step;
     step.name = "lay_over";
@@ -234,7 +233,7 @@ void lay_over(PassPlanner& planner, int matte, const Filtered& filtered) {
         planner.output(Role::layers, layers);
     }
     step.take_uniforms<shared::FrameUniforms>();
-    step.taps = uint64_t(width) * uint64_t(height) * uint64_t(3 * context.frame.layers + 7);
+    step.taps = context.frame.pixels() * uint64_t(3 * context.frame.layers + 7);
     planner.step(std::move(step));
     planner.output(Role::color, result);
 }
@@ -315,7 +314,6 @@ constexpr double kOneDepth = 1.05;
 void hold_frame_still(PassPlanner& planner, int matte) {
     const FrameDescription& frame = planner.context().frame;
     const bool back = planner.has(Role::motion_back), depth = planner.has(Role::inverse_depth);
-    const auto flag = [](bool on) { return on ? "1" : "0"; };
     const Format format = plane_format(channels_of(Role::motion), Precision::fp32);
     const TextureId motion = planner.texture("still_motion", format);
     Step step;
@@ -334,7 +332,7 @@ void hold_frame_still(PassPlanner& planner, int matte) {
         planner.output(Role::motion_back, still_back);
     }
     step.take_uniforms<shared::FrameUniforms>();
-    step.taps = uint64_t(frame.width) * uint64_t(frame.height) * (back ? 3 : 2);
+    step.taps = frame.pixels() * (back ? 3 : 2);
     planner.step(std::move(step));
     planner.output(Role::motion, motion);
 }
@@ -352,7 +350,7 @@ void hide_in(PassPlanner& planner, Neighbor neighbor, int matte) {
                      {1, planner.input(role_of(neighbor, Role::mattes))},
                      {0, beside, Access::write}};
     step.take_uniforms<shared::FrameUniforms>();
-    step.taps = uint64_t(frame.width) * uint64_t(frame.height) * 2;
+    step.taps = frame.pixels() * 2;
     planner.step(std::move(step));
     planner.output(role, beside);
 }

@@ -11,7 +11,8 @@ TextureId PassPlanner::input(Role role) const {
 
 TextureId PassPlanner::texture(const std::string& name, Format format, const Area& area) {
     PlanTexture texture;
-    texture.name = concat(target_.pass, ".", target_.plan.passes.back().type, ".", name);
+    texture.name =
+        std::to_string(target_.pass) + "." + target_.plan.passes.back().type + "." + name;
     texture.format = format;
     texture.pass = target_.pass;
     texture.area = area;
@@ -28,7 +29,7 @@ TextureId PassPlanner::layers(const std::string& name, Format format, const Area
 
 TextureId PassPlanner::array(const std::string& name, Format format, const Area& area, int planes) {
     const TextureId id = texture(name, format, area);
-    target_.plan.textures.back().layers = planes;
+    target_.plan.textures.back().slices = planes;
     return id;
 }
 

@@ -188,7 +188,7 @@ class PassOnFrame {
     // Tiles, if it has textures of Area::tiles().
     virtual TileEdge tile_edge() const { return {}; }
     // The limits that this frame's bounds exceed.
-    virtual std::vector<Cut> cuts() const { return {}; }
+    virtual std::vector<ExceededLimit> exceeded_limits() const { return {}; }
     // Why the pass returns its color bit for bit; otherwise empty. context.wanted is an upper bound
     // here: every plane that a later pass could read. Facts about color count only if
     // context.color_is_input.

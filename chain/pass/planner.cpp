@@ -13,7 +13,7 @@ PlanTexture input_texture(Role role, const FrameDescription& frame) {
     texture.format = plane_format(channels_of(role), Precision::fp32);
     texture.width = frame.width;
     texture.height = frame.height;
-    texture.layers = stacked_planes(role, frame);
+    texture.slices = stacked_planes(role, frame);
     texture.imported = true;
     texture.role = role;
     return texture;

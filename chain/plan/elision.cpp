@@ -1,6 +1,7 @@
 #include "chain/plan/elision.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "chain/base/parameter.h"
 #include "chain/base/status.h"
@@ -20,31 +21,15 @@ const std::vector<ElisionRule>& chain_rules() {
 }
 
 const char* name_of(ElisionKind kind) {
-    switch (kind) {
-        case ElisionKind::pass:
-            return "pass";
-        case ElisionKind::plane:
-            return "plane";
-        case ElisionKind::step:
-            return "step";
-        case ElisionKind::output:
-            return "output";
-        case ElisionKind::blocks:
-            return "blocks";
-    }
-    return "unknown";
+    static constexpr const char* kNames[] = {"pass", "plane", "step", "output", "blocks"};
+    static_assert(std::size(kNames) == size_t(ElisionKind::blocks) + 1);
+    return kNames[size_t(kind)];
 }
 
 const char* name_of(Fact::Relation relation) {
-    switch (relation) {
-        case Fact::Relation::at_most:
-            return "<=";
-        case Fact::Relation::below:
-            return "<";
-        case Fact::Relation::at_least:
-            return ">=";
-    }
-    return "unknown";
+    static constexpr const char* kNames[] = {"<=", "<", ">="};
+    static_assert(std::size(kNames) == size_t(Fact::Relation::at_least) + 1);
+    return kNames[size_t(relation)];
 }
 
 std::string text_of(const Fact& fact) {

@@ -1,12 +1,27 @@
 #include "chain/plan/plan.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "chain/base/parameter.h"
 #include "chain/plan/plan_print.h"
 
 namespace postchain {
 namespace {
+
+struct FormatRow {
+    const char* name;
+    int channels, bytes;  // of a pixel; of a work list, bytes of a block
+};
+
+const FormatRow& row_of(Format format) {
+    static constexpr FormatRow kRows[] = {
+        {"rgba32f", 4, 16}, {"rgba16f", 4, 8},   {"rg32f", 2, 8}, {"rg16f", 2, 4},
+        {"r32f", 1, 4},     {"r16f", 1, 2},      {"rgba8", 4, 4}, {"rg8", 2, 2},
+        {"r8", 1, 1},       {"rgba32ui", 4, 16}, {"r32ui", 1, 4}, {"work_list", 0, 4}};
+    static_assert(std::size(kRows) == size_t(Format::work_list) + 1);
+    return kRows[size_t(format)];
+}
 
 bool same_on_all_sizes(const PlanTexture& a, PlanTexture b) {
     b.width = a.width;
@@ -17,77 +32,15 @@ bool same_on_all_sizes(const PlanTexture& a, PlanTexture b) {
 }  // namespace
 
 const char* name_of(Format format) {
-    switch (format) {
-        case Format::rgba32f:
-            return "rgba32f";
-        case Format::rgba16f:
-            return "rgba16f";
-        case Format::rg32f:
-            return "rg32f";
-        case Format::rg16f:
-            return "rg16f";
-        case Format::r32f:
-            return "r32f";
-        case Format::r16f:
-            return "r16f";
-        case Format::rgba8:
-            return "rgba8";
-        case Format::rg8:
-            return "rg8";
-        case Format::r8:
-            return "r8";
-        case Format::rgba32ui:
-            return "rgba32ui";
-        case Format::r32ui:
-            return "r32ui";
-        case Format::work_list:
-            return "work_list";
-    }
-    return "unknown";
+    return row_of(format).name;
 }
 
 int channels_of(Format format) {
-    switch (format) {
-        case Format::rgba32f:
-        case Format::rgba16f:
-        case Format::rgba8:
-        case Format::rgba32ui:
-            return 4;
-        case Format::rg32f:
-        case Format::rg16f:
-        case Format::rg8:
-            return 2;
-        case Format::r32f:
-        case Format::r16f:
-        case Format::r8:
-        case Format::r32ui:
-            return 1;
-        case Format::work_list:
-            return 0;
-    }
-    return 0;
+    return row_of(format).channels;
 }
 
 int bytes_per_pixel(Format format) {
-    switch (format) {
-        case Format::rgba32f:
-        case Format::rg32f:
-        case Format::r32f:
-        case Format::rgba32ui:
-        case Format::r32ui:
-            return 4 * channels_of(format);
-        case Format::rgba16f:
-        case Format::rg16f:
-        case Format::r16f:
-            return 2 * channels_of(format);
-        case Format::rgba8:
-        case Format::rg8:
-        case Format::r8:
-            return channels_of(format);
-        case Format::work_list:
-            return 4;
-    }
-    return 0;
+    return row_of(format).bytes;
 }
 
 Format plane_format(int channels, Precision precision) {
@@ -95,6 +48,18 @@ Format plane_format(int channels, Precision precision) {
     if (channels == 1) return half ? Format::r16f : Format::r32f;
     if (channels == 2) return half ? Format::rg16f : Format::rg32f;
     return half ? Format::rgba16f : Format::rgba32f;
+}
+
+uint64_t Storage::bytes() const {
+    const uint64_t header = format == Format::work_list ? kWorkListHeaderBytes : 0;
+    return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) *
+               uint64_t(std::max(slices, 1)) +
+           header;
+}
+
+std::string Storage::text() const {
+    return concat(width, "x", height, slices > 0 ? concat("x", slices) : std::string(), " ",
+                  name_of(format));
 }
 
 std::string ProgramKey::text() const {
@@ -214,10 +179,7 @@ std::vector<std::string> Plan::types() const {
 
 uint64_t Plan::hash() const {
     uint64_t hash = hash_text(plan_as_text(*this));
-    for (const auto& step : steps) {
-        hash = hash_text(
-            {reinterpret_cast<const char*>(step.uniforms.data()), step.uniforms.size()}, hash);
-    }
+    for (const auto& step : steps) hash = hash_bytes(step.uniforms, hash);
     return hash;
 }
 

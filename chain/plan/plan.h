@@ -54,24 +54,28 @@ Format plane_format(int channels, Precision precision);
 
 using TextureId = int;  // index into Plan::textures
 
-struct PlanTexture {
-    std::string name;  // "input.color", "0.motion_blur.tile_max"
+// A texture or work list of a device.
+struct Storage {
     Format format = Format::rgba32f;
-    int width = 0;  // on this frame (fit()); of a work list, the blocks that it can hold
+    int width = 0;  // of a work list, the blocks that it can hold
     int height = 0;
+    int slices = 0;  // planes of an array (chain/frame/layers.h); 0: not an array
+
+    uint64_t bytes() const;
+    std::string text() const;  // "1920x1080x3 rgba16f"
+    bool operator==(const Storage&) const = default;
+};
+
+// Its storage is that on this frame (fit()).
+struct PlanTexture : Storage {
+    std::string name;         // "input.color", "0.motion_blur.tile_max"
     bool imported = false;    // handed in by the caller, never in the pool
     Role role = Role::color;  // role of an imported texture
     int first_step = -1;      // first and last step that touch it; -1 = none
     int last_step = -1;       // for an output: one past the plan's last step
-    int layers = 0;           // in an array of planes (chain/frame/layers.h); 0: not an array
     int pass = -1;            // its pass, an index into Plan::passes; -1: an input
     Area area = {};           // its size on frames of every size; of a work list, its blocks
 
-    uint64_t bytes() const {
-        return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) *
-                   uint64_t(layers > 0 ? layers : 1) +
-               (format == Format::work_list ? kWorkListHeaderBytes : 0);
-    }
     bool operator==(const PlanTexture&) const = default;
 };
 
@@ -100,6 +104,11 @@ struct ProgramKey {
     bool operator==(const ProgramKey&) const = default;
 };
 
+// Value of a macro.
+inline const char* flag(bool on) {
+    return on ? "1" : "0";
+}
+
 struct Step {
     int pass = 0;      // index into Plan::passes
     std::string name;  // "gather"
@@ -112,7 +121,7 @@ struct Step {
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
     uint64_t group_taps = 0;   // of one work group, at most, for its bands (bands.h); 0: by taps
-    int first_layer = 0;       // first and number of the array layers that
+    int first_layer = 0;       // first and number of the frame's extra layers that
     int layers = 0;            // the step does; 0: all layers
     bool operator==(const Step&) const = default;
 

@@ -11,11 +11,11 @@ StepBytes bytes_of(const Plan& plan, const Step& step) {
     for (const Binding& binding : step.bindings)
         (step.writes(binding) ? written : read).insert(binding.texture);
     StepBytes bytes;
-    // The layers of an array that the step does.
+    // The slices of an array that are the step's layers.
     const auto of = [&](TextureId id) {
         const PlanTexture& texture = plan.textures[size_t(id)];
-        if (texture.layers == 0 || step.layers == 0) return texture.bytes();
-        return texture.bytes() / uint64_t(texture.layers) * uint64_t(step.layers);
+        if (texture.slices == 0 || step.layers == 0) return texture.bytes();
+        return texture.bytes() / uint64_t(texture.slices) * uint64_t(step.layers);
     };
     for (const TextureId texture : read) bytes.read += of(texture);
     for (const TextureId texture : written) bytes.written += of(texture);

@@ -32,12 +32,6 @@ std::string savings(const Saving& saving) {
     return text.empty() ? text : " (saves " + text + ")";
 }
 
-std::string size_of(const PlanTexture& texture) {
-    return concat(texture.width, "x", texture.height,
-                  texture.layers > 0 ? concat("x", texture.layers) : std::string(), " ",
-                  name_of(texture.format));
-}
-
 std::string names(const Plan& plan, const Step& step, bool written) {
     std::string text;
     for (const auto& binding : step.bindings) {
@@ -114,7 +108,7 @@ std::string plan_as_text(const Plan& plan) {
         out << "at " << text_of(ParameterValue(place)) << " is "
             << (w > 0 ? concat(1 / w, " scene units away") : "the sky") << "\n";
     for (const auto& texture : plan.textures) {
-        out << "texture " << texture.name << "  " << size_of(texture)
+        out << "texture " << texture.name << "  " << texture.text()
             << (texture.imported ? "  imported" : "");
         if (texture.first_step >= 0) {
             out << "  steps " << texture.first_step << "..";
@@ -180,7 +174,7 @@ JsonObject plan_json(const Plan& plan) {
                               {"width", texture.width},
                               {"height", texture.height},
                               {"format", name_of(texture.format)}};
-            if (texture.layers > 0) one.push_back({"layers", texture.layers});
+            if (texture.slices > 0) one.push_back({"slices", texture.slices});
             one.insert(one.end(), {{"imported", texture.imported},
                                    {"first_step", texture.first_step},
                                    {"last_step", texture.last_step}});
@@ -215,7 +209,7 @@ std::string plan_as_dot(const Plan& plan) {
     for (size_t i = 0; i < plan.textures.size(); ++i) {
         const auto& texture = plan.textures[i];
         if (texture.first_step < 0) continue;
-        out << "  t" << i << " [shape=box, label=" << quoted(texture.name + "\n" + size_of(texture))
+        out << "  t" << i << " [shape=box, label=" << quoted(texture.name + "\n" + texture.text())
             << (texture.imported ? ", style=filled, fillcolor=lightgray" : "") << "];\n";
     }
     for (size_t i = 0; i < plan.steps.size(); ++i) {

@@ -10,7 +10,7 @@ namespace {
 
 Storage storage_for(const Plan& plan, const PlanTexture& texture,
                     const std::optional<MaxFrameSize>& max_size) {
-    Storage storage{texture.format, texture.width, texture.height, texture.layers};
+    Storage storage = texture;
     if (!max_size) return storage;
     const int tile_px = texture.pass < 0 ? 1 : plan.passes[size_t(texture.pass)].tiles.least_px;
     const auto size = size_of(texture, {max_size->width, max_size->height, tile_px});
@@ -20,15 +20,6 @@ Storage storage_for(const Plan& plan, const PlanTexture& texture,
 }
 
 }  // namespace
-
-uint64_t Storage::bytes() const {
-    PlanTexture like;
-    like.format = format;
-    like.width = width;
-    like.height = height;
-    like.layers = layers;
-    return like.bytes();
-}
 
 uint64_t StoragePlan::bytes() const {
     uint64_t sum = 0;

@@ -14,19 +14,9 @@ struct MaxFrameSize {
     bool operator==(const MaxFrameSize&) const = default;
 };
 
-// A texture or work list of the device.
-struct Storage {
-    Format format = Format::rgba32f;
-    int width = 0, height = 0;
-    int layers = 0;
-    bool operator==(const Storage&) const = default;
-
-    uint64_t bytes() const;
-};
-
 // One image of a texture.
 struct ImageOf {
-    int layer = 0;  // of an array
+    int slice = 0;  // of an array
     int level = 0;
     bool operator==(const ImageOf&) const = default;
 };

@@ -1,5 +1,7 @@
 #include "chain/vk/format.h"
 
+#include <iterator>
+
 namespace postchain::vk {
 namespace {
 
@@ -49,33 +51,19 @@ constexpr HostFormat kFormats[] = {
 }  // namespace
 
 VkFormat format_of(Format format) {
-    switch (format) {
-        case Format::rgba32f:
-            return VK_FORMAT_R32G32B32A32_SFLOAT;
-        case Format::rgba16f:
-            return VK_FORMAT_R16G16B16A16_SFLOAT;
-        case Format::rg32f:
-            return VK_FORMAT_R32G32_SFLOAT;
-        case Format::rg16f:
-            return VK_FORMAT_R16G16_SFLOAT;
-        case Format::r32f:
-            return VK_FORMAT_R32_SFLOAT;
-        case Format::r16f:
-            return VK_FORMAT_R16_SFLOAT;
-        case Format::rgba8:
-            return VK_FORMAT_R8G8B8A8_UNORM;
-        case Format::rg8:
-            return VK_FORMAT_R8G8_UNORM;
-        case Format::r8:
-            return VK_FORMAT_R8_UNORM;
-        case Format::rgba32ui:
-            return VK_FORMAT_R32G32B32A32_UINT;
-        case Format::r32ui:
-            return VK_FORMAT_R32_UINT;
-        case Format::work_list:
-            break;
-    }
-    return VK_FORMAT_UNDEFINED;
+    static constexpr VkFormat kOfPlanes[] = {VK_FORMAT_R32G32B32A32_SFLOAT,
+                                             VK_FORMAT_R16G16B16A16_SFLOAT,
+                                             VK_FORMAT_R32G32_SFLOAT,
+                                             VK_FORMAT_R16G16_SFLOAT,
+                                             VK_FORMAT_R32_SFLOAT,
+                                             VK_FORMAT_R16_SFLOAT,
+                                             VK_FORMAT_R8G8B8A8_UNORM,
+                                             VK_FORMAT_R8G8_UNORM,
+                                             VK_FORMAT_R8_UNORM,
+                                             VK_FORMAT_R32G32B32A32_UINT,
+                                             VK_FORMAT_R32_UINT};
+    static_assert(std::size(kOfPlanes) == size_t(Format::work_list));
+    return kOfPlanes[size_t(format)];
 }
 
 const HostFormat* find_format(unsigned format) {

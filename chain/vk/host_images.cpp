@@ -46,9 +46,7 @@ Failure check_images(const pc_vk_frame& given, HostImages& images) {
                                          " has a bit that this library does not know")};
     pc_frame copy;
     const pc_frame* values = nullptr;
-    if (Failure failure = guest::read_struct(given.values, "pc_vk_frame.values", copy, values);
-        !failure.ok())
-        return failure;
+    RETURN_IF_ERROR(guest::read_struct(given.values, "pc_vk_frame.values", copy, values));
     images.values = *values;
     images.values.struct_size = sizeof(pc_frame);
     images.views = {};
@@ -78,8 +76,7 @@ Failure check_images(const pc_vk_frame& given, HostImages& images) {
                     concat("values: ", name, " is a GL texture; give an image of pc_vk_frame")};
         texture = {};
         if (!image.view) continue;
-        if (Failure failure = check_image(members[i], &image == &given.output); !failure.ok())
-            return failure;
+        RETURN_IF_ERROR(check_image(members[i], &image == &given.output));
         images.views[i] = {image.view, image.layout};
         uint32_t first = 0;
         while (images.views[first].view != image.view) ++first;

@@ -12,21 +12,19 @@ constexpr VkBufferUsageFlags kListUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
                                           VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
 std::string text_of(const Storage& storage) {
-    return concat("allocating an image of ", storage.width, "x", storage.height,
-                  storage.layers > 0 ? concat("x", storage.layers) : std::string(), " ",
-                  postchain::name_of(storage.format));
+    return "allocating an image of " + storage.text();
 }
 
 Status create(const Device& device, Image& made) {
     const Functions& fn = device.fn();
     const Storage& storage = made.storage;
-    const auto layers = uint32_t(std::max(storage.layers, 1));
+    const auto slices = uint32_t(std::max(storage.slices, 1));
     auto info = info_of<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
     info.imageType = VK_IMAGE_TYPE_2D;
     info.format = format_of(storage.format);
     info.extent = {uint32_t(storage.width), uint32_t(storage.height), 1};
     info.mipLevels = 1;
-    info.arrayLayers = layers;
+    info.arrayLayers = slices;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT;
     RETURN_IF_ERROR(
@@ -38,9 +36,9 @@ Status create(const Device& device, Image& made) {
                               "vkBindImageMemory"));
     auto view = info_of<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
     view.image = made.image;
-    view.viewType = storage.layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
+    view.viewType = storage.slices > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
     view.format = info.format;
-    view.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, layers};
+    view.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, slices};
     return status_of(fn.CreateImageView(device.handle(), &view, nullptr, &made.view),
                      "vkCreateImageView");
 }

@@ -28,7 +28,7 @@ Instance::Instance(const pc_vk_create_info& info) : info_(info) {
 
 Failure Instance::create(const pc_vk_create_info& info, std::unique_ptr<Instance>& instance) {
     std::unique_ptr<Instance> made(new Instance(info));
-    if (Failure failure = made->open(); !failure.ok()) return failure;
+    RETURN_IF_ERROR(made->open());
     instance = std::move(made);
     return {};
 }
@@ -61,7 +61,7 @@ void Instance::log(int level, const std::string& message) const {
 }
 
 Failure Instance::check(const pc_vk_frame& given, HostImages& images) const {
-    if (Failure failure = check_images(given, images); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check_images(given, images));
     const HostFrame& frame = images.frame;
     if (uint32_t(frame.width) > info_.max_width || uint32_t(frame.height) > info_.max_height)
         return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
@@ -75,12 +75,10 @@ Failure Instance::check(const pc_vk_frame& given, HostImages& images) const {
 
 Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bool wait) {
     HostImages images;
-    if (Failure failure = check(given, images); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check(given, images));
     const HostFrame& frame = images.frame;
     const auto list = [&](const Plan& plan) { return host_programs(chain.chain(), frame, plan); };
-    if (Failure failure = plans_.compile_programs(chain.version(), frame, wait, list);
-        !failure.ok())
-        return failure;
+    RETURN_IF_ERROR(plans_.compile_programs(chain.version(), frame, wait, list));
     pc_frame values_of_cut = images.values;
     values_of_cut.flags ^= PC_CAMERA_CUT;
     HostFrame cut;
@@ -117,10 +115,9 @@ Failure Instance::run(const ChainHandle& chain, const pc_vk_frame& given,
                       VkCommandBuffer commands) {
     if (!commands) return {PC_ERROR_ARGUMENT, "command_buffer is NULL"};
     HostImages images;
-    if (Failure failure = check(given, images); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check(given, images));
     Plans::Entry* entry = nullptr;
-    if (Failure failure = find_or_make(chain.version(), images.frame, entry); !failure.ok())
-        return failure;
+    RETURN_IF_ERROR(find_or_make(chain.version(), images.frame, entry));
     ++plans_.frames;
     retired_->begin(plans_.frames);
     plans_.run(*entry, chain.version(), images.frame);
@@ -134,7 +131,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_vk_frame& given,
 Failure Instance::needs_of(const ChainHandle& chain, const pc_vk_frame& given,
                            pc_frame_needs& out) const {
     HostImages images;
-    if (Failure failure = check(given, images); !failure.ok()) return failure;
+    RETURN_IF_ERROR(check(given, images));
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain.chain(), images.frame));
     plans_.count_needs(host.plan, max_size(images.frame),
                        host_programs(chain.chain(), images.frame, host.plan), out);

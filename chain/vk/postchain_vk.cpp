@@ -47,11 +47,10 @@ pc_result call(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* fra
                const Work& work) {
     return call(instance, [&]() -> Failure {
         const Use use(chain, "chain");
-        if (!use.failure().ok()) return use.failure();
+        RETURN_IF_ERROR(use.failure());
         pc_vk_frame copy;
         const pc_vk_frame* whole = nullptr;
-        if (Failure failure = read_struct(frame, "pc_vk_frame", copy, whole); !failure.ok())
-            return failure;
+        RETURN_IF_ERROR(read_struct(frame, "pc_vk_frame", copy, whole));
         return work(*instance->is, chain->is, *whole);
     });
 }
@@ -66,8 +65,7 @@ pc_result pc_vk_create(const pc_vk_create_info* given, pc_vk_instance** instance
         *instance = nullptr;
         pc_vk_create_info copy;
         const pc_vk_create_info* info = nullptr;
-        if (Failure failure = read_struct(given, "pc_vk_create_info", copy, info); !failure.ok())
-            return failure;
+        RETURN_IF_ERROR(read_struct(given, "pc_vk_create_info", copy, info));
         if (info->api_version >> 16 != PC_API_VERSION >> 16)
             return {PC_ERROR_VERSION,
                     concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
@@ -76,7 +74,7 @@ pc_result pc_vk_create(const pc_vk_create_info* given, pc_vk_instance** instance
             return {PC_ERROR_VERSION, concat("pc_vk_create_info.flags: ", info->flags,
                                              " has a bit other than PC_VALIDATE")};
         auto made = std::make_unique<pc_vk_instance>();
-        if (Failure failure = Instance::create(*info, made->is); !failure.ok()) return failure;
+        RETURN_IF_ERROR(Instance::create(*info, made->is));
         Use::begin_life(made.get(), kKind);
         *instance = made.release();
         return {};

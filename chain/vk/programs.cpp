@@ -8,10 +8,6 @@
 namespace postchain::vk {
 namespace {
 
-uint64_t hash_of(std::span<const std::byte> bytes) {
-    return hash_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
 VkDescriptorType type_of(Kind kind) {
     switch (kind) {
         case Kind::texture:
@@ -50,7 +46,7 @@ Result<Spirv> Programs::spirv_of(const ProgramKey& key) {
             const auto stored = std::span(bytes).subspan(sizeof(hash));
             std::vector<uint32_t> words(stored.size() / 4);
             std::memcpy(words.data(), stored.data(), stored.size());
-            if (hash == hash_of(stored)) {
+            if (hash == hash_bytes(stored)) {
                 ++loaded_;
                 return with_units(std::move(words));
             }
@@ -59,7 +55,7 @@ Result<Spirv> Programs::spirv_of(const ProgramKey& key) {
     ASSIGN_OR_RETURN(auto words, compile(source, key.text()));
     if (store_.store) {
         const auto bytes = std::as_bytes(std::span(words));
-        const uint64_t hash = hash_of(bytes);
+        const uint64_t hash = hash_bytes(bytes);
         std::vector<std::byte> entry(sizeof(hash) + bytes.size());
         std::memcpy(entry.data(), &hash, sizeof(hash));
         std::memcpy(entry.data() + sizeof(hash), bytes.data(), bytes.size());

@@ -168,10 +168,10 @@ std::array<double, 2> depths_within(const CircleOfConfusion& coc, double radius)
 
 }  // namespace
 
-double CircleOfConfusion::largest_uncut_radius_px(double w_min, double w_max) const {
-    CircleOfConfusion uncut = *this;
-    uncut.max_radius_px = std::numeric_limits<double>::infinity();
-    return std::max(std::abs(uncut.radius_px(w_min)), std::abs(uncut.radius_px(w_max)));
+double CircleOfConfusion::largest_unclamped_radius_px(double w_min, double w_max) const {
+    CircleOfConfusion unclamped = *this;
+    unclamped.max_radius_px = std::numeric_limits<double>::infinity();
+    return std::max(std::abs(unclamped.radius_px(w_min)), std::abs(unclamped.radius_px(w_max)));
 }
 
 double CircleOfConfusion::radius_px(double w) const {
@@ -224,11 +224,12 @@ std::array<double, 2> pixel_axes(const FrameDescription& frame) {
     return {std::min(1 / aspect, 1.0), std::min(aspect, 1.0)};
 }
 
-std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& frame) {
+std::vector<ExceededLimit> exceeded_limits(const CircleOfConfusion& coc,
+                                           const FrameDescription& frame) {
     const FrameBounds& bounds = frame.bounds;
     if (!std::isfinite(bounds.max_inverse_depth)) return {};
     const double largest =
-        coc.largest_uncut_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
+        coc.largest_unclamped_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
     if (largest <= coc.max_radius_px) return {};
     const auto [low, high] = depths_within(coc, coc.max_radius_px);
     return {{coc.limit,
@@ -320,10 +321,10 @@ std::vector<UsedValue> used_values(const Parameters& p, const CircleOfConfusion&
         {"max_radius_px", coc.max_radius_px, "px", own ? Of::pass : Of::standard, coc.limit});
     const FrameBounds& bounds = frame.bounds;
     if (std::isfinite(bounds.max_inverse_depth))
-        values.push_back(
-            {"largest_circle_px",
-             2 * coc.largest_uncut_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth),
-             "px", Of::frame});
+        values.push_back({"largest_circle_px",
+                          2 * coc.largest_unclamped_radius_px(bounds.min_inverse_depth,
+                                                              bounds.max_inverse_depth),
+                          "px", Of::frame});
     const auto [far_w, near_w] =
         coc.max_radius_px <= sharp_radius_px
             ? std::array<double, 2>{0, std::numeric_limits<double>::infinity()}

@@ -51,7 +51,7 @@ struct CircleOfConfusion {
     // evaluation on the GPU too.
     double largest_radius_px(double w_min, double w_max) const;
     // |R| without max_radius_px, largest over these depths.
-    double largest_uncut_radius_px(double w_min, double w_max) const;
+    double largest_unclamped_radius_px(double w_min, double w_max) const;
     // An upper bound of |R| over all depths.
     double largest_radius_px() const;
     // lens: the larger of |R| at infinity and at kTypicalFocalLengths; a function of the camera
@@ -74,7 +74,8 @@ double max_radius_px(const Parameters& parameters, const FrameDescription& frame
                      double unset_fraction = kMaxRadiusFraction);
 
 // The largest radius if the frame's depths exceed it.
-std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& frame);
+std::vector<ExceededLimit> exceeded_limits(const CircleOfConfusion& coc,
+                                           const FrameDescription& frame);
 
 // Places whose depth must be known: Pass::depth_places().
 std::vector<Place> depth_places(const Parameters& parameters);

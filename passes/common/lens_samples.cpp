@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <tuple>
 
 #include "chain/pass/work_list.h"
 #include "shaders/shared/lens_samples_uniforms.h"
@@ -24,6 +26,29 @@ std::array<double, 2> image_point(const Aperture& aperture, double within, doubl
     const double c = std::cos(angle), s = std::sin(angle);
     const auto half_size = aperture.half_size();
     return {half_size[0] * (c * x + s * y), half_size[1] * (c * y - s * x)};
+}
+
+shared::LensSamplesUniforms packed_table(const Points& points) {
+    shared::LensSamplesUniforms uniforms{};
+    uniforms.points = points.count;
+    uniforms.sets = points.sets;
+    for (size_t i = 0; i < points.packed.size(); ++i) {
+        const auto& [x, y] = points.packed[i];
+        uniforms.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
+    }
+    return uniforms;
+}
+
+// Computing the points takes longer than the rest of a plan, and the next plan of a thread almost
+// always has the same lens: the last table stays.
+const shared::LensSamplesUniforms& table_of(const Aperture& aperture, int count, int more) {
+    using Key = std::tuple<uint64_t, int, int>;
+    thread_local std::optional<Key> last;
+    thread_local shared::LensSamplesUniforms uniforms;
+    const Key key = {hash_of(aperture), count, more};
+    if (last != key) uniforms = packed_table(lens_samples(aperture, count, more));
+    last = key;
+    return uniforms;
 }
 
 }  // namespace
@@ -60,22 +85,16 @@ Points lens_samples(const Aperture& aperture, int count, int more) {
     return points;
 }
 
-TextureId add_table(PassPlanner& planner, const Points& points) {
-    const TextureId table =
-        planner.texture("lens_samples", Format::rg32f, Area::fixed(points.count, points.sets));
-    shared::LensSamplesUniforms uniforms{};
-    uniforms.points = points.count;
-    uniforms.sets = points.sets;
-    for (size_t i = 0; i < points.packed.size(); ++i) {
-        const auto& [x, y] = points.packed[i];
-        uniforms.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
-    }
+TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count, int more) {
+    const shared::LensSamplesUniforms& uniforms = table_of(aperture, count, more);
+    const Area size = Area::fixed(uniforms.points, uniforms.sets);
+    const TextureId table = planner.texture("lens_samples", Format::rg32f, size);
     Step step;
     step.name = "lens_samples";
     step.program = {"common/lens_samples.comp", {}};
     step.set_uniforms(uniforms);
     step.bindings = {{0, table, Access::write}};
-    step.spread = groups_for(Area::fixed(points.count, points.sets));
+    step.spread = groups_for(size);
     planner.step(std::move(step));
     return table;
 }

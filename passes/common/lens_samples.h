@@ -32,7 +32,8 @@ inline constexpr int kMaxLensSamples = 1023;
 // spiral of their own; both together are at most kMaxLensSamples.
 Points lens_samples(const Aperture& aperture, int count, int more = 0);
 
-// Adds the texture "lens_samples", count by sets, x and y in [-1, 1], and the step that fills it.
-TextureId add_table(PassPlanner& planner, const Points& points);
+// Adds the texture "lens_samples" with lens_samples(), points by sets, x and y in [-1, 1], and the
+// step that fills it.
+TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count, int more);
 
 }  // namespace postchain::lens

@@ -61,8 +61,8 @@ double fastest_px(const FrameDescription& frame) {
 
 }  // namespace
 
-std::vector<Cut> cuts(const Parameters& parameters, const FrameDescription& frame,
-                      double max_half_px) {
+std::vector<ExceededLimit> exceeded_limits(const Parameters& parameters,
+                                           const FrameDescription& frame, double max_half_px) {
     const double half_open = 0.5 * open_frames(parameters, frame.camera);
     const double fastest = fastest_px(frame);
     if (!std::isfinite(fastest) || half_open * fastest <= max_half_px) return {};

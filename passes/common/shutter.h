@@ -23,7 +23,7 @@ const ParameterTable& parameter_table();
 // the camera's, otherwise kDefaultShutterFrames.
 double open_frames(const Parameters& parameters, const Camera& camera);
 
-// The open time, and the longest streak on this frame, uncut, if its speeds are known.
+// The open time, and the longest streak on this frame, unclamped, if its speeds are known.
 std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame);
 
 // The longest half-length of a streak that the user sets, in pixels or as a fraction of the
@@ -32,7 +32,7 @@ std::optional<double> limit_px(const Parameters& parameters, std::optional<int> 
                                const FrameDescription& frame);
 
 // The limit, with this value, if half of the frame's longest streak exceeds it.
-std::vector<Cut> cuts(const Parameters& parameters, const FrameDescription& frame,
-                      double max_half_px);
+std::vector<ExceededLimit> exceeded_limits(const Parameters& parameters,
+                                           const FrameDescription& frame, double max_half_px);
 
 }  // namespace postchain::shutter

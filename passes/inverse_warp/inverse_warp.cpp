@@ -131,13 +131,15 @@ std::vector<UsedValue> WarpOnFrame::used_values() const {
     return values;
 }
 
-std::vector<Cut> WarpOnFrame::cuts() const {
-    std::vector<Cut> cuts;
+std::vector<ExceededLimit> WarpOnFrame::exceeded_limits() const {
+    std::vector<ExceededLimit> limits;
     if (settings_.shutter)
-        cuts = shutter::cuts(settings_.parameters.shutter, frame_, settings_.shutter->max_path_px);
+        limits = shutter::exceeded_limits(settings_.parameters.shutter, frame_,
+                                          settings_.shutter->max_path_px);
     if (settings_.lens)
-        for (Cut& cut : lens::cuts(settings_.lens->coc, frame_)) cuts.push_back(std::move(cut));
-    return cuts;
+        for (ExceededLimit& limit : lens::exceeded_limits(settings_.lens->coc, frame_))
+            limits.push_back(std::move(limit));
+    return limits;
 }
 
 // The blocks that can reach a pixel's block end `ring` blocks from it, and the edges of a surface

@@ -141,7 +141,7 @@ class WarpOnFrame : public PassOnFrame {
         : settings_(settings), frame_(frame) {}
 
     std::vector<UsedValue> used_values() const override;
-    std::vector<Cut> cuts() const override;
+    std::vector<ExceededLimit> exceeded_limits() const override;
     Reach reach() const override;
     ShapeNumbers shape(const PlanContext& context) const override;
     void plan(PassPlanner& planner) const override;

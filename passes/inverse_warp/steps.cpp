@@ -52,11 +52,6 @@ constexpr std::array<std::string_view, 4> steps_of(Neighbor neighbor) {
     return {"surfaces_after", "light_after", "bright_edges_after", "shown_surfaces_after"};
 }
 
-// Value of a macro.
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
 // True if surfaces hold their motion, and also the motion from the frame before.
 bool holds_motion(const Settings& settings, const PlanContext& context) {
     return settings.shutter || !searched_neighbors(settings, context.available).empty();
@@ -513,9 +508,8 @@ class Planner {
     void add_tables(Gathered& from) {
         from.noise = noise::add_table(planner_, settings_.noise());
         if (!settings_.lens) return;
-        from.lens_samples = lens::add_table(
-            planner_, lens::lens_samples(settings_.lens->aperture, settings_.parameters.samples,
-                                         settings_.more_samples()));
+        from.lens_samples = lens::add_table(planner_, settings_.lens->aperture,
+                                            settings_.parameters.samples, settings_.more_samples());
     }
 
     void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,

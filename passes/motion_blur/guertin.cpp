@@ -27,10 +27,6 @@
 namespace postchain::motion_blur {
 namespace {
 
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
 using shared::MotionBlurUniforms;
 
 // The classes of blocks that are told apart (classify.comp).
@@ -359,11 +355,11 @@ std::vector<UsedValue> Guertin::used_values() const {
     return shutter::used_values(parameters_.shutter, frame_);
 }
 
-std::vector<Cut> Guertin::cuts() const {
-    std::vector<Cut> cuts =
-        shutter::cuts(parameters_.shutter, frame_, tile_px(parameters_, frame_));
-    for (Cut& cut : cuts) cut.planes = {Role::motion};
-    return cuts;
+std::vector<ExceededLimit> Guertin::exceeded_limits() const {
+    std::vector<ExceededLimit> limits =
+        shutter::exceeded_limits(parameters_.shutter, frame_, tile_px(parameters_, frame_));
+    for (ExceededLimit& limit : limits) limit.planes = {Role::motion};
+    return limits;
 }
 
 // A pixel's tile takes the longest vector of the tiles around it, whose far sides lie up to two

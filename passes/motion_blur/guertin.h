@@ -41,7 +41,7 @@ class Guertin : public PassOnFrame {
         : parameters_(parameters), frame_(frame), depths_(depths) {}
 
     std::vector<UsedValue> used_values() const override;
-    std::vector<Cut> cuts() const override;
+    std::vector<ExceededLimit> exceeded_limits() const override;
     Reach reach() const override;
     TileEdge tile_edge() const override;
     ShapeNumbers shape(const PlanContext& context) const override;

@@ -4,7 +4,7 @@
 
 #if ARRAYS & GUEST_ARRAY_DEPTH
 layout(binding = 1) uniform sampler2DArray host_depth;
-#define DEPTH_TEXEL(at) texelFetch(host_depth, ivec3(at, uniforms.layers.y), uniforms.levels.y)
+#define DEPTH_TEXEL(at) texelFetch(host_depth, ivec3(at, uniforms.slices.y), uniforms.levels.y)
 #else
 layout(binding = 1) uniform sampler2D host_depth;
 #define DEPTH_TEXEL(at) texelFetch(host_depth, at, uniforms.levels.y)

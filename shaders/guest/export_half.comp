@@ -14,7 +14,7 @@ layout(binding = 1) uniform sampler2D unfiltered;
 layout(binding = 2) uniform sampler2DArray sharpness;
 #if ARRAYS & GUEST_ARRAY_COLOR
 layout(binding = 4) uniform sampler2DArray host_color;
-#define COLOR_TEXEL(at) texelFetch(host_color, ivec3(at, uniforms.layers.x), uniforms.levels.x)
+#define COLOR_TEXEL(at) texelFetch(host_color, ivec3(at, uniforms.slices.x), uniforms.levels.x)
 #else
 layout(binding = 4) uniform sampler2D host_color;
 #define COLOR_TEXEL(at) texelFetch(host_color, at, uniforms.levels.x)

@@ -16,14 +16,14 @@
 
 #if ARRAYS & GUEST_ARRAY_COLOR
 layout(binding = 0) uniform sampler2DArray host_color;
-#define COLOR_TEXEL(at) texelFetch(host_color, ivec3(at, uniforms.layers.x), uniforms.levels.x)
+#define COLOR_TEXEL(at) texelFetch(host_color, ivec3(at, uniforms.slices.x), uniforms.levels.x)
 #else
 layout(binding = 0) uniform sampler2D host_color;
 #define COLOR_TEXEL(at) texelFetch(host_color, at, uniforms.levels.x)
 #endif
 #if ARRAYS & GUEST_ARRAY_MOTION
 layout(binding = 2) uniform sampler2DArray host_motion;
-#define MOTION_TEXEL(at) texelFetch(host_motion, ivec3(at, uniforms.layers.z), uniforms.levels.z)
+#define MOTION_TEXEL(at) texelFetch(host_motion, ivec3(at, uniforms.slices.z), uniforms.levels.z)
 #else
 layout(binding = 2) uniform sampler2D host_motion;
 #define MOTION_TEXEL(at) texelFetch(host_motion, at, uniforms.levels.z)

@@ -6,7 +6,7 @@
 
 #if ARRAYS & GUEST_ARRAY_MASK
 layout(binding = 0) uniform sampler2DArray host_mask;
-#define MASK_TEXEL(at) texelFetch(host_mask, ivec3(at, uniforms.layers.w), uniforms.levels.w)
+#define MASK_TEXEL(at) texelFetch(host_mask, ivec3(at, uniforms.slices.w), uniforms.levels.w)
 #else
 layout(binding = 0) uniform sampler2D host_mask;
 #define MASK_TEXEL(at) texelFetch(host_mask, at, uniforms.levels.w)

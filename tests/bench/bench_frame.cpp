@@ -71,7 +71,7 @@ unsigned DevicePlanes::texture(Role role, Format format) {
     unsigned& name = textures_[{role, format}];
     if (name == 0) {
         const ImageF& plane = planes_.at(role);
-        gl::Texture* made = require(pool_.acquire(format, plane.width, plane.height));
+        gl::Texture* made = require(pool_.acquire({format, plane.width, plane.height}));
         require(gl::Transfers().upload(*made, plane));
         name = made->name;
     }

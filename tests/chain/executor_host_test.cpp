@@ -60,7 +60,7 @@ TEST_F(Execute, AFrameMayTakeTheResultOfTheLast) {
         result =
             must(executor.run(frame % 2 ? back : there, {{Role::color, result}})).at(Role::color);
     }
-    EXPECT_EQ(must(gl::Transfers().download(result, Format::rgba32f, 8, 8)).at(0, 7), 1);
+    EXPECT_EQ(must(gl::Transfers().download(result, {Format::rgba32f, 8, 8})).at(0, 7), 1);
 }
 
 // An engine has the frame before at hand, and never the one after.
@@ -77,7 +77,7 @@ TEST_F(Execute, RunTakesThePlanesOfAPreviousFrame) {
     const auto out = must(
         executor.run(plan, {{Role::color, color.name()}, {Role::color_before, before.name()}}));
     const ImageF pixels =
-        must(gl::Transfers().download(out.at(Role::color), Format::rgba32f, 20, 10));
+        must(gl::Transfers().download(out.at(Role::color), {Format::rgba32f, 20, 10}));
     EXPECT_EQ(pixels.at(19, 9, 0), 1.5f);
     EXPECT_EQ(pixels.at(19, 9, 1), 0.625f);
     EXPECT_EQ(pixels.at(19, 9, 2), -1.0f);

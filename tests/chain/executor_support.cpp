@@ -105,9 +105,9 @@ Plan Execute::two_steps(int width, int height, Format format) {
     plan.height = height;
     plan.passes = {{"scale", "", false}};
     plan.reads = {Role::color};
-    plan.textures = {{"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
-                     {"0.scale.a", format, width, height, false, Role::color, 0, 1},
-                     {"0.scale.b", Format::rgba32f, width, height, false, Role::color, 1, 2}};
+    plan.textures = {{{Format::rgba32f, width, height}, "input.color", true, Role::color, 0, 0},
+                     {{format, width, height}, "0.scale.a", false, Role::color, 0, 1},
+                     {{Format::rgba32f, width, height}, "0.scale.b", false, Role::color, 1, 2}};
     for (int i = 0; i < 2; ++i) {
         Step step;
         step.name = i ? "b" : "a";
@@ -129,10 +129,10 @@ Plan Execute::sorted(int width, int height) {
     plan.passes = {{"sort", "", false}};
     plan.reads = {Role::color};
     const int most = blocks[0] * blocks[1];
-    plan.textures = {{"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
-                     {"0.sort.dark", Format::work_list, most, 1, false, Role::color, 0, 1},
-                     {"0.sort.light", Format::work_list, most, 1, false, Role::color, 0, 2},
-                     {"0.sort.result", Format::rgba32f, width, height, false, Role::color, 1, 3}};
+    plan.textures = {{{Format::rgba32f, width, height}, "input.color", true, Role::color, 0, 0},
+                     {{Format::work_list, most, 1}, "0.sort.dark", false, Role::color, 0, 1},
+                     {{Format::work_list, most, 1}, "0.sort.light", false, Role::color, 0, 2},
+                     {{Format::rgba32f, width, height}, "0.sort.result", false, Role::color, 1, 3}};
     Step sort;
     sort.name = "sort";
     sort.program.file = "sort.comp";
@@ -158,7 +158,7 @@ Plan Execute::counted(uint64_t group_taps) {
     plan.height = 5 * 16;
     plan.passes = {{"count", "", false}};
     plan.textures = {
-        {"0.count.result", Format::rgba32f, plan.width, plan.height, false, Role::color, 0, 1}};
+        {{Format::rgba32f, plan.width, plan.height}, "0.count.result", false, Role::color, 0, 1}};
     Step step;
     step.name = "count";
     step.program.file = "count.comp";

@@ -54,7 +54,7 @@ TEST_F(PlanBytes, ATextureCountsOnceForEachStepThatReadsOrWritesIt) {
 
 TEST_F(PlanBytes, TheLayersOfAStepCount) {
     const TextureId layers = texture(Format::rgba32f), result = texture(Format::r32f);
-    plan.textures[size_t(layers)].layers = 6;
+    plan.textures[size_t(layers)].slices = 6;
     step(0, {{0, layers}, {0, result, Access::write}});
     step(0, {{0, layers}, {0, result, Access::write}});
     plan.steps[1].layers = 2;

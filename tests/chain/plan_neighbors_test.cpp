@@ -67,7 +67,7 @@ TEST(Planner, RefusesAPassThatFiltersColorAloneWhereThereAreLayers) {
     // If elided it hands both on; and layers are an output without a request.
     const Chain off = with_off(chain_of({"copy"}), 0);
     const Plan elided = plan_of(off, {}, f);
-    EXPECT_EQ(elided.textures.at(size_t(elided.outputs.at(Role::layers))).layers, 2);
+    EXPECT_EQ(elided.textures.at(size_t(elided.outputs.at(Role::layers))).slices, 2);
     f.layers = 0;
     EXPECT_EQ(make_plan(off, f).status().code(), StatusCode::internal);
 }

@@ -52,8 +52,7 @@ Images run(const Plan& plan, const TestFrame& frame) {
     std::map<Role, unsigned> inputs;
     for (const PlanTexture& texture : plan.textures) {
         if (!texture.imported || !plan.reads.has(texture.role)) continue;
-        const gl::Texture& made =
-            *must(pool.acquire(texture.format, texture.width, texture.height, texture.layers));
+        const gl::Texture& made = *must(pool.acquire(texture));
         EXPECT_EQ(error_of(gl::Transfers().upload(made, frame.planes.at(texture.role))), "");
         inputs[texture.role] = made.name;
     }

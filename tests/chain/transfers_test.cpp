@@ -81,22 +81,21 @@ TEST_P(Transfers, PlanesComeBackAsTheyWere) {
     gl::TexturePool pool;
     const struct {
         Format format;
-        int width, height, layers;
+        int width, height, slices;
     } cases[] = {{Format::rgba32f, 700, 501, 0}, {Format::rgba16f, 1021, 700, 0},
                  {Format::rg32f, 3, 5, 0},       {Format::r16f, 333, 77, 0},
                  {Format::r32f, 1, 1, 0},        {Format::rg16f, 1001, 303, 3},
                  {Format::rgba32f, 517, 203, 4}, {Format::r8, 31, 33, 0},
                  {Format::rg32f, 3, 2, 40}};
     for (size_t i = 0; i < 3 * std::size(cases); ++i) {
-        const auto& [format, width, height, layers] = cases[i % std::size(cases)];
-        const gl::Texture* texture = test::must(pool.acquire(format, width, height, layers));
-        ImageF pixels(width, height * std::max(layers, 1), channels_of(format));
+        const auto& [format, width, height, slices] = cases[i % std::size(cases)];
+        const gl::Texture* texture = test::must(pool.acquire({format, width, height, slices}));
+        ImageF pixels(width, height * std::max(slices, 1), channels_of(format));
         const bool bytes = format == Format::r8;
         for (size_t at = 0; at < pixels.data.size(); ++at)
             pixels.data[at] = bytes ? float(at % 3 == 1) : float(int(at * 31 % 2048) - 1024) / 8;
         ASSERT_EQ(test::error_of(transfers.upload(*texture, pixels)), "");
-        EXPECT_TRUE(test::must(transfers.download(texture->name, format, width, height, layers)) ==
-                    pixels)
+        EXPECT_TRUE(test::must(transfers.download(texture->name, *texture)) == pixels)
             << name_of(format) << " " << width << "x" << height;
     }
 }
@@ -106,20 +105,20 @@ TEST_P(Transfers, PlanesAreHandedOverAhead) {
     test::executor();
     gl::Transfers transfers(GetParam());
     gl::TexturePool pool;
-    const gl::Texture* texture = test::must(pool.acquire(Format::rg32f, 3, 2, 40));
+    const gl::Texture* texture = test::must(pool.acquire({Format::rg32f, 3, 2, 40}));
     const ImageF pixels = test::noise_image(3, 2 * 40, 2, 1);
     gl::Upload upload{texture, &pixels};
     while (transfers.advance(upload)) EXPECT_EQ(upload.row % 2, 0);
     EXPECT_GE(upload.row, 2 * 32);
     EXPECT_EQ(test::error_of(transfers.finish(upload)), "");
-    EXPECT_EQ(test::must(transfers.download(texture->name, Format::rg32f, 3, 2, 40)), pixels);
+    EXPECT_EQ(test::must(transfers.download(texture->name, *texture)), pixels);
 }
 
 TEST_P(Transfers, AnImageThatDoesNotFitIsRefused) {
     test::executor();
     gl::Transfers transfers(GetParam());
     gl::TexturePool pool;
-    const gl::Texture* texture = test::must(pool.acquire(Format::rg32f, 4, 4, 0));
+    const gl::Texture* texture = test::must(pool.acquire({Format::rg32f, 4, 4, 0}));
     EXPECT_FALSE(transfers.upload(*texture, ImageF(4, 4, 1)).ok());
     EXPECT_FALSE(transfers.upload(*texture, ImageF(4, 5, 2)).ok());
 }
@@ -127,29 +126,29 @@ TEST_P(Transfers, AnImageThatDoesNotFitIsRefused) {
 TEST(TexturePool, GivesATextureAgainIfItIsFreeAndTheSame) {
     test::executor();
     gl::TexturePool pool;
-    gl::Texture* const first = test::must(pool.acquire(Format::rg32f, 4, 5, 2));
-    EXPECT_NE(test::must(pool.acquire(Format::rg32f, 4, 5, 2)), first) << "in use";
+    gl::Texture* const first = test::must(pool.acquire({Format::rg32f, 4, 5, 2}));
+    EXPECT_NE(test::must(pool.acquire({Format::rg32f, 4, 5, 2})), first) << "in use";
     pool.release(first);
     const struct {
         Format format;
-        int width, height, layers;
+        int width, height, slices;
         bool apart, same;
     } cases[] = {{Format::rg32f, 4, 5, 2, true, true},   {Format::rg16f, 4, 5, 2, false, false},
                  {Format::rg32f, 3, 5, 2, false, false}, {Format::rg32f, 4, 4, 2, false, false},
                  {Format::rg32f, 4, 5, 3, false, false}, {Format::rg32f, 4, 5, 0, false, false}};
-    for (const auto& [format, width, height, layers, apart, same] : cases) {
-        gl::Texture* const given = test::must(pool.acquire(format, width, height, layers, apart));
-        EXPECT_EQ(given == first, same) << name_of(format) << width << height << layers;
+    for (const auto& [format, width, height, slices, apart, same] : cases) {
+        gl::Texture* const given = test::must(pool.acquire({format, width, height, slices}, apart));
+        EXPECT_EQ(given == first, same) << name_of(format) << width << height << slices;
         pool.release(given);
     }
     first->plans = 1;
-    EXPECT_NE(test::must(pool.acquire(Format::rg32f, 4, 5, 2, true)), first) << "a plan has it";
+    EXPECT_NE(test::must(pool.acquire({Format::rg32f, 4, 5, 2}, true)), first) << "a plan has it";
 }
 
 TEST(TexturePool, KeepsTheTexturesOfPlans) {
     test::executor();
     gl::TexturePool pool;
-    gl::Texture* const texture = test::must(pool.acquire(Format::r32f, 4, 4, 0));
+    gl::Texture* const texture = test::must(pool.acquire({Format::r32f, 4, 4, 0}));
     pool.release(texture);
     texture->plans = 1;
     for (int frame = 0; frame < 5; ++frame) pool.begin_frame();

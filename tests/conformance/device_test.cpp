@@ -297,7 +297,7 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
         std::map<Role, unsigned> inputs;
         for (const PlanTexture& texture : plan->textures) {
             if (!texture.imported || texture.first_step < 0) continue;
-            const auto made = pool.acquire(texture.format, texture.width, texture.height);
+            const auto made = pool.acquire(texture);
             ASSERT_TRUE(made.ok());
             ASSERT_TRUE(gl::Transfers().upload(**made, frame.planes.at(texture.role)).ok());
             inputs[texture.role] = (*made)->name;

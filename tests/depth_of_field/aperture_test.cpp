@@ -1,9 +1,13 @@
 // Aperture shape: closed forms of its lens samples, and of the image of a point light.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 
+#include "shaders/shared/lens_samples_uniforms.h"
 #include "tests/depth_of_field/support.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
@@ -72,6 +76,28 @@ TEST(Aperture, FullyCurvedBladesAreADisc) {
               lens::lens_samples({}, 40).packed);
     for (const double angle : {0.0, 0.2, 0.6})
         EXPECT_NEAR(lens::blade_radius(5, 1 - 1e-9, angle), 1, 1e-6);
+}
+
+// Whatever was planned before it.
+TEST(Aperture, EveryPlanHasThePointsOfItsOwnLens) {
+    for (const auto& [blades, samples] : {std::pair{0, 25}, {5, 25}, {5, 40}, {0, 25}}) {
+        const Chain chain = chain_of("depth_of_field", {{"samples", int64_t(samples)},
+                                                        {"aperture_blades", int64_t(blades)}});
+        const Plan plan = must(make_plan(chain, describe_round(deep_planes(64, 48))));
+        const auto step = std::ranges::find(plan.steps, "lens_samples", &Step::name);
+        ASSERT_NE(step, plan.steps.end());
+        shared::LensSamplesUniforms table;
+        ASSERT_EQ(step->uniforms.size(), sizeof(table));
+        std::memcpy(&table, step->uniforms.data(), sizeof(table));
+        const lens::Points points = lens::lens_samples({.blades = blades}, samples);
+        ASSERT_EQ(table.points, points.count);
+        ASSERT_EQ(table.sets, points.sets);
+        for (size_t i = 0; i < points.packed.size(); ++i) {
+            const int both = table.packed_points[i / 4][int(i % 4)];
+            ASSERT_EQ(int16_t(both & 0xffff), points.packed[i][0]) << blades << " " << i;
+            ASSERT_EQ(int16_t(both >> 16), points.packed[i][1]) << blades << " " << i;
+        }
+    }
 }
 
 TEST(Aperture, OwnValuesStandBeforeTheCameras) {

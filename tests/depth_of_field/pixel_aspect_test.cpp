@@ -78,30 +78,30 @@ TEST(PixelAspect, BoundsAreOfTheLongerHalfAxis) {
     EXPECT_TRUE(plan->passes[0].elided);
 }
 
-// The limit of radii: an eighth of the display's width. What exceeds it is known, uncut.
+// The limit of radii: an eighth of the display's width. What exceeds it is known, unclamped.
 TEST(MaxRadius, FollowsTheWidthAndIsKnown) {
     FrameDescription frame = described(dot_planes(0.75f), 1);  // R = 32 (1/4 - w) px
     frame.bounds.min_inverse_depth = 0;
     frame.bounds.max_inverse_depth = 4.25;  // R = -128 px
     lens::CircleOfConfusion coc = *lens::circle_of_confusion({}, frame);
     EXPECT_EQ(coc.max_radius_px, 80);
-    ASSERT_EQ(lens::cuts(coc, frame).size(), 1u);
-    const Cut cut = lens::cuts(coc, frame)[0];
-    EXPECT_EQ(cut.limit_px, 80);
-    EXPECT_NEAR(cut.largest_px, 128, 1e-9);
-    EXPECT_NEAR(cut.high, 2.75, 1e-9);  // 32 (2.75 - 1/4) = 80
-    EXPECT_EQ(cut.low, 0);
+    ASSERT_EQ(lens::exceeded_limits(coc, frame).size(), 1u);
+    const ExceededLimit exceeded = lens::exceeded_limits(coc, frame)[0];
+    EXPECT_EQ(exceeded.limit_px, 80);
+    EXPECT_NEAR(exceeded.largest_px, 128, 1e-9);
+    EXPECT_NEAR(exceeded.high, 2.75, 1e-9);  // 32 (2.75 - 1/4) = 80
+    EXPECT_EQ(exceeded.low, 0);
     for (const UsedValue& value : lens::used_values({}, coc, frame, 0.5))
         if (value.key == "largest_circle_px") {
             EXPECT_NEAR(std::get<double>(value.value), 256, 1e-9);
         }
     frame.bounds.max_inverse_depth = 2.75;
-    EXPECT_TRUE(lens::cuts(coc, frame).empty());
+    EXPECT_TRUE(lens::exceeded_limits(coc, frame).empty());
     // At 4 K the same camera is cut at the same depth.
     frame.display_width = 3840;
     coc = *lens::circle_of_confusion({}, frame);
     EXPECT_EQ(coc.max_radius_px, 480);
-    EXPECT_TRUE(lens::cuts(coc, frame).empty());
+    EXPECT_TRUE(lens::exceeded_limits(coc, frame).empty());
 }
 
 // As a fraction of the display's height, in shorter sides of a pixel.
@@ -117,8 +117,8 @@ TEST(MaxRadius, AsAFractionOfTheHeight) {
         frame.pixel_aspect = aspect;
         const auto coc = *lens::circle_of_confusion(parameters, frame);
         EXPECT_DOUBLE_EQ(coc.max_radius_px, limit) << height << ", " << aspect;
-        ASSERT_EQ(lens::cuts(coc, frame).size(), 1u);
-        EXPECT_EQ(lens::cuts(coc, frame)[0].parameter, "max_radius_fraction");
+        ASSERT_EQ(lens::exceeded_limits(coc, frame).size(), 1u);
+        EXPECT_EQ(lens::exceeded_limits(coc, frame)[0].parameter, "max_radius_fraction");
     }
 }
 

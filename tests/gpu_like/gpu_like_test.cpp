@@ -157,12 +157,10 @@ TEST_F(GpuLike, RoundsStoredHalfFloatsTowardZero) {
 
 TEST_F(GpuLike, FillsTexturesWithNanWhenAFrameBegins) {
     gl::TexturePool pool;
-    const gl::Texture& taken = *must(pool.acquire(Format::rg16f, 3, 2, 0));
-    const gl::Texture& given = *must(pool.acquire(Format::r32f, 1, 1, 0));
+    const gl::Texture& taken = *must(pool.acquire({Format::rg16f, 3, 2}));
+    const gl::Texture& given = *must(pool.acquire({Format::r32f, 1, 1}));
     const auto read = [](const gl::Texture& texture) {
-        return must(gl::Transfers().download(texture.name, texture.format, texture.width,
-                                             texture.height, 0))
-            .data.back();
+        return must(gl::Transfers().download(texture.name, texture)).data.back();
     };
     EXPECT_TRUE(std::isnan(read(taken)));
     ASSERT_EQ(error_of(gl::Transfers().upload(taken, ImageF(3, 2, 2, 7.0f))), "");

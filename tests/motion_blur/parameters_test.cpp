@@ -38,9 +38,9 @@ TEST(Parameter, MaxBlurFraction) {
         larger.display_height *= 2;
         auto pass = by_fraction.links[0].pass->resolve(larger);
         ASSERT_TRUE(pass.ok());
-        ASSERT_EQ((*pass)->cuts().size(), 1u) << mode;
-        EXPECT_EQ((*pass)->cuts()[0].parameter, "max_blur_fraction");
-        EXPECT_DOUBLE_EQ((*pass)->cuts()[0].limit_px, 24);
+        ASSERT_EQ((*pass)->exceeded_limits().size(), 1u) << mode;
+        EXPECT_EQ((*pass)->exceeded_limits()[0].parameter, "max_blur_fraction");
+        EXPECT_DOUBLE_EQ((*pass)->exceeded_limits()[0].limit_px, 24);
     }
 }
 

@@ -258,15 +258,15 @@ TEST(UsedValues, LongestStreak) {
     EXPECT_EQ(streak({}), 18);
     EXPECT_EQ(streak({.shutter_frames = {}, .shutter_angle_deg = 90}), 9);
     // A limit changes no record of the longest; the part beyond it is said to be cut.
-    EXPECT_TRUE(shutter::cuts({}, frame, 9).empty());
-    const std::vector<Cut> cuts = shutter::cuts({}, frame, 5);
-    ASSERT_EQ(cuts.size(), 1u);
-    EXPECT_EQ(cuts[0].limit_px, 5);
-    EXPECT_EQ(cuts[0].largest_px, 9);
-    EXPECT_EQ(cuts[0].high, 20);  // px per frame
+    EXPECT_TRUE(shutter::exceeded_limits({}, frame, 9).empty());
+    const std::vector<ExceededLimit> limits = shutter::exceeded_limits({}, frame, 5);
+    ASSERT_EQ(limits.size(), 1u);
+    EXPECT_EQ(limits[0].limit_px, 5);
+    EXPECT_EQ(limits[0].largest_px, 9);
+    EXPECT_EQ(limits[0].high, 20);  // px per frame
     frame.bounds.camera_cut = true;
     EXPECT_EQ(streak({}), 0);
-    EXPECT_TRUE(shutter::cuts({}, frame, 5).empty());
+    EXPECT_TRUE(shutter::exceeded_limits({}, frame, 5).empty());
 }
 
 }  // namespace

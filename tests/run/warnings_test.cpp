@@ -98,16 +98,16 @@ TEST_F(WarningsTest, CutStreaksAndCirclesAreCounted) {
     for (size_t i = 0; i < planes_.motion.pixels(); ++i)
         fast += std::hypot(planes_.motion.data[2 * i], planes_.motion.data[2 * i + 1]) > 4;
     ASSERT_GT(fast, 0u);
-    EXPECT_THAT(report_on(planes_).warnings, Not(Contains(HasSubstr("is cut to"))));
+    EXPECT_THAT(report_on(planes_).warnings, Not(Contains(HasSubstr("is clamped to"))));
     chain_ = test::chain_of(
         "motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.5}, {"max_blur_px", int64_t(1)}});
     EXPECT_THAT(
         report_on(planes_).warnings,
-        Contains(HasSubstr(concat(" ", fast, " pixels is cut to 1 px; the largest is 1.677"))));
+        Contains(HasSubstr(concat(" ", fast, " pixels is clamped to 1 px; the largest is 1.677"))));
     focus({{"samples", int64_t(4)}, {"max_radius_px", 0.75}});
     chain_.camera.focus_distance = 2;
     chain_.camera.meters_per_unit = 0.05;
-    EXPECT_THAT(report_on(planes_).warnings, Contains(HasSubstr("is cut to 0.75 px")));
+    EXPECT_THAT(report_on(planes_).warnings, Contains(HasSubstr("is clamped to 0.75 px")));
 }
 
 // `focus` in the file is in meters.

@@ -13,7 +13,6 @@
 #include "tools/python/values.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/filter/filter_view.h"
-#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/neighbor_planes.h"
 #include "tools/sequence/source/resolved_values.h"
 #include "tools/sequence/source/sequence_reader.h"

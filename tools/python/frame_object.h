@@ -11,6 +11,7 @@
 #include "tools/python/chain_object.h"
 #include "tools/python/device.h"
 #include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::python {
 
@@ -65,7 +66,7 @@ struct FrameWithNeighbors {
 // of another size, or without a plane that the chain reads of it.
 struct PlannedArrays {
     sequence::SourceFrame source;
-    Plan plan;
+    sequence::FramePlan plan;
 };
 Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
                                   const PlanOptions& options);

@@ -12,7 +12,7 @@ namespace {
 
 // The first plane of an array.
 ImageF first_layer(const ImageF& pixels, const PlanTexture& texture) {
-    if (texture.layers < 2) return pixels;
+    if (texture.slices < 2) return pixels;
     ImageF first(texture.width, texture.height, pixels.channels);
     std::copy_n(pixels.data.begin(), first.data.size(), first.data.begin());
     return first;
@@ -155,20 +155,21 @@ Status FilterWorker::filter_into(FilterResult& result) {
                 result.texture = std::make_shared<const ImageF>(first_layer(pixels, texture));
             return Status();
         };
+    const FrameDescription planned = plan.description;
     result.plan = std::make_shared<const Plan>(std::move(plan));
     ASSIGN_OR_RETURN(auto planes, executor_->filter(*result.plan, source->planes, observer));
     result.color = std::make_shared<const ImageF>(std::move(planes.at(Role::color)));
     result.times = executor_->pass_times();
     result.work_done = executor_->work_done();
-    if (request.texture == kFillMask) RETURN_IF_ERROR(read_fill_mask(chain, *source, result));
+    if (request.texture == kFillMask)
+        RETURN_IF_ERROR(read_fill_mask(chain, *source, planned, result));
     result.counters = executor_->counters();
     return Status();
 }
 
 Status FilterWorker::read_fill_mask(const Chain& chain, const sequence::SourceFrame& source,
-                                    FilterResult& result) {
-    const FrameDescription frame =
-        sequence::with_fill_mask(sequence::planned_description(chain, source));
+                                    const FrameDescription& planned, FilterResult& result) {
+    const FrameDescription frame = sequence::with_fill_mask(planned);
     PlanOptions options = plan_;
     options.outputs.add(Role::layers);
     ASSIGN_OR_RETURN(auto plan, make_plan(chain, frame, options));

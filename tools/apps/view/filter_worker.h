@@ -74,7 +74,7 @@ class FilterWorker {
     FilterResult filter(FilterRequest request);
     Status filter_into(FilterResult& result);
     Status read_fill_mask(const Chain& chain, const sequence::SourceFrame& source,
-                          FilterResult& result);
+                          const FrameDescription& planned, FilterResult& result);
     SharedFrame reduced(const FilterRequest& request);
 
     const PlanOptions plan_;

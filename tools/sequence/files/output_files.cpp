@@ -171,8 +171,8 @@ Status OutputFiles::family_names(const OutputFamily& family) const {
     for (const std::string& name : names_in(family.folder))
         if (family.has(name)) {
             const std::string path = resolved_path(family.folder, name);
-            if (const std::string harm = conflict(path, path); !harm.empty())
-                return usage(path, concat(family.what, " ", harm, "; ", family.remedy));
+            if (const std::string clash = conflict(path, path); !clash.empty())
+                return usage(path, concat(family.what, " ", clash, "; ", family.remedy));
         }
     return Status();
 }
@@ -180,8 +180,8 @@ Status OutputFiles::family_names(const OutputFamily& family) const {
 Status OutputFiles::check_names() const {
     for (const auto& [resolved, index] : file_at_) {
         const OutputFile& file = files_[index];
-        if (const std::string harm = conflict(file.path, resolved); !harm.empty())
-            return usage(file.path, concat(file.what, " ", harm, "; ", file.remedy));
+        if (const std::string clash = conflict(file.path, resolved); !clash.empty())
+            return usage(file.path, concat(file.what, " ", clash, "; ", file.remedy));
     }
     if (!twice_.empty()) {
         const auto& [first, second] = twice_.front();
@@ -300,8 +300,8 @@ Status OutputFiles::make_folders() const {
 Result<OnExisting> OutputFiles::permit(const std::string& path) const {
     const std::string folder = folder_names_.name(fs::path(path).parent_path().string());
     const std::string whole = resolved_path(folder, name_of(path));
-    if (const std::string harm = conflict(path, whole); !harm.empty())
-        return usage(path, "this file " + harm + "; it is not written");
+    if (const std::string clash = conflict(path, whole); !clash.empty())
+        return usage(path, "this file " + clash + "; it is not written");
     for (const OutputFolder& own : folders_)
         if (is_inside(whole, folder_names_.name(own.path))) return OnExisting::overwrite;
     bool known = file_at_.count(whole) > 0;

@@ -102,8 +102,8 @@ bool color_goes_along(const SourceFrame& frame, const std::set<Neighbor>& neighb
 }
 
 // Pixels that the coverage of an id moves at most.
-int reach_of_ids(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
-    return int(std::ceil(std::min(reach_of(chain, plan, frame), double(io::kMaxSide)))) + kMarginPx;
+int reach_of_ids(const Chain& chain, const FramePlan& plan) {
+    return int(std::ceil(std::min(reach_of(chain, plan), double(io::kMaxSide)))) + kMarginPx;
 }
 
 bool any_pass_runs(const Plan& plan) {
@@ -174,11 +174,11 @@ void add_coverage(const io::RankedCoverage& ranks, const io::Window& of, const i
     }
 }
 
-std::vector<CoverageRun> coverage_runs(const Chain& chain, const Plan& plan,
+std::vector<CoverageRun> coverage_runs(const Chain& chain, const FramePlan& plan,
                                        const SourceFrame& frame, const PlanOptions& options) {
     std::vector<CoverageRun> runs;
     if (!frame.cryptomattes || !any_pass_runs(plan)) return runs;
-    const int reach_px = reach_of_ids(chain, plan, frame);
+    const int reach_px = reach_of_ids(chain, plan);
     std::map<std::set<Neighbor>, std::vector<CoverageSlot>> groups;
     for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i) {
         const Boxes boxes = filtered_boxes(frame, i, all_boxes(frame, i));
@@ -217,9 +217,9 @@ FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
     return description;
 }
 
-CryptomatteFilter::CryptomatteFilter(const Chain& chain, const Plan& plan, const SourceFrame& frame,
-                                     SharedPlanes planes, const PlanOptions& options,
-                                     Executor& executor)
+CryptomatteFilter::CryptomatteFilter(const Chain& chain, const FramePlan& plan,
+                                     const SourceFrame& frame, SharedPlanes planes,
+                                     const PlanOptions& options, Executor& executor)
     : chain_(chain),
       plan_(plan),
       frame_(frame),
@@ -228,8 +228,7 @@ CryptomatteFilter::CryptomatteFilter(const Chain& chain, const Plan& plan, const
       executor_(executor),
       runs_(coverage_runs(chain, plan, frame, options)) {
     if (!any_pass_runs(plan)) return;
-    description_ = planned_description(chain, frame);
-    reach_px_ = reach_of_ids(chain, plan, frame);
+    reach_px_ = reach_of_ids(chain, plan);
     const io::Window& window = frame.input.window;
     for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i) {
         Boxes boxes = all_boxes(frame, i);
@@ -299,7 +298,8 @@ Result<FramePlanes> CryptomatteFilter::filter(const CoverageRun& run,
             planes[role_of(neighbor, Role::layers)] =
                 std::make_shared<const ImageF>(stacked(run, neighbor));
     }
-    ASSIGN_OR_RETURN(auto plan, make_plan(chain_, described(run, frame_, description_), options_));
+    ASSIGN_OR_RETURN(auto plan,
+                     make_plan(chain_, described(run, frame_, plan_.description), options_));
     ASSIGN_OR_RETURN(auto result, executor_.filter(plan, planes, observer));
     ImageF& layers = result.at(Role::layers);
     const int own = run.with_color ? own_layers(frame_) : 0;

@@ -17,7 +17,7 @@
 #include "chain/gl/executor.h"
 #include "chain/pass/chain.h"
 #include "chain/pass/planner.h"
-#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence {
 
@@ -59,10 +59,10 @@ struct CoverageRun {
 
 // `plan`: the frame's plan without ids. Empty if cryptomattes stay as rendered. At most one run is
 // with color.
-std::vector<CoverageRun> coverage_runs(const Chain& chain, const Plan& plan,
+std::vector<CoverageRun> coverage_runs(const Chain& chain, const FramePlan& plan,
                                        const SourceFrame& frame, const PlanOptions& options);
 
-// The description with which a run is planned, from planned_description() of the frame.
+// The description with which a run is planned, from that of the frame's plan.
 FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
                            FrameDescription description);
 
@@ -71,7 +71,7 @@ FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
 class CryptomatteFilter {
   public:
     // `plan`: the frame's plan without ids; `planes`: its inputs. Refers to its other arguments.
-    CryptomatteFilter(const Chain& chain, const Plan& plan, const SourceFrame& frame,
+    CryptomatteFilter(const Chain& chain, const FramePlan& plan, const SourceFrame& frame,
                       SharedPlanes planes, const PlanOptions& options, Executor& executor);
 
     // The outputs of `plan`, filtered with as many ids as fit.
@@ -91,13 +91,12 @@ class CryptomatteFilter {
     Result<FramePlanes> filter(const CoverageRun& run, const StageObserver& observer);
 
     const Chain& chain_;
-    const Plan& plan_;
+    const FramePlan& plan_;
     const SourceFrame& frame_;
     const SharedPlanes planes_;
     const PlanOptions& options_;
     Executor& executor_;
     std::vector<CoverageRun> runs_;
-    FrameDescription description_;
     int reach_px_ = 0;
     std::vector<CryptomatteState> states_;
 };

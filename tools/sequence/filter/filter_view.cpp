@@ -12,15 +12,15 @@ namespace {
 constexpr float kLostCoverage = 0.02f;
 
 // All filtered layers of the frame, stacked in the order of FrameLayers::filtered. `together`:
-// those filtered with color. Errors: those of planning and filtering.
-Result<ImageF> filter_separately(const Chain& chain, const SourceFrame& frame,
-                                 const PlanOptions& options, Executor& executor,
-                                 const ImageF& together) {
+// those filtered with color. `whole`: the frame's plan. Errors: those of planning and filtering.
+Result<ImageF> filter_separately(const Chain& chain, const FramePlan& whole,
+                                 const SourceFrame& frame, const PlanOptions& options,
+                                 Executor& executor, const ImageF& together) {
     const int height = frame.description.height;
     std::vector<ImageF> filtered(frame.layers.filtered.size());
     for (const SeparateLayers& group : frame.separate_layers) {
         SharedPlanes planes = frame.planes;
-        FrameDescription description = planned_description(chain, frame);
+        FrameDescription description = whole.description;
         description.layers = int(group.layers.size());
         for (Role role : {Role::layers, Role::layers_before, Role::layers_after}) {
             planes.erase(role);
@@ -43,9 +43,9 @@ Result<ImageF> filter_separately(const Chain& chain, const SourceFrame& frame,
 
 }  // namespace
 
-Result<FilteredView> filter_view(const Chain& chain, const Plan& plan, const SourceFrame& source,
-                                 const PlanOptions& options, Executor& executor,
-                                 const StageObserver& observer,
+Result<FilteredView> filter_view(const Chain& chain, const FramePlan& plan,
+                                 const SourceFrame& source, const PlanOptions& options,
+                                 Executor& executor, const StageObserver& observer,
                                  const std::function<void()>& color_is_done) {
     const bool masked = !source.layers.fill_mask.empty();
     const SharedPlanes planes =
@@ -62,7 +62,7 @@ Result<FilteredView> filter_view(const Chain& chain, const Plan& plan, const Sou
     if (color_is_done) color_is_done();
     if (!source.separate_layers.empty()) {
         ASSIGN_OR_RETURN(view.layers,
-                         filter_separately(chain, source, options, executor, view.layers));
+                         filter_separately(chain, plan, source, options, executor, view.layers));
     }
     if (cryptomattes) {
         ASSIGN_OR_RETURN(view.cryptomattes, cryptomattes->filter_rest(view.reports));

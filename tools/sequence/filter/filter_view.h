@@ -21,9 +21,9 @@ struct FilteredView {
 // `plan`: that of plan_source_frame(). `observer`: of the run that filters color. `color_is_done`:
 // called after that run, before further runs for layers and ids. Errors: those of make_plan() and
 // Executor::filter().
-Result<FilteredView> filter_view(const Chain& chain, const Plan& plan, const SourceFrame& source,
-                                 const PlanOptions& options, Executor& executor,
-                                 const StageObserver& observer = {},
+Result<FilteredView> filter_view(const Chain& chain, const FramePlan& plan,
+                                 const SourceFrame& source, const PlanOptions& options,
+                                 Executor& executor, const StageObserver& observer = {},
                                  const std::function<void()>& color_is_done = {});
 
 // A line for each cryptomatte that has visibly lost coverage. `path`: of the frame's color.

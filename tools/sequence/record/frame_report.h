@@ -15,6 +15,7 @@
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/filter/cryptomatte_filter.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/frame_source.h"
 #include "tools/sequence/source/resolved_values.h"
 
@@ -33,7 +34,7 @@ struct FrameReport {
     std::vector<std::string> warnings;
     std::string profile;
     std::vector<std::string> views;  // that are filtered, if there are several
-    std::optional<Plan> plan;
+    std::optional<FramePlan> plan;
     std::optional<ResolvedValues> resolved;
     std::string provenance;                       // record/fingerprint.h
     std::string preview_provenance;               // of the preview, if requested

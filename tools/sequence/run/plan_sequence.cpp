@@ -92,12 +92,11 @@ FrameDescription without_layers(FrameDescription description) {
 }
 
 // `plan`: the frame's plan. Empty if only color is filtered. Errors: those of make_plan().
-Result<std::optional<LayerCost>> layer_cost(const Chain& chain, const Plan& plan,
+Result<std::optional<LayerCost>> layer_cost(const Chain& chain, const FramePlan& plan,
                                             const SourceFrame& frame, const PlanOptions& options) {
     const std::vector<CoverageRun> coverage = coverage_runs(chain, plan, frame, options);
     if (coverage.empty() && frame.layers.filtered.empty()) return std::optional<LayerCost>();
-    const FrameDescription description = planned_description(chain, frame);
-    ASSIGN_OR_RETURN(const auto alone, make_plan(chain, without_layers(description), options));
+    ASSIGN_OR_RETURN(const auto alone, make_plan(chain, without_layers(plan.description), options));
     LayerCost cost;
     cost.layers = int(frame.layers.filtered.size());
     uint64_t taps = 0;
@@ -113,12 +112,12 @@ Result<std::optional<LayerCost>> layer_cost(const Chain& chain, const Plan& plan
         cost.layers += run.layers();
         for (const CoverageSlot& slot : run.slots) cost.ids += slot.ids.size();
         ASSIGN_OR_RETURN(const auto planned,
-                         make_plan(chain, described(run, frame, description), options));
+                         make_plan(chain, described(run, frame, plan.description), options));
         add(planned);
     }
     if (!with_color) add(plan);
     for (const SeparateLayers& group : frame.separate_layers) {
-        FrameDescription apart = without_layers(description);
+        FrameDescription apart = without_layers(plan.description);
         for (const auto& [role, plane] : group.planes) apart.planes.add(role);
         apart.layers = int(group.layers.size());
         ASSIGN_OR_RETURN(const auto planned, make_plan(chain, apart, options));
@@ -154,14 +153,13 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         ASSIGN_OR_RETURN(auto source, reader.read(inputs));
         planned.warnings = source.warnings;
         planned.layers = source.layers;
-        auto plan = plan_source_frame(chain, source, settings.plan);
-        if (!plan.ok()) return plan;
-        for (auto& warning : plan_warnings(chain, *plan, source))
+        ASSIGN_OR_RETURN(auto plan, plan_source_frame(chain, source, settings.plan));
+        for (auto& warning : plan_warnings(chain, plan, source))
             planned.warnings.push_back(std::move(warning));
-        planned.resolved = resolve_values(chain, source, *plan);
-        ASSIGN_OR_RETURN(planned.layer_cost, layer_cost(chain, *plan, source, settings.plan));
-        planned.memory = memory_of(inputs, *plan, list.frames.size());
-        return plan;
+        planned.resolved = resolve_values(chain, source, plan);
+        ASSIGN_OR_RETURN(planned.layer_cost, layer_cost(chain, plan, source, settings.plan));
+        planned.memory = memory_of(inputs, plan, list.frames.size());
+        return Plan(std::move(plan));
     };
     for (int frame : list.frames) {
         PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {},

@@ -92,7 +92,7 @@ class FilterJob final : public FrameJob {
 
   private:
     // Frees the planes of `source`. Says in the report what ran.
-    Status filter(const Plan& plan, SourceFrame& source, const StageObserver& dump,
+    Status filter(const FramePlan& plan, SourceFrame& source, const StageObserver& dump,
                   FrameReport& report, FilteredView& view) {
         auto filtered = filter_view(chain_, plan, source, settings_.plan, executor_, dump, [&] {
             report.pass_times = executor_.pass_times();

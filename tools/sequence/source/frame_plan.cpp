@@ -12,14 +12,29 @@
 namespace postchain::sequence {
 namespace {
 
-io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
-    const double px = reach_of(chain, plan, frame);
+// Scans planes if a pass holds an object in its place.
+FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
+    FrameDescription description = frame.description;
+    std::vector<std::string> mattes;
+    for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
+    description.mattes = matte_indices(chain, mattes);
+    if (mattes_of(chain).empty())
+        for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
+            description.planes.remove(role);
+    find_depths(chain, frame.planes, description);
+    find_speeds(chain, frame.planes, description);
+    description.camera = description.camera.overlaid_by(chain.camera);
+    return description;
+}
+
+io::Window reached(const Chain& chain, const FramePlan& plan, const SourceFrame& frame) {
+    const double px = reach_of(chain, plan);
     return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
 }
 
 // Number of display-window pixels, outside the filtered window, that the passes may move light to:
 // for a cropped frame under DataWindow::keep.
-uint64_t pixels_cut_off(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+uint64_t pixels_cut_off(const Chain& chain, const FramePlan& plan, const SourceFrame& frame) {
     const io::Window lit = reached(chain, plan, frame).intersected(frame.input.display_window);
     return lit.pixels() - lit.intersected(frame.input.window).pixels();
 }
@@ -33,36 +48,36 @@ bool asks_for_focus(const Chain& chain, FrameDescription frame) {
     });
 }
 
-// Pixels with a value outside the cut's limits; of motion its length.
-uint64_t pixels_cut(const Cut& cut, const SourceFrame& frame) {
+// Pixels with a value that exceeds the limit; of motion its length.
+uint64_t pixels_beyond(const ExceededLimit& limit, const SourceFrame& frame) {
     const ImageF& first = *frame.planes.begin()->second;
-    std::vector<char> is_cut(first.pixels());
+    std::vector<char> exceeds(first.pixels());
     for (const auto& [role, plane] : frame.planes) {
-        if (!cut.planes.has(role)) continue;
-        for (size_t i = 0; i < is_cut.size(); ++i) {
+        if (!limit.planes.has(role)) continue;
+        for (size_t i = 0; i < exceeds.size(); ++i) {
             const float* value = plane->data.data() + i * size_t(plane->channels);
             const double size = plane->channels == 2
                                     ? std::hypot(double(value[0]), double(value[1]))
                                     : double(value[0]);
-            is_cut[i] |= char(size < cut.low || size > cut.high);
+            exceeds[i] |= char(size < limit.low || size > limit.high);
         }
     }
-    return uint64_t(std::count(is_cut.begin(), is_cut.end(), 1));
+    return uint64_t(std::count(exceeds.begin(), exceeds.end(), 1));
 }
 
 // One line for each limit of a pass that some pixels exceed.
-void add_cuts(const Chain& chain, const Plan& plan, const SourceFrame& frame,
-              const FrameDescription& description, std::vector<std::string>& warnings) {
+void add_exceeded_limits(const Chain& chain, const FramePlan& plan, const SourceFrame& frame,
+                         std::vector<std::string>& warnings) {
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        const auto pass = resolve_link(chain, i, description);
+        const auto pass = resolve_link(chain, i, plan.description);
         if (!pass.ok() || plan.passes[i].elided) continue;
         const std::string& name = chain.links[i].type->name;
-        for (const Cut& cut : (*pass)->cuts())
-            if (const uint64_t pixels = pixels_cut(cut, frame))
+        for (const ExceededLimit& limit : (*pass)->exceeded_limits())
+            if (const uint64_t pixels = pixels_beyond(limit, frame))
                 warnings.push_back(concat(
-                    frame.input.files.color_file().path(), ": ", name, ": the ", cut.what, " of ",
-                    pixels, pixels == 1 ? " pixel" : " pixels", " is cut to ", cut.limit_px,
-                    " px; the largest is ", cut.largest_px, " px (set ", cut.parameter, ")"));
+                    frame.input.files.color_file().path(), ": ", name, ": the ", limit.what, " of ",
+                    pixels, pixels == 1 ? " pixel" : " pixels", " is clamped to ", limit.limit_px,
+                    " px; the largest is ", limit.largest_px, " px (set ", limit.parameter, ")"));
     }
 }
 
@@ -115,26 +130,12 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     return planned ? all : usable;
 }
 
-FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
-    FrameDescription description = frame.description;
-    std::vector<std::string> mattes;
-    for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
-    description.mattes = matte_indices(chain, mattes);
-    if (mattes_of(chain).empty())
-        for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
-            description.planes.remove(role);
-    find_depths(chain, frame.planes, description);
-    find_speeds(chain, frame.planes, description);
-    description.camera = description.camera.overlaid_by(chain.camera);
-    return description;
-}
-
-Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
-                               const PlanOptions& options) {
+Result<FramePlan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                                    const PlanOptions& options) {
     FrameDescription description = planned_description(chain, frame);
-    if (!frame.layers.fill_mask.empty()) description = with_fill_mask(std::move(description));
-    auto plan = make_plan(chain, description, options);
-    if (plan.ok()) return plan;
+    const bool masked = !frame.layers.fill_mask.empty();
+    auto plan = make_plan(chain, masked ? with_fill_mask(description) : description, options);
+    if (plan.ok()) return FramePlan{std::move(*plan), std::move(description)};
     const Status status = plan.status();
     std::string text = frame.input.files.color_file().path() + ": " + status.message();
     if (status.code() == StatusCode::input) {
@@ -148,23 +149,22 @@ Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
     return Status(status.code(), text);
 }
 
-double reach_of(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
-    const FrameDescription description = planned_description(chain, frame);
+double reach_of(const Chain& chain, const FramePlan& plan) {
     std::set<int> left_out;
     for (const Elision& elision : plan.elisions)
         if (elision.kind == ElisionKind::pass) left_out.insert(elision.pass);
     double px = 0;
     for (size_t i = 0; i < chain.links.size(); ++i)
         if (!left_out.count(int(i)))
-            px += postchain::reach_of(*chain.links[i].pass, description).spreads_px;
+            px += postchain::reach_of(*chain.links[i].pass, plan.description).spreads_px;
     return px;
 }
 
-io::Window written_window(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+io::Window written_window(const Chain& chain, const FramePlan& plan, const SourceFrame& frame) {
     return reached(chain, plan, frame).intersected(frame.input.window);
 }
 
-std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
+std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan,
                                        const SourceFrame& frame) {
     std::vector<std::string> warnings;
     const std::string path = frame.input.files.color_file().path();
@@ -175,10 +175,10 @@ std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
             " leaves out part of the display window ", frame.input.display_window.text(),
             ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
             fits(whole) ? " (--data-window grow keeps it)" : ""));
-    const FrameDescription description = planned_description(chain, frame);
-    add_cuts(chain, plan, frame, description, warnings);
-    const Camera& camera = description.camera;
-    if (camera.metadata_focus_m && !camera.meters_per_unit && asks_for_focus(chain, description))
+    add_exceeded_limits(chain, plan, frame, warnings);
+    const Camera& camera = plan.description.camera;
+    if (camera.metadata_focus_m && !camera.meters_per_unit &&
+        asks_for_focus(chain, plan.description))
         warnings.push_back(
             concat(path, ": the focus of its metadata is ", *camera.metadata_focus_m,
                    " m, but meters_per_unit is unknown: a scene unit is assumed to be "

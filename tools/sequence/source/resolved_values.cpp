@@ -6,7 +6,6 @@
 #include "chain/base/printable.h"
 #include "chain/pass/resolved_chain.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence {
 namespace {
@@ -77,17 +76,16 @@ std::string origin_text(const Origin& origin) {
 
 }  // namespace
 
-ResolvedValues resolve_values(const Chain& chain, const SourceFrame& frame, const Plan& plan) {
-    const FrameDescription description = planned_description(chain, frame);
+ResolvedValues resolve_values(const Chain& chain, const SourceFrame& frame, const FramePlan& plan) {
     ResolvedValues resolved;
     for (const auto& row : camera_parameters().rows()) {
-        const ParameterValue value = row.get(&description.camera);
+        const ParameterValue value = row.get(&plan.description.camera);
         if (value == ParameterValue()) continue;
         resolved.camera.push_back({row.key, value, row.unit, of_camera(chain, frame, row.key)});
     }
     for (size_t i = 0; i < chain.links.size(); ++i) {
         PassValues pass{chain.links[i].type->name, plan.passes[i].elided, {}};
-        const auto on_frame = resolve_link(chain, i, description);
+        const auto on_frame = resolve_link(chain, i, plan.description);
         for (UsedValue& used :
              on_frame.ok() ? (*on_frame)->used_values() : std::vector<UsedValue>()) {
             Origin origin = origin_of(chain, frame, i, used);

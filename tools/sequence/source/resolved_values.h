@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "chain/pass/chain.h"
-#include "chain/plan/plan.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence {
 
@@ -31,7 +30,7 @@ struct ResolvedValues {
     std::vector<PassValues> passes;     // in the order of the chain
 };
 
-ResolvedValues resolve_values(const Chain& chain, const SourceFrame& frame, const Plan& plan);
+ResolvedValues resolve_values(const Chain& chain, const SourceFrame& frame, const FramePlan& plan);
 
 // {"camera": {KEY: {"value", "unit", "from", "where"}}, "passes": [{"pass", "left_out", "values":
 // {KEY: ...}}]}

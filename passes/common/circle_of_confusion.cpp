@@ -245,7 +245,7 @@ double max_radius_px(const Parameters& parameters, const FrameDescription& frame
                      double unset_fraction) {
     const bool range = parameters.coc == CocSource::range;
     const double fraction = range ? kSmallMaxRadiusFraction : unset_fraction;
-    // The small fraction sets a blur's width and is not cut.
+    // The small fraction sets a blur's width and is not clamped.
     const double most = fraction > kSmallMaxRadiusFraction ? kMaxRadiusPx : HUGE_VAL;
     if (parameters.max_radius_fraction)
         return *parameters.max_radius_fraction * frame.display_height / pixel_axes(frame)[1];

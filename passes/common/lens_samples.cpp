@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <tuple>
@@ -28,27 +29,28 @@ std::array<double, 2> image_point(const Aperture& aperture, double within, doubl
     return {half_size[0] * (c * x + s * y), half_size[1] * (c * y - s * x)};
 }
 
-shared::LensSamplesUniforms packed_table(const Points& points) {
-    shared::LensSamplesUniforms uniforms{};
-    uniforms.points = points.count;
-    uniforms.sets = points.sets;
+std::unique_ptr<shared::LensSamplesUniforms> packed_table(const Points& points) {
+    auto uniforms = std::make_unique<shared::LensSamplesUniforms>();
+    uniforms->points = points.count;
+    uniforms->sets = points.sets;
     for (size_t i = 0; i < points.packed.size(); ++i) {
         const auto& [x, y] = points.packed[i];
-        uniforms.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
+        uniforms->packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
     }
     return uniforms;
 }
 
 // Computing the points takes longer than the rest of a plan, and the next plan of a thread almost
-// always has the same lens: the last table stays.
+// always has the same lens: the last table stays. Behind a pointer, because a host's threads would
+// hold 16 KiB each.
 const shared::LensSamplesUniforms& table_of(const Aperture& aperture, int count, int more) {
     using Key = std::tuple<uint64_t, int, int>;
     thread_local std::optional<Key> last;
-    thread_local shared::LensSamplesUniforms uniforms;
+    thread_local std::unique_ptr<const shared::LensSamplesUniforms> uniforms;
     const Key key = {hash_of(aperture), count, more};
     if (last != key) uniforms = packed_table(lens_samples(aperture, count, more));
     last = key;
-    return uniforms;
+    return *uniforms;
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ class Gilham : public PassOnFrame {
            const FrameDescription& frame, const GilhamSizes& sizes)
         : parameters_(parameters), coc_(coc), frame_(frame), sizes_(sizes) {}
 
-    // No cuts: radii beyond two deviations of the Gaussian look the same, cut or not.
+    // No exceeded limits: radii beyond two deviations of the Gaussian look the same, clamped or
+    // not.
     std::vector<UsedValue> used_values() const override;
     Reach reach() const override;
     ShapeNumbers shape(const PlanContext& context) const override;

@@ -282,6 +282,7 @@ class Planner {
             step.bindings.push_back({first, planner_.input(role_of(neighbor, Role::motion))});
             step.bindings.push_back(
                 {first + 1, planner_.input(role_of(neighbor, Role::motion_back))});
+            step.taps += 2 * pixels_;
         }
     }
 
@@ -293,7 +294,7 @@ class Planner {
         step.bindings.push_back({1, packed.marks, Access::write});
         if (packed.neighbor) step.bindings.push_back({3, packed.here});
         // All pixels and, at most, all once more as edges.
-        step.taps = pixels_ * 20;
+        step.taps += pixels_ * 20;
         planner_.step(std::move(step));
     }
 
@@ -332,7 +333,7 @@ class Planner {
             step.bindings.push_back({5, packed.light});
             step.bindings.push_back({6, packed.marks});
         }
-        step.taps = 10 * pixels_;
+        step.taps += 10 * pixels_;
         planner_.step(std::move(step));
     }
 

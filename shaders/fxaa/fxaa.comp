@@ -9,7 +9,7 @@
 #include "common/work_group.glsl"
 #include "shared/fxaa_uniforms.h"
 #include "fxaa/blend.glsl"
-#include "fxaa/luma.glsl"
+#include "fxaa/transparency.glsl"
 
 layout(binding = 0) uniform sampler2D color_plane;
 layout(binding = 1) uniform sampler2D luma_plane;

@@ -7,14 +7,9 @@
 // Less the transparency, so that a black object on clear has edges; an opaque image does not change.
 //
 // Needs uniforms.
+#include "fxaa/transparency.glsl"
 
 const float kMaxLuma = 1e30;
-
-// 1 - alpha, between 0 and 1
-float transparency(vec4 stored) {
-    precise const float part = 1.0 - clamp(stored.a, 0.0, 1.0);
-    return part;
-}
 
 float luma_of(vec4 stored) {
     precise vec3 x = clamp(stored.rgb, -kMaxLuma, kMaxLuma);

@@ -3,7 +3,7 @@
 // pixel of that surface shows another in turn, and an edge to the adjacent pixels that show another.
 // All other pixels keep their surfaces.
 //
-//   inverse_depth [, motion [, motion_back]], shown -> surfaces
+//   inverse_depth [, motion [, motion_back [, both of the neighbors]]], shown -> surfaces
 //
 // NEIGHBOR: of the frame before or after. Surfaces that this frame hides are skipped if the light
 // around them has changed: surfaces of this frame, light, marks -> surfaces

@@ -42,7 +42,7 @@ ivec2 shown_size;  // of the texture that a debug view draws
 int makes;         // GUEST_MAKES_...: the planes that the import makes
 int pad0;
 ivec2 shown_at;     // its first stored texel, if it is the host's
-ivec2 shown_image;  // its layer and level, likewise
+ivec2 shown_image;  // its slice and level, likewise
 ivec4 slices;       // of color, depth, motion, mask
 ivec4 levels;
 ivec2 depth_size;  // texels of the frame's rectangle

@@ -97,7 +97,7 @@ TEST(MaxRadius, FollowsTheWidthAndIsKnown) {
         }
     frame.bounds.max_inverse_depth = 2.75;
     EXPECT_TRUE(lens::exceeded_limits(coc, frame).empty());
-    // At 4 K the same camera is cut at the same depth.
+    // At 4 K the same camera is clamped at the same depth.
     frame.display_width = 3840;
     coc = *lens::circle_of_confusion({}, frame);
     EXPECT_EQ(coc.max_radius_px, 480);

@@ -6,11 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iostream>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "chain/frame/behind.h"
 #include "tests/support/gpu.h"

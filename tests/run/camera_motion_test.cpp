@@ -257,7 +257,7 @@ TEST(UsedValues, LongestStreak) {
     };
     EXPECT_EQ(streak({}), 18);
     EXPECT_EQ(streak({.shutter_frames = {}, .shutter_angle_deg = 90}), 9);
-    // A limit changes no record of the longest; the part beyond it is said to be cut.
+    // A limit changes no record of the longest; the part beyond it is said to be clamped.
     EXPECT_TRUE(shutter::exceeded_limits({}, frame, 9).empty());
     const std::vector<ExceededLimit> limits = shutter::exceeded_limits({}, frame, 5);
     ASSERT_EQ(limits.size(), 1u);

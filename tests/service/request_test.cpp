@@ -188,6 +188,7 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     EXPECT_EQ(request.chain_b.name, "best");
     EXPECT_EQ(request.measured.folder, base_ + "/root/report");
     EXPECT_EQ(request.measured.repeats, 3);
+    EXPECT_EQ(request.measured.page_frames, 8);  // of ab; bench has 1
     EXPECT_EQ(request.measured.flip.pixels_per_degree, 50.5);
     // No output of the job may replace its chains.
     ab["chain_b"] = "chain.yaml";

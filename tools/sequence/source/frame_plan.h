@@ -42,8 +42,8 @@ io::Window written_window(const Chain& chain, const FramePlan& plan, const Sourc
 
 // Warnings about a frame in view of the chain that will filter it, one line each, with the file:
 // light lost at the border of a data window that is kept; streaks and circles of confusion that are
-// cut, with the count of pixels and the largest; a focus in meters that a pass needs although the
-// length of a scene unit is unknown.
+// clamped, with the count of pixels and the largest; a focus in meters that a pass needs although
+// the length of a scene unit is unknown.
 std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan,
                                        const SourceFrame& frame);
 

@@ -23,17 +23,18 @@ inline constexpr std::array kFrameStates = {FrameState::waiting, FrameState::wri
                                             FrameState::skipped, FrameState::missing,
                                             FrameState::quarantined};
 inline const char* name_of(JobKind kind) {
-    constexpr const char* kNames[kJobKinds.size()] = {"run", "ab", "bench", "study"};
+    constexpr std::array kNames = {"run", "ab", "bench", "study"};
+    static_assert(kNames.size() == kJobKinds.size());
     return kNames[size_t(kind)];
 }
 inline const char* name_of(JobState state) {
-    constexpr const char* kNames[kJobStates.size()] = {"queued", "running", "done", "failed",
-                                                       "canceled"};
+    constexpr std::array kNames = {"queued", "running", "done", "failed", "canceled"};
+    static_assert(kNames.size() == kJobStates.size());
     return kNames[size_t(state)];
 }
 inline const char* name_of(FrameState state) {
-    constexpr const char* kNames[kFrameStates.size()] = {"waiting", "written", "skipped", "missing",
-                                                         "quarantined"};
+    constexpr std::array kNames = {"waiting", "written", "skipped", "missing", "quarantined"};
+    static_assert(kNames.size() == kFrameStates.size());
     return kNames[size_t(state)];
 }
 

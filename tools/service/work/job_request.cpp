@@ -411,7 +411,11 @@ class RequestParser {
         for (const Parameter& row : reader_.table_->rows())
             if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
                 body_.confine_file(row, &job_);
-        body_.confine_rows(experiment::bench_parameters(), &request_.measured);
+        if (kind_ == RequestKind::ab)
+            body_.confine_rows(experiment::ab_parameters(),
+                               static_cast<experiment::ExperimentSettings*>(&request_.measured));
+        else
+            body_.confine_rows(experiment::bench_parameters(), &request_.measured);
         if (!confine_camera() || body_.faults().size() > before) return;
         std::optional<io::InputSpec> input;
         if (!job_.input.empty()) input = body_.confine_input("input", job_.input);

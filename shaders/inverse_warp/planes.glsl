@@ -152,8 +152,8 @@ float turn_beside(ivec2 p, vec4 motion) {
 }
 
 float smoothstep_of(float from, float to, float x) {
-    precise const float t = clamp((x - from) / (to - from), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
+    precise const float t = clamp((x - from) / (to - from), 0.0, 1.0), s = t * t * (3.0 - 2.0 * t);
+    return s;
 }
 
 // Of pixel p. q: inverse depth; `motion`: xy: motion, zw: motion_back

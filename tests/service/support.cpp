@@ -13,7 +13,7 @@
 
 namespace postchain::test {
 
-constexpr auto kPatience = std::chrono::minutes(2);
+constexpr auto kPatience = std::chrono::minutes(10);
 
 namespace fs = std::filesystem;
 using namespace service;

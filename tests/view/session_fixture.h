@@ -21,7 +21,7 @@ inline constexpr const char* kJoint =
     "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
     " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
     "passes:\n  - joint_blur: {samples: 8}\n  - fxaa\n";
-inline constexpr auto kPatience = std::chrono::seconds(120);
+inline constexpr auto kPatience = std::chrono::minutes(10);
 
 class SessionTest : public testing::Test {
   protected:

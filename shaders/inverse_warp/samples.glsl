@@ -38,12 +38,14 @@ vec2 random_at(ivec2 pixel) {
 
 // The place of k among 0 .. n - 1 in the order of their mirrored binary digits.
 int mirrored_place(int k, int n) {
-    int place = 0, bit = 1;
-    // For each digit 1 of k, the numbers that have the lower digits of k and then 0.
+    int place = 0, digit = 0;
+    // For each digit 1 of k, the numbers that have the lower digits of k and then 0. A software
+    // renderer divides one lane after the other, so it shifts.
     SOFTWARE_LOOP do {
-        if ((k & bit) != 0) place += (n - 1 - (k & (bit - 1))) / (2 * bit) + 1;
-        bit += bit;
-    } while (bit <= k);
+        const int lower = k & ((1 << digit) - 1);
+        ++digit;
+        place += (k >> (digit - 1) & 1) * (((n - 1 - lower) >> digit) + 1);
+    } while (k >> digit != 0);
     return place;
 }
 

@@ -156,7 +156,7 @@ float smoothstep_of(float from, float to, float x) {
     return s;
 }
 
-// Of pixel p. q: inverse depth; `motion`: xy: motion, zw: motion_back
+// The surface of pixel p. q: its inverse depth; `motion`: xy: motion, zw: motion_back
 Surface surface_of(ivec2 p, float q, bool edge, vec4 motion) {
     precise Surface s = Surface(q, edge, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 #if MOTION
@@ -166,7 +166,7 @@ Surface surface_of(ivec2 p, float q, bool edge, vec4 motion) {
     precise const float ratio = precise_dot(s.b, s.b) / max(precise_dot(s.a, s.a), 1e-6);
     s.straight = smoothstep_of(0.64, 1.44, ratio);
     if (s.straight > 0.0) {
-        // What bounces has an acceleration in this frame alone.
+        // A surface that bounces accelerates in this frame alone.
         s.straight *= 1.0 - smoothstep_of(kBounce, kTurn, turn_beside(p, motion));
     }
     const float path = path_of(s);

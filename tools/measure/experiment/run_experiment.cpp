@@ -59,7 +59,7 @@ struct LastError {
     std::optional<int> frame;
 };
 
-// What is asked of the chains, and how they are named. Nothing else tells ab from bench.
+// The question that the chains answer, and their names. Only this tells ab from bench.
 struct Asked {
     report::Kind kind = report::Kind::bench;
     std::string title;
@@ -73,7 +73,7 @@ struct Asked {
     std::vector<std::string> tiles;  // metrics by which the second is tested against the first
 };
 
-// Of the metrics; first: the first chain's result.
+// The reference of the metrics; first: the first chain's result.
 enum class Reference { truth, first, converged };
 
 class Run {

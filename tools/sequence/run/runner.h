@@ -59,7 +59,7 @@ class FrameJob {
 
 inline constexpr int kFramesInFlight = 4;  // reading, waiting, processing, writing
 
-// What a walk calls, and what ends it; each may be empty.
+// The functions that a run calls, and the one that ends it; each may be empty.
 struct RunCallbacks {
     FrameObserver finished = {};
     const std::atomic<bool>* stop = nullptr;  // the frame under way is not written

@@ -51,7 +51,7 @@ struct JobRequest {
     PreviewPlane plane = PreviewPlane::color;  // preview
     std::vector<std::string> warnings;
 
-    // Of an ab, bench or study.
+    // For ab, bench and study.
     const std::string& report_folder() const {
         return kind == JobKind::study ? study_settings.folder : measured.folder;
     }

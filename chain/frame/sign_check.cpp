@@ -63,6 +63,20 @@ SignVerdict SignCheck::verdict() const {
     return margin() < 1 / kSignMargin ? SignVerdict::contradicted : SignVerdict::undecided;
 }
 
+std::string SignCheck::remedy() const {
+    if (verdict() != SignVerdict::contradicted) return "";
+    const auto best = std::find_if(candidates.begin(), candidates.end(), [&](const auto& one) {
+        return told_apart(one) && one.margin == margin();
+    });
+    const std::string factors = concat("(", best->sign_x, ", ", best->sign_y, ")");
+    return best->plane == Role::motion
+               ? concat("use a profile whose `motion` has its `scale` multiplied by ", factors)
+               : concat(
+                     "use a profile whose `motion` has the channels of this one's `motion_back`, "
+                     "with their `scale` multiplied by ",
+                     factors);
+}
+
 struct SignChecker::Sums {
     struct Candidate {
         SignCandidate is;

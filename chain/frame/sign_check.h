@@ -46,6 +46,8 @@ struct SignCheck {
     }
     double margin() const;  // the smallest over the candidates that count; 1 if none does
     SignVerdict verdict() const;
+    // What to do if a candidate contradicts the conversion; otherwise empty.
+    std::string remedy() const;
 };
 
 // The check of a frame, strip by strip: every pixel is compared with the rows of the next frame

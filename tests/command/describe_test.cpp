@@ -250,8 +250,49 @@ TEST_F(DescribeTest, SignSelfCheck) {
     const Json wrong = signs({"--profile", at("flipped.yaml")});
     EXPECT_EQ(wrong["verdict"], "contradicted");
     EXPECT_EQ(wrong["candidates"].size(), 4u);
+    const char* remedy = "use a profile whose `motion` has its `scale` multiplied by (-1, -1)";
+    EXPECT_EQ(wrong["remedy"], remedy);
+    const Arguments flipped = {"inspect", in(), "--frames", "1", "--profile", at("flipped.yaml")};
+    expect_prints(run(flipped), 0, {"contradicted: another combination has", remedy});
+    expect_ends(run(joined(flipped, {"--strict"})), 7, {"contradicts the profile", remedy});
+    expect_prints(run({"inspect", in(), "--frames", "1", "--strict"}), 0, {"confirmed"});
     write_text(in(2), "broken");
     expect_ends(run({"inspect", in()}), 1, {"no sign self-check", in(2)});
+}
+
+// Vectors that are made from the camera are right by construction: only stored ones vote.
+TEST_F(DescribeTest, OnlyStoredVectorsVoteForTheirSigns) {
+    for (const int frame : {1, 2}) {
+        Planes planes = make_planes(48, 32, frame);
+        for (int y = 0; y < 16; ++y)
+            for (int x = 0; x < 48; ++x) planes.depth.at(x, y) = 1e10f;  // sky
+        for (float& value : planes.motion.data) value *= 0.002f;         // as fractions
+        planes.motion.at(0, 0, 0) = planes.motion.at(0, 0, 1) = 0;
+        for (int y = 0; y < 16; ++y)
+            for (int x = 0; x < 48; ++x)
+                for (int c = 0; c < 2; ++c) planes.motion.at(x, y, c) = 0;
+        write_frame(in(frame), planes);
+    }
+    // Turns by 0.05 in each frame.
+    const auto matrix = [](double angle) {
+        const double c = std::cos(angle), s = std::sin(angle);
+        return concat("[[", c, ", 0, ", s, ", 0], [0, 1, 0, 0], [", -s, ", 0, ", c,
+                      ", 0], [0, 0, 0, 1]]");
+    };
+    write_text(at("turns.json"), concat("{\"focal_length_mm\": 50, \"sensor_width_mm\": 36, "
+                                        "\"camera_matrix_world\": {\"1\": ",
+                                        matrix(0), ", \"2\": ", matrix(0.05), "}}"));
+    const auto outcome =
+        run({"inspect", in(), "--frames", "1", "--camera", at("turns.json"), "--json"});
+    EXPECT_EQ(outcome.code, 0) << outcome.text();
+    const Json json = json_lines(outcome.out).at(0);
+    EXPECT_GT(json["health"]["sky_motion_from_camera"], 700);
+    EXPECT_TRUE(json["sign_check"]["candidates"].empty()) << json["sign_check"];
+    EXPECT_NE(json["sign_check"]["why_not"], "");
+    // All of them are made.
+    const auto all = run(
+        {"inspect", in(), "--frames", "1", "--camera", at("turns.json"), "--camera-motion", "all"});
+    expect_prints(all, 0, {"sign self-check: not possible (the motion vectors are made from the"});
 }
 
 TEST_F(DescribeTest, Info) {

@@ -96,9 +96,9 @@ void print_signs(const SignCheck& check, int next) {
             return;
         case SignVerdict::contradicted:
             std::printf(
-                "  the profile's signs are NOT the best: another combination has %.2f "
-                "times their error\n",
-                check.margin());
+                "  contradicted: another combination has %.2f times the error of the profile's "
+                "signs; %s\n",
+                check.margin(), check.remedy().c_str());
             return;
     }
 }
@@ -180,6 +180,15 @@ void log_notes(const sequence::InspectedFrame& found) {
         log::warning("no sign self-check: " + found.signs->status().message());
 }
 
+// A warning; under --strict an error, and the exit code if nothing else fails.
+void report_contradiction(const SignCheck& check, int frame, bool strict, Status& strict_fault) {
+    const std::string text =
+        concat("frame ", frame, ": the sign self-check contradicts the profile; ", check.remedy());
+    if (!strict) return log::warning(text);
+    strict_fault = Status(StatusCode::health, text);
+    fail(strict_fault);
+}
+
 Result<int> inspect_subcommand(const Options& options) {
     if (options.camera_metadata) {
         std::fputs(io::camera_attributes_as_markdown().c_str(), stdout);
@@ -210,7 +219,7 @@ Result<int> inspect_subcommand(const Options& options) {
     // Without --frames the first frame is printed, and all are surveyed.
     std::vector<int> shown = list.frames;
     if (!settings.frames) shown.resize(std::min<size_t>(1, shown.size()));
-    Status first_failure;
+    Status first_failure, contradicted;
     sequence::SequenceSurvey survey;
     const auto failed = [&](const Status& status) {
         fail(status);
@@ -233,8 +242,15 @@ Result<int> inspect_subcommand(const Options& options) {
             continue;
         }
         log_notes(found);
+        if (found.signs && found.signs->ok() &&
+            (*found.signs)->verdict() == SignVerdict::contradicted)
+            report_contradiction(**found.signs, frame, settings.strict, contradicted);
     }
-    const auto code = [&] { return exit_code(first_failure, survey.readable()); };
+    const auto code = [&] {
+        return contradicted.ok() || !first_failure.ok()
+                   ? exit_code(first_failure, survey.readable())
+                   : exit_code(contradicted);
+    };
     if (list.files.size() < 2 || list.frames.size() < 2) return code();
     if (!settings.frames)
         if (const int stopped = look_at_others(settings, list, survey); stopped != kExitOk)
@@ -254,6 +270,8 @@ Result<int> inspect_subcommand(const Options& options) {
 RunSubcommand add_inspect(CLI::App& subcommand, Options& options) {
     add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
     subcommand.add_flag("--json", options.json, "one JSON object per frame");
+    subcommand.add_flag("--strict", options.job.strict,
+                        "motion vectors that the sign self-check contradicts are an error");
     subcommand.add_flag("--camera-metadata", options.camera_metadata,
                         "print only a Markdown table of the camera attributes that are read");
     subcommand.get_option("--input")->required(false);

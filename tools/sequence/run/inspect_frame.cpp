@@ -90,6 +90,7 @@ Json describe_signs(const SignCheck& check) {
                  {"margin", check.margin()},
                  {"candidates", candidates}};
     if (!check.why_not.empty()) json["why_not"] = check.why_not;
+    if (const std::string remedy = check.remedy(); !remedy.empty()) json["remedy"] = remedy;
     return json;
 }
 

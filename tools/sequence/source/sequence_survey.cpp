@@ -84,6 +84,13 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
         none.why_not = "the next frame has another display window, " + next_display.text();
         return none;
     }
+    if (header.makes_motion) {
+        none.why_not = "the motion vectors are made from the camera; none are read from the file";
+        return none;
+    }
+    // Vectors that are made here are right by construction and must not vote.
+    FrameHeader stored = header;
+    stored.sky.reset();
     const io::Window& window = header.window;
     const int64_t row = std::max<int64_t>(1, int64_t(window.width()) * 4 * 4);
     const double margin_limit = double(std::max<int64_t>(rows, kNextBytes / row / 2));
@@ -92,8 +99,8 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
     for (int first = 0; first < window.height(); first += rows) {
         const int end = std::min(window.height(), first + rows);
         ASSIGN_OR_RETURN(auto strip,
-                         read_source_strip(settings, header,
-                                           planes_of(header, {Role::inverse_depth, Role::motion,
+                         read_source_strip(settings, stored,
+                                           planes_of(stored, {Role::inverse_depth, Role::motion,
                                                               Role::motion_back}),
                                            io::Keep::nothing, first, end));
         io::Window around = window;

@@ -47,6 +47,47 @@ std::string meant_key(const std::string& key, const std::vector<std::string>& kn
 }
 
 constexpr const char* kShutterAngle = "shutter_angle_deg";
+constexpr const char* kShutterPosition = "shutter_position";
+
+// Keys whose values change what a camera sees, and that no pass supports: what is missing without
+// them. A value that has no effect (0, false, an empty list) is not reported.
+struct UnsupportedKey {
+    const char* key;
+    const char* lost;
+};
+constexpr UnsupportedKey kUnsupportedKeys[] = {
+    {"shutter_offset", "the shutter is placed by shutter_position: start, center or end"},
+    {"shutter_curve", "the shutter opens and closes at once"},
+    {"shutter_efficiency", "the shutter opens and closes at once"},
+    {"rolling_shutter", "every row is exposed at the same time"},
+    {"rolling_shutter_type", "every row is exposed at the same time"},
+    {"lens_shift",
+     "vectors from the camera's matrices, ray distances and the cat's eye are those "
+     "of a lens that is not shifted"},
+    {"shift_x",
+     "vectors from the camera's matrices, ray distances and the cat's eye are those of "
+     "a lens that is not shifted"},
+    {"shift_y",
+     "vectors from the camera's matrices, ray distances and the cat's eye are those of "
+     "a lens that is not shifted"},
+};
+
+bool has_effect(const TextNode& node) {
+    if (node.is_list()) return std::any_of(node.items.begin(), node.items.end(), has_effect);
+    if (node.is_map()) return !node.entries.empty();
+    if (node.is_null() || node.text == "false" || node.text == "NONE" || node.text == "none")
+        return false;
+    const auto number = number_of(node);
+    return !number.ok() || *number != 0;
+}
+
+// "Centre on Frame" -> "center": the words of renderers' interfaces.
+std::string position_word(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    if (text.ends_with(" on frame")) text.resize(text.size() - std::string(" on frame").size());
+    return text == "centre" || text == "centered" || text == "centred" ? "center" : text;
+}
 
 const std::vector<std::string> kFitNames = {"horizontal", "vertical", "auto"};
 
@@ -70,7 +111,7 @@ class CameraParser {
             else if (key.text == "camera_matrix_world")
                 matrices(value);
             else
-                unknown(key, key.text);
+                unknown(key, value, key.text);
         }
         complete(root, "", file_.camera);
         report_empty(root);
@@ -94,8 +135,10 @@ class CameraParser {
         const bool angle = key == kShutterAngle;
         const Parameter* row = camera_parameters().find(angle ? "shutter_frames" : key);
         if (!row) return false;
+        TextNode value = node;
+        if (key == kShutterPosition && value.is_scalar()) value.text = position_word(value.text);
         const Status status = angle ? shutter_angle(*row, node, camera)
-                                    : set_row(camera_parameters(), &camera, *row, node);
+                                    : set_row(camera_parameters(), &camera, *row, value);
         if (!status.ok()) reporter_.error(node, path, status.message());
         const Origin origin = {kFromCameraFile, concat(file_.file_name, ":", name.line)};
         if (!origins.emplace(row->key, origin).second)
@@ -177,7 +220,7 @@ class CameraParser {
                 for (const auto& [name, v] : value.entries)
                     if (!lens(name, path + "." + name.text, v, frame.camera, frame.sensor_fit,
                               frame.origins))
-                        unknown(name, path + "." + name.text);
+                        unknown(name, v, path + "." + name.text);
                 complete(value, path, frame.camera);
             }
         }
@@ -262,12 +305,19 @@ class CameraParser {
 
     // Keys of other programs are ignored. A key close to a known one gets a warning; so does a
     // known one among the values of a frame.
-    void unknown(const TextNode& key, const std::string& path) {
+    void unknown(const TextNode& key, const TextNode& value, const std::string& path) {
         std::vector<std::string> known = {
             "resolution", "fps", "frames", "sensor_fit", "camera_matrix_world", kShutterAngle};
         for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
         if (std::ranges::find(known, key.text) != known.end())
             return reporter_.warning(key, path, "ignored: belongs at the top of the file");
+        for (const auto& one : kUnsupportedKeys)
+            if (key.text == one.key) {
+                if (has_effect(value))
+                    reporter_.warning(
+                        key, path, concat("ignored: ", key.text, " is not supported: ", one.lost));
+                return;
+            }
         if (const std::string meant = meant_key(key.text, known); !meant.empty())
             return reporter_.warning(
                 key, path,

@@ -39,6 +39,7 @@ Camera Camera::overlaid_by(const Camera& over) const {
     lay(result.near_clip, over.near_clip);
     lay(result.far_clip, over.far_clip);
     lay(result.shutter_frames, over.shutter_frames);
+    lay(result.shutter_position, over.shutter_position);
     lay(result.meters_per_unit, over.meters_per_unit);
     lay(result.aperture_blades, over.aperture_blades);
     lay(result.aperture_image, over.aperture_image);
@@ -103,8 +104,12 @@ const ParameterTable& camera_parameters() {
                     {.min = 0,
                      .max = 100,
                      .unit = "frames",
-                     .help = "time the shutter is open, centered on the frame",
+                     .help = "time the shutter is open",
                      .unset_means = "from --camera, otherwise 0.5"})
+            .choice("shutter_position", &Camera::shutter_position, shutter_position_names(),
+                    {.help = "the frame's place in the time the shutter is open: it opens at the "
+                             "frame, is centered on it, or closes at it",
+                     .unset_means = "from --camera, otherwise center"})
             .number(
                 "meters_per_unit", &Camera::meters_per_unit,
                 {.min = 0,

@@ -26,6 +26,13 @@ inline constexpr bool is_infinitely_far(float inverse_depth) {
     return inverse_depth <= 1e-9f;
 }
 
+// Where the frame's own time lies in the time that the shutter is open.
+enum class ShutterPosition { start, center, end };
+inline const std::vector<std::string>& shutter_position_names() {
+    static const std::vector<std::string> names = {"start", "center", "end"};
+    return names;
+}
+
 // Lens, shutter and clip planes of one frame. A member without a value is unknown; code
 // that needs it reports an error or applies the stated default. Lengths in millimeters or scene
 // units as named.
@@ -33,10 +40,11 @@ struct Camera {
     std::optional<double> focal_length_mm;
     std::optional<double> sensor_width_mm;
     std::optional<double> f_stop;
-    std::optional<double> focus_distance;  // scene units, along the view axis
-    std::optional<double> near_clip;       // scene units
-    std::optional<double> far_clip;        // scene units
-    std::optional<double> shutter_frames;  // open time in frames, centered on the frame
+    std::optional<double> focus_distance;             // scene units, along the view axis
+    std::optional<double> near_clip;                  // scene units
+    std::optional<double> far_clip;                   // scene units
+    std::optional<double> shutter_frames;             // open time in frames
+    std::optional<ShutterPosition> shutter_position;  // default: center
     std::optional<double> meters_per_unit;
     // The aperture as seen in a highlight behind the focus; before the focus it is turned by half a
     // turn. Unset: a disc. An image replaces blades and their curvature.

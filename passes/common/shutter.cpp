@@ -13,7 +13,7 @@ const ParameterTable& parameter_table() {
                      .max = 10,
                      .soft_max = 4,
                      .unit = "frames",
-                     .help = "time the shutter is open, centered on the frame",
+                     .help = "time the shutter is open",
                      .unset_means = "the camera's shutter_frames, otherwise 0.5",
                      .excludes = "shutter_angle_deg"})
             .number("shutter_angle_deg", &Parameters::shutter_angle_deg,
@@ -44,6 +44,19 @@ double open_frames(const Parameters& parameters, const Camera& camera) {
     return camera.shutter_frames.value_or(kDefaultShutterFrames);
 }
 
+Interval interval(const Parameters& parameters, const Camera& camera) {
+    const double open = open_frames(parameters, camera);
+    switch (camera.shutter_position.value_or(ShutterPosition::center)) {
+        case ShutterPosition::start:
+            return {0, open};
+        case ShutterPosition::center:
+            return {-0.5 * open, 0.5 * open};
+        case ShutterPosition::end:
+            return {-open, 0};
+    }
+    return {};
+}
+
 std::optional<double> limit_px(const Parameters& parameters, std::optional<int> max_blur_px,
                                const FrameDescription& frame) {
     if (max_blur_px) return *max_blur_px;
@@ -63,16 +76,16 @@ double fastest_px(const FrameDescription& frame) {
 
 std::vector<ExceededLimit> exceeded_limits(const Parameters& parameters,
                                            const FrameDescription& frame, double max_half_px) {
-    const double half_open = 0.5 * open_frames(parameters, frame.camera);
+    const double side = interval(parameters, frame.camera).longer_side();
     const double fastest = fastest_px(frame);
-    if (!std::isfinite(fastest) || half_open * fastest <= max_half_px) return {};
+    if (!std::isfinite(fastest) || side * fastest <= max_half_px) return {};
     return {{parameters.max_blur_fraction ? "max_blur_fraction" : "max_blur_px",
              "half-length of a streak",
              max_half_px,
-             half_open * fastest,
+             side * fastest,
              {Role::motion, Role::motion_back},
              0,
-             max_half_px / half_open}};
+             max_half_px / side}};
 }
 
 std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame) {
@@ -86,6 +99,10 @@ std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDesc
     if (!parameters.shutter_frames && parameters.shutter_angle_deg)
         shutter.row = "shutter_angle_deg";
     std::vector<UsedValue> values = {shutter};
+    const auto position = frame.camera.shutter_position.value_or(ShutterPosition::center);
+    if (position != ShutterPosition::center)
+        values.push_back(
+            {"shutter_position", shutter_position_names()[size_t(position)], "", Of::camera});
     if (const double fastest = fastest_px(frame); std::isfinite(fastest))
         values.push_back({"longest_streak_px", open * fastest, "px", Of::frame});
     return values;

@@ -1,6 +1,7 @@
 // The shutter parameters of a pass.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,15 @@ const ParameterTable& parameter_table();
 // Time the shutter is open, in frames: the pass's own value (frames, or degrees / 360), otherwise
 // the camera's, otherwise kDefaultShutterFrames.
 double open_frames(const Parameters& parameters, const Camera& camera);
+
+// The times at which the shutter opens and closes, frames from the frame's own.
+struct Interval {
+    double opens = -0.25, closes = 0.25;
+
+    // The longer side of the frame's time: half the open time if the shutter is centered.
+    double longer_side() const { return std::max(-opens, closes); }
+};
+Interval interval(const Parameters& parameters, const Camera& camera);
 
 // The open time, and the longest streak on this frame, unclamped, if its speeds are known.
 std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame);

@@ -37,9 +37,16 @@ const ParameterTable& search_table() {
 
 Shutter shutter_on(const FrameDescription& frame, const Parameters& parameters) {
     const double default_max_path_px = std::clamp(frame.display_width / 8.0, 40.0, 512.0);
-    return {.half_open = 0.5 * shutter::open_frames(parameters.shutter, frame.camera),
-            .max_path_px = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
-                               .value_or(default_max_path_px)};
+    Shutter shutter;
+    shutter.max_path_px = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
+                              .value_or(default_max_path_px);
+    const auto [opens, closes] = shutter::interval(parameters.shutter, frame.camera);
+    shutter.half_open = std::max(-opens, closes);
+    if (opens != -closes) {
+        shutter.time_scale = 0.5 * (closes - opens) / shutter.half_open;
+        shutter.time_shift = 0.5 * (closes + opens) / shutter.half_open;
+    }
+    return shutter;
 }
 
 Lens lens_on(const FrameDescription& frame, const Parameters& parameters,

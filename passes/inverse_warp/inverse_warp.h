@@ -72,8 +72,13 @@ struct Parameters {
 
 // On one frame.
 struct Shutter {
-    double half_open = 0.25;  // half the open time, frames; 0: closed
+    // Frames; 0: closed. Half the open time, if that is centered on the frame; otherwise all of it:
+    // times are then those of half of a shutter that is open for twice as long.
+    double half_open = 0.25;
     double max_path_px = 40;  // longest path on one side of the frame
+    // Times, in [-1, 1] over -half_open .. half_open, are shift + scale u of those of a centered
+    // shutter.
+    double time_scale = 1, time_shift = 0;
 };
 Shutter shutter_on(const FrameDescription& frame, const Parameters& parameters);
 struct Lens {

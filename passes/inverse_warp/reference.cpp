@@ -73,9 +73,10 @@ std::array<double, 3> covariance_of(const Hit& hit, const Settings& settings) {
         covariance[2] += y * y * radius * radius / 4;
     }
     if (settings.shutter) {
-        covariance[0] += hit.path.x * hit.path.x / 3;
-        covariance[1] += hit.path.x * hit.path.y / 3;
-        covariance[2] += hit.path.y * hit.path.y / 3;
+        const Vec moved = settings.shutter->time_scale * hit.path;
+        covariance[0] += moved.x * moved.x / 3;
+        covariance[1] += moved.x * moved.y / 3;
+        covariance[2] += moved.y * moved.y / 3;
     }
     return covariance;
 }
@@ -354,8 +355,9 @@ class Gather {
 
     SampleSet first_set(const Pixel& pixel) const {
         if (s_.lens) return {double(s_.parameters.samples)};
-        return {std::clamp(2 * pixel.block->longest_px / s_.parameters.path_px_per_time,
-                           double(kMinTimes), double(std::max(s_.parameters.samples, kMinTimes)))};
+        const double path_px = 2 * s_.shutter->time_scale * pixel.block->longest_px;
+        return {std::clamp(path_px / s_.parameters.path_px_per_time, double(kMinTimes),
+                           double(std::max(s_.parameters.samples, kMinTimes)))};
     }
 
     // Time of sample k. The lens samples go outward, so the times beside them go by mirrored
@@ -381,7 +383,9 @@ class Gather {
         Sample sample;
         sample.number = k;
         sample.weight = set.weight * part;
-        if (s_.shutter) sample.u = time_of(k, set.n, part, random.y);
+        if (s_.shutter)
+            sample.u =
+                s_.shutter->time_shift + s_.shutter->time_scale * time_of(k, set.n, part, random.y);
         if (s_.lens) {
             const int table = std::min(int(random.x * points_.sets), points_.sets - 1);
             const auto point = points_.at(set.first + k, table);

@@ -98,6 +98,8 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         uniforms.half_shutter = float(settings.shutter->half_open);
         uniforms.max_path_px = float(settings.shutter->max_path_px);
         uniforms.time_jitter = float(settings.parameters.time_jitter);
+        uniforms.time_scale = float(settings.shutter->time_scale);
+        uniforms.time_shift = float(settings.shutter->time_shift);
         uniforms.path_px_per_time = float(settings.parameters.path_px_per_time);
     }
     if (settings.lens) {

@@ -157,7 +157,8 @@ class MotionBlurOnFrame final : public Filter {
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
         const bool reads_back =
             parameters_.mode == Mode::inverse_warp && context.available.has(Role::motion_back);
-        const double largest = 0.5 * shutter * bounds.fastest_px(reads_back);
+        const double side = shutter::interval(parameters_.shutter, frame_.camera).longer_side();
+        const double largest = side * bounds.fastest_px(reads_back);
         if (!(largest <= parameters_.min_speed_px)) return std::nullopt;
         return Identity{kRuleFacts,
                         {.name = "largest half-velocity",
@@ -210,6 +211,14 @@ class MotionBlur final : public Pass {
 
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
         if (warps()) return ResolvedPass(warp(warp_settings(parameters_, frame), frame));
+        if (frame.camera.shutter_position.value_or(ShutterPosition::center) !=
+            ShutterPosition::center)
+            return Status(StatusCode::chain,
+                          concat("shutter_position: ",
+                                 shutter_position_names()[size_t(*frame.camera.shutter_position)],
+                                 " is only supported by mode: inverse_warp; set that, or "
+                                 "camera.shutter_position=center for streaks centered on the "
+                                 "frame"));
         return ResolvedPass(guertin(Guertin::depths_of(frame.bounds), frame));
     }
 

@@ -45,7 +45,10 @@ vec3 covariance_of(float inverse_depth, vec2 path) {
     const float radius = radius_px(inverse_depth);
     const vec2 axes = radius * vec2(uniforms.pixel_axis_x, uniforms.pixel_axis_y);
     if (kLens) covariance.xz += 0.25 * axes * axes;
-    if (kShutter) covariance += path.xxy * path.xyy / 3.0;
+    if (kShutter) {
+        precise const vec2 moved = uniforms.time_scale * path;
+        covariance += moved.xxy * moved.xyy / 3.0;
+    }
     return covariance;
 }
 

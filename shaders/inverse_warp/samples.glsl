@@ -21,7 +21,8 @@ struct SampleSet {
 // n of the shutter alone grows with the longest displacement. The last sample may be a part of one,
 // so that nothing jumps where a longer path gets another sample.
 SampleSet first_set(Pixel pixel) {
-    const float times = clamp(2.0 * pixel.longest_px / uniforms.path_px_per_time,
+    const float path_px = 2.0 * uniforms.time_scale * pixel.longest_px;
+    const float times = clamp(path_px / uniforms.path_px_per_time,
                               float(INVERSE_WARP_MIN_TIMES),
                               float(max(uniforms.samples, INVERSE_WARP_MIN_TIMES)));
     return SampleSet(kLens ? float(uniforms.samples) : times, 0, 1.0);
@@ -49,7 +50,7 @@ int mirrored_place(int k, int n) {
     return place;
 }
 
-// Time of sample k, in [-1, 1]. With a lens, whose samples go outward, times go by mirrored digits:
+// Time of sample k, in [-1, 1], or in the part of it in which the shutter is open. With a lens, whose samples go outward, times go by mirrored digits:
 // evenly spread, from the center of the shutter on, and turned by the random number.
 float time_of(int k, SampleSet set, float part, float random) {
     if (!kShutter) return 0.0;
@@ -61,7 +62,8 @@ float time_of(int k, SampleSet set, float part, float random) {
     } else {
         u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
     }
-    return u;
+    precise const float open_u = uniforms.time_shift + uniforms.time_scale * u;
+    return open_u;
 }
 
 vec2 lens_sample(int index, float random) {

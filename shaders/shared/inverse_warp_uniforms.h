@@ -40,7 +40,9 @@ int fill_layer;  // which of the frame's layers is the fill mask (chain/frame/la
 // of the step: uniforms, so that both neighbors have one program
 int neighbor;     // -1: planes of the frame before, 1: of the frame after
 int second_half;  // 1: its surfaces are the second half of their texture
-int pad0, pad1;
+// Times are time_shift + time_scale u of those of a shutter that is centered on the frame.
+float time_scale;
+float time_shift;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.

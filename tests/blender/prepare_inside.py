@@ -150,7 +150,6 @@ class Problems(Case):
         scene = self.scene
         for owner, key, value, text in [
                 (scene.cycles, "rolling_shutter_type", "TOP", "Rolling Shutter is on"),
-                (scene.cycles, "motion_blur_position", "END", "not Center on Frame"),
                 (scene.camera.data, "shift_y", 0.1, "shifted lens"),
                 (scene.render, "pixel_aspect_x", 2, "pixel aspect"),
                 (scene.render.motion_blur_shutter_curve.curves[0].points[0].location, "y", 0,

@@ -124,8 +124,9 @@ TEST(Camera, OverlayTakesOnlyWhatIsSet) {
     // Every row of the table must take part: a member that is forgotten is a value that is lost.
     for (const auto& row : camera_parameters().rows()) {
         Camera one;
-        row.set(&one, row.type == ParameterType::text ? ParameterValue("three")
-                                                      : ParameterValue(int64_t(3)));
+        row.set(&one, row.type == ParameterType::text     ? ParameterValue("three")
+                      : row.type == ParameterType::choice ? ParameterValue(row.choices.back())
+                                                          : ParameterValue(int64_t(3)));
         EXPECT_NE(row.get(&one), ParameterValue()) << row.key;
         EXPECT_EQ(row.get(&one), row.get(&static_cast<const Camera&>(Camera().overlaid_by(one))))
             << row.key;

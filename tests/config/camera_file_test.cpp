@@ -146,7 +146,7 @@ TEST(CameraFile, IgnoresUnknownKeysWithANoteOrAWarning) {
         EXPECT_THAT(messages_of(concat("{\"", given, "\": 1, \"cats_eye\": 0.5}")),
                     ElementsAre(HasSubstr(concat("did you mean '", known, "'?"))));
     // Other programs' keys.
-    for (const char* key : {"shutter_position", "lens", "z", "fov", "near_plane"})
+    for (const char* key : {"lens", "z", "fov", "near_plane"})
         EXPECT_THAT(messages_of(concat("{\"", key, "\": 1, \"f_stop\": 2}")),
                     ElementsAre(HasSubstr(concat("note: ignored keys: ", key))));
     // No camera value at all.
@@ -154,6 +154,36 @@ TEST(CameraFile, IgnoresUnknownKeysWithANoteOrAWarning) {
                 ElementsAre(HasSubstr("warning: no camera value in this file; known are focal_")));
     EXPECT_THAT(places_of(R"({"fps": 24, "scene": 1})"), ElementsAre("1:1 warning ", "1:13 note "));
     EXPECT_THAT(places_of(R"({"frames": {"3": {"f_stop": 2}}})"), IsEmpty());
+}
+
+TEST(CameraFile, TakesThePositionOfTheShutter) {
+    for (const auto& [word, position] : {std::pair("start", ShutterPosition::start),
+                                         {"END", ShutterPosition::end},
+                                         {"Start on Frame", ShutterPosition::start},
+                                         {"centre on frame", ShutterPosition::center},
+                                         {"CENTER", ShutterPosition::center}}) {
+        const CameraFile file =
+            parse_good(concat("{\"f_stop\": 2,\n \"shutter_position\": \"", word, "\"}"));
+        EXPECT_EQ(file.camera.shutter_position, position) << word;
+        EXPECT_EQ(file.origins.at("shutter_position").where, "camera.json:2");
+    }
+    EXPECT_THAT(messages_of(R"({"shutter_position": "middle"})"),
+                ElementsAre(HasSubstr("shutter_position is one of start, center, end")));
+}
+
+// Keys that change the picture and that no pass supports, unless their value changes nothing.
+TEST(CameraFile, WarnsOfWhatIsNotSupported) {
+    for (const char* text :
+         {"\"shutter_offset\": 0.25", "\"shutter_curve\": [0, 1, 0]", "\"rolling_shutter\": true",
+          "\"rolling_shutter_type\": \"TOP\"", "\"shift_x\": 0.1", "\"lens_shift\": [0, 0.1]"})
+        EXPECT_THAT(messages_of(concat("{\"f_stop\": 2, ", text, "}")),
+                    ElementsAre(AllOf(HasSubstr("warning: "), HasSubstr(" is not supported: "))))
+            << text;
+    for (const char* text : {"\"shutter_offset\": 0", "\"rolling_shutter\": false",
+                             "\"rolling_shutter_type\": \"NONE\"", "\"lens_shift\": [0, 0]"})
+        EXPECT_THAT(messages_of(concat("{\"f_stop\": 2, ", text, "}")), IsEmpty()) << text;
+    EXPECT_THAT(messages_of(R"({"f_stop": 2, "frames": {"3": {"shift_y": 0.1}}})"),
+                ElementsAre(HasSubstr("warning: frames.3.shift_y: ignored: shift_y is not")));
 }
 
 TEST(CameraFile, TakesTheShutterAsAnAngle) {

@@ -68,6 +68,35 @@ TEST(InverseWarp, OpacityOfAMovingBarIsExact) {
     }
 }
 
+// A shutter that opens at the frame, or closes at it, blurs to one side.
+TEST(InverseWarp, TheShutterMayOpenOrCloseAtTheFrame) {
+    const BlurFrame frame = bar(120, 45, 13, 48, 48);
+    for (const auto& [position, opens] :
+         {std::pair{ShutterPosition::start, 0.0}, {ShutterPosition::end, -0.5}}) {
+        SCOPED_TRACE(shutter_position_names()[size_t(position)]);
+        Chain chain = converged_warp();
+        chain.camera.shutter_position = position;
+        const ImageF out = blurred(chain, frame);
+        for (int x = 10; x < 110; ++x) {
+            const double expected =
+                coverage(x, 13, [&](double t) { return 45 + 48 * (t + 0.25 + opens); });
+            EXPECT_NEAR(out.at(x, 10, 0), expected, 0.06) << "x " << x;
+        }
+        Chain random = warp({{"samples", int64_t(15)}});
+        random.camera.shutter_position = position;
+        const BlurFrame noise = random_frame(67, 41, 9, 1.5f, 7);
+        const Difference difference = compare(stages_of(random, noise).at("color"),
+                                              reference_stages_of(random, noise).at("color"), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << difference.text;
+    }
+    Chain centered = blur({{"mode", "guertin"}});
+    centered.camera.shutter_position = ShutterPosition::start;
+    const auto plan = make_plan(centered, describe(frame.planes), {});
+    ASSERT_FALSE(plan.ok());
+    EXPECT_THAT(plan.status().message(),
+                ::testing::HasSubstr("start is only supported by mode: inverse_warp"));
+}
+
 // A case where the 2013 filter fails: thin bars that move by many times their width.
 // A bar five times as bright as the ground, whose halves of pixels at both ends have the ground's
 // depth.

@@ -156,6 +156,10 @@ def test_wrong_cameras(planes):
             chain.run(planes["color"], camera=camera)
     with pytest.warns(postchain.Warning, match="focal_lenght_mm"):
         chain.run(planes["color"], camera={"focal_lenght_mm": 50})
+    with pytest.warns(postchain.Warning, match="ignored keys: aperture_shape"):
+        chain.run(planes["color"], camera={"f_stop": 2, "aperture_shape": "round"})
+    with pytest.warns(postchain.Warning, match="shutter_curve is not supported"):
+        chain.run(planes["color"], camera={"f_stop": 2, "shutter_curve": [0, 1, 0]})
 
 
 def test_wrong_arguments(planes):

@@ -123,7 +123,11 @@ void set_rows(const ParameterTable& table, ParameterRef parameters, const py::kw
 
 CameraFile camera_of(const py::dict& camera) {
     CameraFile file = parse_camera(json_text_of(camera), "camera");
-    for (Diagnostic& one : file.diagnostics) one.line = one.column = 0;  // of the JSON
+    for (Diagnostic& one : file.diagnostics) {
+        one.line = one.column = 0;  // of the JSON
+        // A key that a program gives and nothing reads is a mistake, not another program's.
+        if (one.severity == Severity::note) one.severity = Severity::warning;
+    }
     if (const Status status = file.status(); !status.ok()) raise(status, file.diagnostics);
     warn(warnings_of(file.diagnostics));
     if (const Status status = sequence::read_aperture_images(file); !status.ok()) raise(status);

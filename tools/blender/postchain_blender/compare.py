@@ -33,9 +33,7 @@ def render(folder, frame, samples):
 
 
 def set_truth(scene, samples, lens, motion):
-    """Shutter and lens open if the chain has their blur, about the frame's own time as in the filter."""
-    owner = scene.render if hasattr(scene.render, "motion_blur_position") else scene.cycles
-    owner.motion_blur_position = "CENTER"
+    """Shutter and lens open if the chain has their blur."""
     scene.render.use_motion_blur = motion
     scene.camera.data.dof.use_dof = lens and scene.camera.data.type == "PERSP"
     scene.cycles.samples = samples

@@ -6,7 +6,7 @@ import re
 
 import bpy
 
-from .camera import camera_at, shutter_position
+from .camera import camera_at
 
 LOSSY = {"DWAA", "DWAB", "B44", "B44A", "PXR24"}  # of depth and motion vectors too
 PASSES = {"use_pass_z": "depth pass", "use_pass_vector": "motion vector pass",
@@ -202,8 +202,6 @@ def problems(scene, lens, motion):
               "properties, Crop to Render Region off")
     if render.pixel_aspect_x != render.pixel_aspect_y:
         warning("Blender's files do not have the pixel aspect: blur will be too wide or too narrow")
-    if motion and shutter_position(scene) != "CENTER":
-        warning("the shutter's position is not Center on Frame: the filter's shutter is centered")
     if motion and render.engine == "CYCLES":
         for text in _motion_of_cycles(scene):
             warning(text)

@@ -242,8 +242,8 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
                 instants.clear();
                 for (int i = first; i < first + block.sample_count; ++i)
                     instants.push_back(instant_of(
-                        model,
-                        settings.time + settings.shutter_frames * ((i + 0.5) / samples - 0.5)));
+                        model, settings.time + settings.shutter_center +
+                                   settings.shutter_frames * ((i + 0.5) / samples - 0.5)));
             }
             const CellLists lists = cull(model, instants, picture);
             gl.set(tiles, lists.entry);

@@ -24,7 +24,8 @@ struct RenderSettings {
     int height = 360;
     double time = 0;            // frames
     int samples = 1;            // per pixel; 1 without shutter and lens = pixel center
-    double shutter_frames = 0;  // open from time - half to time + half; 0 = instantaneous
+    double shutter_frames = 0;  // open time; 0 = instantaneous
+    double shutter_center = 0;  // its center, frames after `time`
     bool lens = false;          // thin lens of the model's f-stop, otherwise pinhole
     bool vectors = false;       // also render depth and motion vectors
     bool behind = false;        // without the object that each pixel's center shows

@@ -57,6 +57,8 @@ Json describe_frame(const FrameDescription& frame, const io::Window& window) {
     for (const auto& row : camera_parameters().rows()) {
         const auto value = row.get(&frame.camera);
         if (const auto* number = std::get_if<double>(&value)) camera[row.key] = *number;
+        if (row.type == ParameterType::choice && value != ParameterValue())
+            camera[row.key] = std::get<std::string>(value);
     }
     json["camera"] = camera;
     return json;

@@ -125,6 +125,44 @@ TEST_F(Source, FractionsAreOfTheWholeImage) {
     }
 }
 
+// A file of motion vectors has both directions, of which the command's `motion=` names one.
+TEST_F(Source, BackwardVectorsComeFromTheFileOfMotion) {
+    const Planes planes = make_planes(24, 16);
+    FrameFile plain = of("generic", false);
+    plain.depth = false;
+    const std::string color = folder_.path("c.exr"), other = folder_.path("o.exr");
+    test::write_frame(color, planes, plain);
+    write(planes);
+    Planes still = planes;
+    still.motion = still.back = ImageF(24, 16, 2);
+    test::write_frame(other, still);
+    const auto read_from = [&](std::map<Role, std::string> files) {
+        files[Role::color] = color;
+        return must(read_source_frame(settings_, must(open_source_frame(settings_, files, 1)),
+                                      kEverything, io::Keep::nothing));
+    };
+    const auto back = [](const SourceFrame& frame) {
+        const auto found = frame.planes.find(Role::motion_back);
+        return found == frame.planes.end() ? ImageF() : *found->second;
+    };
+    const SourceFrame both = read_from({{Role::motion, path_}});
+    EXPECT_LE(test::largest_difference(back(both), planes.back), 1e-6);
+    EXPECT_LE(test::largest_difference(*both.planes.at(Role::motion), planes.motion), 1e-6);
+    EXPECT_EQ(both.planes.count(Role::inverse_depth), 0u);
+    // A file that is named for them has priority.
+    const SourceFrame named = read_from({{Role::motion, path_}, {Role::motion_back, other}});
+    EXPECT_LE(test::largest_difference(back(named), still.back), 1e-6);
+    // At a cut, the other side's vectors come from their own file.
+    settings_.cuts = {1};
+    EXPECT_LE(
+        test::largest_difference(
+            *read_from({{Role::motion, other}, {Role::motion_back, path_}}).planes.at(Role::motion),
+            planes.back),
+        1e-6);
+}
+
+}
+
 // Vectors that lead to another shot are replaced by those of the frame's other side.
 TEST_F(Source, MotionAcrossACutIsNotUsed) {
     Planes planes = make_planes(24, 16);

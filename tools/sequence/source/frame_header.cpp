@@ -83,22 +83,30 @@ std::optional<RoleChannels> plain_channels(const io::PixelFile& file, Role role)
     return std::nullopt;
 }
 
+void take_role(Role role, const ProfileMatch& from, ProfileMatch& match) {
+    match.roles[role] = from.roles.at(role);
+    if (role == Role::inverse_depth) match.options.depth = from.options.depth;
+    if (role == Role::motion) match.options.motion = from.options.motion;
+    if (role == Role::motion_back) match.options.motion_back = from.options.motion_back;
+    match.missing.erase(role);
+}
+
 // Merges a separate depth or motion file into the match of color's file. Channels that the profile
 // does not name are read by its first convention if the profile was named or is generic; otherwise
-// they may belong to another writer.
-Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::PixelFile& file,
-                    Role role, ProfileMatch& match) {
+// they may belong to another writer. Returns the match of the file, if it has the role.
+Result<std::optional<ProfileMatch>> add_own_file(const SourceSettings& settings,
+                                                 const Writer& writer, const io::PixelFile& file,
+                                                 Role role, ProfileMatch& match) {
     auto own = match_file(settings, writer, file);
     if (own.ok() && own->roles.count(role)) {
         if (!own->view.empty() && own->view != match.view)
             return Status(StatusCode::input,
                           concat(file.path(), ": has no view ", match.view,
                                  "; filter one after the other (--view ", own->view, ")"));
-        match.roles[role] = own->roles.at(role);
-        if (role == Role::inverse_depth) match.options.depth = own->options.depth;
-        if (role == Role::motion) match.options.motion = own->options.motion;
-        if (role == Role::motion_back) match.options.motion_back = own->options.motion_back;
-    } else if (auto plain = plain_channels(file, role)) {
+        take_role(role, *own, match);
+        return std::optional<ProfileMatch>(std::move(*own));
+    }
+    if (auto plain = plain_channels(file, role)) {
         if (!writer.is_named_or_any())
             return Status(StatusCode::input,
                           concat(file.path(), ": ", name_of(role), " has channels", names_in(file),
@@ -117,7 +125,7 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
                                                 " channels found among", names_in(file)));
     }
     match.missing.erase(role);
-    return Status();
+    return std::optional<ProfileMatch>();
 }
 
 const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
@@ -144,10 +152,20 @@ Result<Profile> match_channels(const SourceSettings& settings, FrameHeader& head
                                                 match->missing[Role::color], "\n", match->text()));
     }
     header.match = std::move(*match);
+    std::map<Role, std::shared_ptr<io::PixelFile>> more;
     for (const auto& [role, file] : header.files.files) {
         if (role == Role::color) continue;
-        RETURN_IF_ERROR(add_own_file(settings, *writer, *file, role, header.match));
+        ASSIGN_OR_RETURN(const auto own,
+                         add_own_file(settings, *writer, *file, role, header.match));
+        // A file of motion vectors has both directions. Color's file may have vectors too, but in
+        // another convention.
+        if (role != Role::motion || !own || !own->roles.count(Role::motion_back) ||
+            header.files.files.contains(Role::motion_back))
+            continue;
+        take_role(Role::motion_back, *own, header.match);
+        more[Role::motion_back] = file;
     }
+    header.files.files.merge(more);
     if (const io::ImageFile* picture = picture_of(color_file))
         header.match.options.unpremultiplied = picture->info().unassociated;
     for (const auto& [role, where] : header.match.roles)
@@ -165,6 +183,11 @@ void keep_motion_of_shot(bool cut_before, bool cut_after, FrameHeader& header) {
     header.motion_crosses_cut = back == assignment.end();
     if (header.motion_crosses_cut) return;
     assignment[Role::motion] = back->second;
+    auto& files = header.files.files;
+    if (const auto file = files.find(Role::motion_back); file != files.end())
+        files[Role::motion] = file->second;
+    else
+        files.erase(Role::motion);
     header.match.options.motion = header.match.options.motion_back;
     assignment.erase(back);
 }

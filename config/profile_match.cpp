@@ -1,6 +1,7 @@
 #include "config/profile_match.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <set>
 
@@ -204,6 +205,38 @@ std::string channels_found(const FileChannels& file) {
     return joined(all) + (more > 0 ? concat(" and ", more, " more") : std::string());
 }
 
+// The channels of layers that may be motion vectors: of two channels, or named so, and of no role.
+// At most three layers.
+std::string unassigned_pairs(const FileChannels& file, const ProfileMatch& match) {
+    constexpr size_t kShown = 3;
+    std::vector<std::string> found;
+    for (size_t part = 0; part < file.parts.size(); ++part) {
+        std::map<std::string, std::vector<std::string>> layers;
+        for (const std::string& name : file.parts[part].channels) {
+            const bool assigned =
+                std::any_of(match.roles.begin(), match.roles.end(), [&](const auto& role) {
+                    return role.second.part == int(part) &&
+                           std::ranges::find(role.second.channels, name) !=
+                               role.second.channels.end();
+                });
+            const size_t dot = name.rfind('.');
+            if (!assigned)
+                layers[dot == std::string::npos ? file.parts[part].name : name.substr(0, dot)]
+                    .push_back(name);
+        }
+        for (const auto& [layer, channels] : layers) {
+            const std::string word = lower_case(layer);
+            const bool named = std::ranges::any_of(
+                std::array{"motion", "vector", "velocity", "flow"},
+                [&](const char* one) { return word.find(one) != std::string::npos; });
+            if (!layer.empty() && (channels.size() == 2 || (named && channels.size() > 2)))
+                found.push_back(joined(channels));
+        }
+    }
+    if (found.size() > kShown) found.resize(kShown);
+    return joined(found);
+}
+
 // Layers of the profile in the file: with color, or if none has color, with any role.
 std::vector<std::string> find_view_layers(const Profile& profile, const Names& names) {
     std::set<std::string> with_color, with_any;
@@ -329,6 +362,10 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
         }
     }
     match.notes.insert(match.notes.end(), profile.notes.begin(), profile.notes.end());
+    if (const auto motion = match.missing.find(Role::motion); motion != match.missing.end())
+        if (const std::string pairs = unassigned_pairs(file, match); !pairs.empty())
+            motion->second +=
+                concat(" (", pairs, " may be motion vectors; name them in a profile of your own)");
     return match;
 }
 

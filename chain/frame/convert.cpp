@@ -166,7 +166,8 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
     } else if (!distance && options.depth != DepthEncoding::inverse) {
         ASSIGN_OR_RETURN(affine, affine_depth(options.depth, frame.camera));
     }
-    float low = std::numeric_limits<float>::infinity(), high = 0;
+    constexpr float kNone = std::numeric_limits<float>::infinity();
+    float low = kNone, lowest_surface = kNone, high = 0;
     for (size_t pixel = 0; pixel < depth.data.size(); ++pixel) {
         float& value = depth.data[pixel];
         float w = 0;
@@ -198,7 +199,10 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
         value = w;
         low = std::min(low, w);
         high = std::max(high, w);
+        if (!is_infinitely_far(w)) lowest_surface = std::min(lowest_surface, w);
     }
+    findings.health.farthest_surface =
+        std::isfinite(lowest_surface) ? 1 / double(lowest_surface) : 0;
     findings.bounds.min_inverse_depth = depth.empty() ? 0 : double(low);
     findings.bounds.max_inverse_depth = double(high);
     return Status();
@@ -212,6 +216,7 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
     const float bias = float(convention.bias);
     const float sentinel = float(convention.sentinel);
     double largest = 0;
+    bool in_0_1 = true;
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel) {
         float* v = motion.data.data() + 2 * pixel;
         if (finite(v[0]) && finite(v[1]) &&
@@ -220,6 +225,7 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
             if (forward) ++findings.health.sentinel_motion;
             continue;
         }
+        in_0_1 = in_0_1 && !(std::min(v[0], v[1]) < 0) && !(std::max(v[0], v[1]) > 1);
         float x = scale_x * (v[0] - bias), y = scale_y * (v[1] - bias);
         if (!finite(x) || !finite(y)) {
             x = y = 0;
@@ -235,6 +241,8 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
     }
     findings.bounds.max_speed_px = std::sqrt(largest);
     findings.health.motion_all_zero = largest == 0;
+    findings.health.motion_in_0_1 = in_0_1;
+    findings.health.fastest_stored_px = std::sqrt(largest);
 }
 
 }  // namespace

@@ -113,6 +113,10 @@ struct InputHealth {
     uint64_t sentinel_motion = 0;  // |component| >= the profile's sentinel, treated as 0
     uint64_t negative_depth = 0;   // d <= 0, treated as infinitely far
     bool motion_all_zero = false;  // a vectors channel without a single vector
+    bool motion_in_0_1 = false;    // every stored component that is a vector lies in 0..1
+    double fastest_stored_px = 0;  // largest |motion| of the file; that of the sky may be added
+    // The largest distance that is not infinitely far, scene units; 0: no surface.
+    double farthest_surface = 0;
     std::optional<std::array<int, 2>> first_nonfinite;  // x, y of the first in the planes
 
     uint64_t nonfinite() const { return nonfinite_color + nonfinite_depth + nonfinite_motion; }

@@ -99,6 +99,16 @@ TEST(Convert, RayDistanceIsProjectedOnTheAxis) {
     expect_projected(1, 2);
 }
 
+TEST(Convert, TheFarthestSurfaceIsNotTheSky) {
+    const auto farthest = [](std::vector<float> depths) {
+        const int width = int(depths.size());
+        return converted(Role::inverse_depth, image_of(width, 1, std::move(depths)))
+            .health.farthest_surface;
+    };
+    EXPECT_FLOAT_EQ(float(farthest({2, 7, 3, 1e10f, kInf, -1})), 7);
+    EXPECT_EQ(farthest({1e10f, kInf}), 0);
+}
+
 TEST(Convert, LinearDepthKnowsSkyAndNonsense) {
     const Converted made = converted(
         Role::inverse_depth, image_of(7, 1, {1e10f, kInf, -kInf, kNan, 0.0f, -1.0f, 1e-45f}));
@@ -147,6 +157,9 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     EXPECT_EQ(fractions.planes.at(Role::motion).at(0, 0, 1), 2.0f);
     EXPECT_EQ(fractions.planes.at(Role::motion).at(1, 1, 0), 0.0f);
     EXPECT_FALSE(fractions.health.motion_all_zero);
+    EXPECT_TRUE(fractions.health.motion_in_0_1);
+    EXPECT_FALSE(blender.health.motion_in_0_1);
+    EXPECT_DOUBLE_EQ(blender.health.fastest_stored_px, std::sqrt(13.0));
     EXPECT_TRUE(converted(Role::motion, ImageF(2, 2, 2)).health.motion_all_zero);
 }
 

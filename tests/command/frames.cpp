@@ -94,6 +94,7 @@ void write_frame(const std::string& path, const Planes& planes, const FrameFile&
     exr.display_window = file.display;
     io::WriteOptions options;
     options.on_existing = io::OnExisting::overwrite;
+    if (file.method != io::ExrMethod::zip) options.exr.compression = {file.method, {}};
     const auto written = io::write_planes_exr(path, exr, options);
     ASSERT_TRUE(written.ok()) << written.status().message();
 }

@@ -33,6 +33,7 @@ struct FrameFile {
     int origin_x = 0, origin_y = 0;
     std::optional<io::Window> display = {};
     std::map<std::string, io::AttributeValue> attributes = {};
+    io::ExrMethod method = io::ExrMethod::zip;
 };
 // Channel names, signs and encodings as in config/profiles/<convention>.yaml.
 void write_frame(const std::string& path, const Planes& planes, const FrameFile& file = {});

@@ -97,6 +97,15 @@ class Mattes(Frames):
         said = self.run_on(path, chain, "--strict", code=7)
         self.assertIn("mattes.0002.exr: 2 faulty values in mattes under --strict", said)
 
+    def test_a_matte_of_255_is_told(self):
+        path, picture = self.matte_frame()
+        matte = channel("Combined_key", "R")
+        kind, values = picture.channels[matte]
+        picture.channels[matte] = kind, [255 * value for value in values]
+        exr.write(path, picture)
+        said = self.run_on(path, self.chain(f'joint_blur: {{samples: 16, matte: "{matte}"}}'))
+        self.assertIn("pixels are above 1 and count as 1; is it stored as 0..255?", said)
+
     def test_bad_mattes(self):
         for matte, message in [
                 ("cryptomatte:bal", "no 'bal' in the cryptomatte (did you mean 'ball'?)"),

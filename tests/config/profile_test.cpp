@@ -67,7 +67,37 @@ TEST(Profiles, AllReadWithoutDiagnostics) {
         EXPECT_NE(profile.profile.verified, "");
     }
     for (const auto& profile : builtin_profiles()) names.push_back(profile.name);
-    EXPECT_THAT(names, ElementsAre("cycles", "nuke", "arnold", "vray", "generic"));
+    EXPECT_THAT(names, ElementsAre("cycles", "nuke", "arnold", "redshift", "renderman", "unreal",
+                                   "vray", "generic"));
+}
+
+// Around 0.5, as fractions of the screen, y up; from the previous frame.
+TEST(Profiles, UnrealHasOneDirection) {
+    const std::string vectors =
+        "FinalImageMovieRenderQueue_MotionVectors.R FinalImageMovieRenderQueue_MotionVectors.G";
+    const auto match =
+        must(detect(file_of("R G B A FinalImageMovieRenderQueue_WorldDepth.R " + vectors)));
+    EXPECT_EQ(match.profile, "unreal");
+    for (const Role role : {Role::motion, Role::motion_back})
+        EXPECT_EQ(channels(match, role), "0 " + vectors);
+    for (const auto& motion : {match.options.motion, match.options.motion_back}) {
+        EXPECT_EQ(motion.unit, MotionUnit::fraction);
+        EXPECT_EQ(converted(motion, 0.75, 0.25), (Vector{0.25, 0.25}));
+    }
+}
+
+// Channels that may be motion vectors, and that no profile names.
+TEST(Profiles, UnassignedPairsAreCandidatesForMotion) {
+    const auto looked_for = [](const std::string& names) {
+        return must(detect(file_of(names))).missing.at(Role::motion);
+    };
+    EXPECT_THAT(looked_for("R G B A Z motionVectors.R motionVectors.G"),
+                ::testing::HasSubstr(" (motionVectors.R, motionVectors.G may be motion vectors; "
+                                     "name them in a profile of your own)"));
+    EXPECT_THAT(looked_for("R G B A Z screenMotion.B screenMotion.G screenMotion.R"),
+                ::testing::HasSubstr("(screenMotion.B, screenMotion.G, screenMotion.R may be"));
+    EXPECT_THAT(looked_for("R G B A Z N.X N.Y N.Z"),
+                ::testing::Not(::testing::HasSubstr("may be")));
 }
 
 // A surface moves 3 px right and 5 px down in each frame. Converted from each writer's form, its
@@ -92,6 +122,8 @@ TEST(Profiles, NamesAndConventionsOfEachWriter) {
         {"vray", "R G B A", "Z", "velocity.R velocity.G", 3, -5},
         {"vray", "R G B", "VRayZDepth.R", "Velocity.R Velocity.G", 3, -5},
         {"vray", "R G B", "VRayZDepth.R", "VRayVelocity.R VRayVelocity.G", 3, -5},
+        {"redshift", "R G B A", "Z", "MotionVectors.R MotionVectors.G", 3, -5},
+        {"renderman", "r g b a", "z", "forward.x forward.y", 3, 5},
         {"generic", "R G B A", "Z", "motion.x motion.y", 3, 5}};
     for (const Written& one : all) {
         const auto match = must(detect(

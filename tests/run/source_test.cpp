@@ -161,6 +161,51 @@ TEST_F(Source, BackwardVectorsComeFromTheFileOfMotion) {
         1e-6);
 }
 
+TEST_F(Source, VectorsInAnotherUnitAreDoubted) {
+    const auto said = [&](const ImageF& motion, const std::string& convention = "generic") {
+        Planes planes = make_planes(24, 16);
+        planes.motion = motion;
+        write(planes, of(convention));
+        return warnings(read());
+    };
+    ImageF motion(24, 16, 2, 0.5f);
+    motion.at(3, 3, 0) = 0.9f;
+    const auto doubt = HasSubstr("every motion vector lies in 0..1: is the channel clamped");
+    EXPECT_THAT(said(motion), doubt);
+    motion.at(3, 3, 1) = -0.1f;
+    EXPECT_THAT(said(motion), Not(doubt));
+    motion.at(3, 3, 1) = 1.1f;
+    EXPECT_THAT(said(motion), Not(doubt));
+    EXPECT_THAT(said(make_planes(24, 16).motion), Not(doubt));
+    // Zero everywhere has a warning of its own.
+    EXPECT_THAT(said(ImageF(24, 16, 2)),
+                AllOf(HasSubstr("every motion vector is zero"), Not(doubt)));
+    // A profile that states the unit is believed.
+    const ProfileFile profile = parse_profile(
+        "profile: 1\nname: uv\ncolor: [{channels: [[R, G, B, A]]}]\n"
+        "motion: [{channels: [[motion.x, motion.y]], unit: fraction, bias: 0.5}]\n",
+        "uv.yaml");
+    settings_.profile = profile.profile;
+    EXPECT_THAT(said(ImageF(24, 16, 2, 0.75f)), Not(doubt));
+}
+
+// DWA packs channels by their last word: .R and .G, and of .X and .Y only .Y, as colors.
+TEST_F(Source, VectorsStoredWithLossAreNamed) {
+    const auto said = [&](const std::string& convention, io::ExrMethod method) {
+        FrameFile file = of(convention);
+        file.method = method;
+        write(make_planes(24, 16), file);
+        std::string text;
+        for (const std::string& warning : header().warnings) text += warning + "\n";
+        return text;
+    };
+    EXPECT_THAT(said("arnold", io::ExrMethod::dwaa),
+                HasSubstr("f.exr: motion is stored with loss (dwaa: motionvector.G "
+                          "motionvector.R); write depth and motion vectors as zip"));
+    EXPECT_THAT(said("cycles", io::ExrMethod::dwab),
+                AllOf(HasSubstr("motion_back is stored with loss (dwab: ViewLayer.Vector.Y)"),
+                      Not(HasSubstr(": motion is"))));
+    EXPECT_EQ(said("generic", io::ExrMethod::zip), "");
 }
 
 // Vectors that lead to another shot are replaced by those of the frame's other side.

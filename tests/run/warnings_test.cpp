@@ -110,6 +110,54 @@ TEST_F(WarningsTest, CutStreaksAndCirclesAreCounted) {
     EXPECT_THAT(report_on(planes_).warnings, Contains(HasSubstr("is clamped to 0.75 px")));
 }
 
+// A scene in centimeters, where a scene unit is assumed to be a meter, and other mixed units.
+TEST_F(WarningsTest, FocusAndDepthInDifferentUnits) {
+    const auto outside = HasSubstr("lies far outside the frame's depths, ");
+    const auto small = HasSubstr(
+        "a scene unit is assumed to be 1 m; if it is not, set "
+        "meters_per_unit");
+    focus({{"samples", int64_t(4)}});
+    const auto warnings = [&](double scale, std::optional<double> at, std::optional<double> unit) {
+        Planes planes = planes_;
+        for (float& depth : planes.depth.data) depth *= float(scale);
+        chain_.camera.focus_distance = at;
+        chain_.camera.meters_per_unit = unit;
+        return report_on(planes).warnings;
+    };
+    EXPECT_THAT(warnings(100, 200, {}), Contains(small));
+    EXPECT_THAT(warnings(100, 200, 0.01), Not(Contains(small)));
+    EXPECT_THAT(warnings(0.05, 0.1, {}), Not(Contains(small)));  // a scene in meters
+    // Depths of 2 and 6 m.
+    EXPECT_THAT(warnings(1, 200, 0.05),
+                Contains(HasSubstr("depth_of_field: the focus distance 200 lies far outside the "
+                                   "frame's depths, 2 to 6; are both in the same unit?")));
+    EXPECT_THAT(warnings(100, 2, 0.05), Contains(outside));
+    for (const double at : {1.2, 2.0, 4.0, 6.0, 20.0})
+        EXPECT_THAT(warnings(1, at, 0.05), Not(Contains(outside))) << at;
+    planes_.depth.at(3, 3) = 1e10f;  // the sky may be in focus
+    EXPECT_THAT(warnings(1, 200, 0.05), Not(Contains(outside)));
+}
+
+TEST_F(WarningsTest, VectorsFarBelowAPixelWhileColorChanges) {
+    const auto slow = HasSubstr("but the next frame's color differs: are vectors fractions");
+    chain_ = test::chain_of("motion_blur", {});
+    const auto warnings = [&](float scale, int next) {
+        for (const int frame : {1, 2}) {
+            Planes planes = test::make_planes(48, 32, frame == 1 ? 1 : next);
+            for (float& value : planes.motion.data) value *= scale;
+            test::write_frame(in(frame), planes);
+        }
+        frames("1");
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        return report.warnings;
+    };
+    EXPECT_THAT(warnings(1 / 48.0f, 2), Contains(slow));
+    EXPECT_THAT(warnings(1, 2), Not(Contains(slow)));
+    EXPECT_THAT(warnings(1 / 48.0f, 1), Not(Contains(slow)));  // nothing changes
+    EXPECT_THAT(warnings(0, 2), Not(Contains(slow)));          // has a warning of its own
+}
+
 // `focus` in the file is in meters.
 TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
     FrameFile file;

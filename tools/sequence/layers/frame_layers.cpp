@@ -459,6 +459,15 @@ Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& inpu
                 findings.add(uint64_t(bad), concat(path, ": matte ", quoted(matte.name), ": ", bad,
                                                    " pixels are not finite: NaN counts as 0, Inf "
                                                    "as 1"));
+            // Above what filters overshoot.
+            constexpr float kMost = 1.5f;
+            const auto finite_above = [](float value) {
+                return std::isfinite(value) && value > kMost;
+            };
+            if (const auto above = std::ranges::count_if(plane.data, finite_above); above > 0)
+                findings.warnings.push_back(concat(
+                    path, ": matte ", quoted(matte.name), ": ", above,
+                    " pixels are above 1 and count as 1; is it stored as 0..255? Write 0..1"));
         }
         for (const auto& [cryptomatte, ids] : matte.ids) {
             const io::Cryptomatte& source = layers.cryptomattes[cryptomatte];

@@ -200,14 +200,13 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "camera file (JSON)",
                .unset_means = "the frames' metadata",
                .group = kInputGroup})
-        .text(
-            "profile", &JobSettings::profile,
-            {.unit = "NAME",
-             .help =
-                 "channel names and units of the renderer: cycles, nuke, arnold, vray, generic, or "
-                 "a profile file (default: detected)",
-             .unset_means = "detected",
-             .group = kInputGroup})
+        .text("profile", &JobSettings::profile,
+              {.unit = "NAME",
+               .help = "channel names and units of the renderer: cycles, nuke, arnold, redshift, "
+                       "renderman, unreal, vray, generic, or "
+                       "a profile file (default: detected)",
+               .unset_means = "detected",
+               .group = kInputGroup})
         .text("view_layer", &JobSettings::view_layer,
               {.unit = "NAME",
                .help = "view layer to use if there are several",

@@ -5,6 +5,7 @@
 #include <set>
 #include <string_view>
 
+#include "tools/sequence/exr/exr_settings.h"
 #include "tools/sequence/image/image_file.h"
 
 namespace postchain::sequence {
@@ -242,6 +243,27 @@ Status check_displays(FrameHeader& header) {
     return Status();
 }
 
+// DWA packs channels by their names, .R and .Y among them, as colors. PXR24's steps of 2^-16 show
+// in neither plane.
+void warn_of_loss(FrameHeader& header) {
+    for (const auto& [role, where] : header.assignment) {
+        if (role == Role::color) continue;
+        const io::PixelFile& file = header.files.file_of(role);
+        const io::ExrPart& part = file.parts()[size_t(where.part)];
+        const auto compression = io::ExrCompression::parse(part.compression);
+        if (!compression.ok() || compression->method == io::ExrMethod::pxr24) continue;
+        std::string lossy;
+        for (const auto& channel : part.channels)
+            if (std::ranges::find(where.channels, channel.name) != where.channels.end() &&
+                compression->changes(channel))
+                lossy += " " + channel.name;
+        if (!lossy.empty())
+            header.warnings.push_back(concat(file.path(), ": ", name_of(role),
+                                             " is stored with loss (", part.compression, ":", lossy,
+                                             "); write depth and motion vectors as zip"));
+    }
+}
+
 void set_window(DataWindow choice, FrameHeader& header) {
     const io::ExrPart& part = color_part(header);
     header.window = part.data_window;
@@ -453,6 +475,7 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
                                                       header.files.color_file(), header.match));
     header.warnings = header.layers.warnings;
     RETURN_IF_ERROR(check_displays(header));
+    warn_of_loss(header);
     if (color_part(header).deep) {
         RETURN_IF_ERROR(set_flattening(profile, header));
         header.has_behind = !settings.behind;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <optional>
 #include <set>
 
 #include "chain/pass/depth_at.h"
@@ -78,6 +80,68 @@ void add_exceeded_limits(const Chain& chain, const FramePlan& plan, const Source
                     frame.input.files.color_file().path(), ": ", name, ": the ", limit.what, " of ",
                     pixels, pixels == 1 ? " pixel" : " pixels", " is clamped to ", limit.limit_px,
                     " px; the largest is ", limit.largest_px, " px (set ", limit.parameter, ")"));
+    }
+}
+
+std::string digits_of(double value) {
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.3g", value);
+    return digits;
+}
+
+// Why focus and depth seem to have different units, or a unit other than the one assumed.
+void add_doubts_of_lens(const Chain& chain, const FramePlan& plan, const SourceFrame& frame,
+                        std::vector<std::string>& warnings) {
+    const FrameBounds& bounds = plan.description.bounds;
+    const double farthest = frame.health.farthest_surface;
+    if (!plan.description.planes.has(Role::inverse_depth) || farthest <= 0 ||
+        !std::isfinite(bounds.max_inverse_depth))
+        return;
+    const double nearest = 1 / bounds.max_inverse_depth;
+    const bool sky = is_infinitely_far(float(bounds.min_inverse_depth));
+    // A focus may well lie before everything, or behind it, but hardly by so much.
+    constexpr double kOutside = 4;
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        const auto pass = resolve_link(chain, i, plan.description);
+        if (!pass.ok()) continue;
+        const std::vector<UsedValue> used = (*pass)->used_values();
+        const auto value_of = [&](std::string_view key) -> std::optional<double> {
+            for (const UsedValue& one : used)
+                if (one.key == key)
+                    if (const auto* number = std::get_if<double>(&one.value)) return *number;
+            return std::nullopt;
+        };
+        const auto add = [&](const std::string& text) {
+            warnings.push_back(concat(frame.input.files.color_file().path(), ": ",
+                                      chain.links[i].type->name, ": ", text));
+        };
+        const auto focus = value_of("focus_distance"), f_stop = value_of("f_stop"),
+                   circle = value_of("largest_circle_px");
+        if (focus && (*focus * kOutside < nearest || (!sky && *focus > farthest * kOutside)))
+            add(concat(
+                "the focus distance ", digits_of(*focus), " lies far outside the frame's ",
+                "depths, ", digits_of(nearest), " to ", digits_of(farthest),
+                "; are both in the same unit? (focus_distance is in scene units, as depth)"));
+        else if (f_stop && circle && *circle < 1 && !plan.description.camera.meters_per_unit)
+            add(concat("the largest circle of confusion is ", digits_of(*circle), " px at f/",
+                       digits_of(*f_stop),
+                       ": a scene unit is assumed to be 1 m; if it is not, set meters_per_unit "
+                       "(0.01: centimeters)"));
+    }
+}
+
+// Motion vectors against the color of the frame after, or before.
+void add_doubt_of_speed(const SourceFrame& frame, std::vector<std::string>& warnings) {
+    const double speed = frame.health.fastest_stored_px;
+    for (const Neighbor neighbor : {Neighbor::after, Neighbor::before}) {
+        const auto other = frame.planes.find(role_of(neighbor, Role::color));
+        if (other == frame.planes.end() || !frame.description.planes.has(Role::motion)) continue;
+        if (!doubt_of_speed(speed, 1).empty())
+            if (const std::string doubt = doubt_of_speed(
+                    speed, color_change(*frame.planes.at(Role::color), *other->second));
+                !doubt.empty())
+                warnings.push_back(concat(frame.input.files.color_file().path(), ": ", doubt));
+        return;
     }
 }
 
@@ -176,6 +240,8 @@ std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan
             ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
             fits(whole) ? " (--data-window grow keeps it)" : ""));
     add_exceeded_limits(chain, plan, frame, warnings);
+    add_doubts_of_lens(chain, plan, frame, warnings);
+    add_doubt_of_speed(frame, warnings);
     const Camera& camera = plan.description.camera;
     if (camera.metadata_focus_m && !camera.meters_per_unit &&
         asks_for_focus(chain, plan.description))

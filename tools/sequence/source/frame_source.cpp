@@ -135,7 +135,7 @@ Status convert(const SourceSettings& settings, const FrameHeader& header, const 
     }
     if (header.makes_motion) {
         findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
-        findings.health.motion_all_zero = false;
+        findings.health.motion_all_zero = findings.health.motion_in_0_1 = false;
     } else if (header.sky)
         findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, strip.description);
     else
@@ -172,6 +172,12 @@ std::string doubt_of_depth(const SourceFrame& frame) {
                   remedy);
 }
 
+// Stored as pixels, so that 0..1 is less than a pixel.
+bool are_plain_pixels(const MotionConvention& motion) {
+    return motion.unit == MotionUnit::pixels && motion.bias == 0 && std::abs(motion.scale_x) == 1 &&
+           std::abs(motion.scale_y) == 1;
+}
+
 }  // namespace
 
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
@@ -202,6 +208,9 @@ void SourceFindings::add(const SourceFindings& next) {
     health.sentinel_motion += next.health.sentinel_motion;
     health.negative_depth += next.health.negative_depth;
     health.motion_all_zero = health.motion_all_zero && next.health.motion_all_zero;
+    health.motion_in_0_1 = health.motion_in_0_1 && next.health.motion_in_0_1;
+    health.fastest_stored_px = std::max(health.fastest_stored_px, next.health.fastest_stored_px);
+    health.farthest_surface = std::max(health.farthest_surface, next.health.farthest_surface);
     if (!health.first_nonfinite) health.first_nonfinite = next.health.first_nonfinite;
     edges.depth.add(next.edges.depth);
     edges.motion.add(next.edges.motion);
@@ -305,10 +314,49 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
                  ? "every motion vector is zero or the sentinel: there will be no motion blur"
                  : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
                    "vectors when its own motion blur is on; switch it off)");
+    else if (frame.description.planes.has(Role::motion) && health.motion_in_0_1 &&
+             health.fastest_stored_px > 0 && are_plain_pixels(frame.conversion.motion))
+        warn(
+            "every motion vector lies in 0..1: is the channel clamped, or does it hold fractions "
+            "of the image? Write vectors of both signs in pixels, or state `unit`, `bias` and "
+            "`scale` in a profile of your own");
     if (findings.half_depth)
         warn(
             "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "
             "depth as float");
+}
+
+double color_change(const ImageF& color, const ImageF& next) {
+    constexpr int kBlock = 8;
+    const int width = std::min(color.width, next.width);
+    const int height = std::min(color.height, next.height);
+    double sum = 0;
+    size_t values = 0;
+    for (int top = 0; top < height; top += kBlock)
+        for (int left = 0; left < width; left += kBlock)
+            for (int c = 0; c < 3; ++c) {
+                double difference = 0;
+                int pixels = 0;
+                for (int y = top; y < std::min(top + kBlock, height); ++y)
+                    for (int x = left; x < std::min(left + kBlock, width); ++x, ++pixels) {
+                        const double a = std::max(0.0, double(color.at(x, y, c)));
+                        const double b = std::max(0.0, double(next.at(x, y, c)));
+                        difference += a / (1 + a) - b / (1 + b);
+                    }
+                sum += std::abs(difference / pixels);
+                ++values;
+            }
+    return values ? sum / double(values) : 0;
+}
+
+std::string doubt_of_speed(double max_speed_px, double change) {
+    constexpr double kSlow = 0.25, kChange = 0.01;
+    if (!(max_speed_px > 0) || max_speed_px > kSlow || change < kChange) return "";
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.3g", max_speed_px);
+    return concat("the longest motion vector is ", digits,
+                  " px, but the next frame's color differs: are vectors fractions of the image? "
+                  "State `unit: fraction` or a `scale` in a profile of your own");
 }
 
 SharedPlanes shared(FramePlanes planes) {

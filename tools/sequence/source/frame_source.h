@@ -116,6 +116,14 @@ Result<SourceStrip> read_source_strip(const SourceSettings& settings, const Fram
 void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
               SourceStrip strip);
 
+// How much color differs between two images: the mean over blocks of 8 x 8 pixels, which have
+// little noise, of the difference of their means, each value after x/(1 + x); 0 to 1.
+double color_change(const ImageF& color, const ImageF& next);
+
+// Why vectors seem to have another unit: all are far below a pixel, but color changes so much from
+// frame to frame. Empty if they do not.
+std::string doubt_of_speed(double max_speed_px, double change);
+
 SharedPlanes shared(FramePlanes planes);
 
 // Converts color back to the file's convention: undoes ConvertOptions::unpremultiplied. If alpha is

@@ -36,6 +36,13 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
+// Rows first .. end - 1 of a window.
+io::Window window_rows(io::Window window, int first, int end) {
+    window.max_y = window.min_y + end - 1;
+    window.min_y += first;
+    return window;
+}
+
 }  // namespace
 
 int strip_rows(const FrameHeader& header) {
@@ -96,6 +103,8 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
     const double margin_limit = double(std::max<int64_t>(rows, kNextBytes / row / 2));
     const int margin = int(std::ceil(std::min(longest_px + 1, margin_limit)));
     SignChecker checker;
+    double change = 0;  // times the rows
+    double fastest_px = 0;
     for (int first = 0; first < window.height(); first += rows) {
         const int end = std::min(window.height(), first + rows);
         ASSIGN_OR_RETURN(auto strip,
@@ -120,8 +129,17 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
         }
         checker.add(strip.planes, {first, first, end, window.height()}, color,
                     around.min_y - window.min_y);
+        fastest_px = std::max(fastest_px, strip.findings.health.fastest_stored_px);
+        if (!doubt_of_speed(fastest_px, 1).empty())
+            change += (end - first) *
+                      color_change(strip.planes.at(Role::color),
+                                   io::placed(color, around, window_rows(window, first, end)));
     }
-    return checker.result();
+    SignCheck check = checker.result();
+    if (const std::string doubt = doubt_of_speed(fastest_px, change / window.height());
+        !doubt.empty())
+        check.why_not = doubt;
+    return check;
 }
 
 void Thumbnail::add(const ImageF& color, int first, int height) {

@@ -180,8 +180,9 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
             if (options.depth == DepthEncoding::ray_distance) {
                 const double x = frame.origin_x + double(pixel % size_t(depth.width)) + 0.5 -
                                  0.5 * frame.display_width;
-                const double y = frame.origin_y + double(pixel / size_t(depth.width)) + 0.5 -
-                                 0.5 * frame.display_height;
+                const double y = (frame.origin_y + double(pixel / size_t(depth.width)) + 0.5 -
+                                  0.5 * frame.display_height) /
+                                 frame.pixel_aspect;
                 d *= f_px / std::sqrt(x * x + y * y + f_px * f_px);
             }
             if (d > 0)
@@ -208,11 +209,11 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
     return Status();
 }
 
-void convert_motion(ImageF& motion, const MotionConvention& convention, bool forward,
-                    Findings& findings) {
+void convert_motion(ImageF& motion, const MotionConvention& convention,
+                    const FrameDescription& frame, bool forward, Findings& findings) {
     const bool fraction = convention.unit == MotionUnit::fraction;
-    const float scale_x = float(convention.scale_x * (fraction ? motion.width : 1));
-    const float scale_y = float(convention.scale_y * (fraction ? motion.height : 1));
+    const float scale_x = float(convention.scale_x * (fraction ? frame.display_width : 1));
+    const float scale_y = float(convention.scale_y * (fraction ? frame.display_height : 1));
     const float bias = float(convention.bias);
     const float sentinel = float(convention.sentinel);
     double largest = 0;
@@ -289,10 +290,10 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                 RETURN_IF_ERROR(convert_depth(plane, frame, options, findings));
                 break;
             case Role::motion:
-                convert_motion(plane, options.motion, true, findings);
+                convert_motion(plane, options.motion, frame, true, findings);
                 break;
             case Role::motion_back:
-                convert_motion(plane, options.motion_back, false, findings);
+                convert_motion(plane, options.motion_back, frame, false, findings);
                 break;
             case Role::layers:
                 if (planes.count(Role::color))

@@ -31,12 +31,12 @@ inline const std::vector<std::string>& depth_encoding_names() {
 
 enum class MotionUnit {
     pixels,
-    fraction,  // of the image's width and height (uv, or ndc with scale 0.5)
+    fraction,  // of the display window's width and height (uv, or ndc with scale 0.5)
 };
 
-// canonical = scale * (stored - bias), times the image size if the unit is a fraction. The sign of
-// each scale turns direction and axis into the canonical ones (+x right, +y down, this frame to the
-// next).
+// canonical = scale * (stored - bias), times the display's size if the unit is a fraction. The sign
+// of each scale turns direction and axis into the canonical ones (+x right, +y down, this frame to
+// the next).
 struct MotionConvention {
     MotionUnit unit = MotionUnit::pixels;
     double scale_x = 1;
@@ -63,8 +63,9 @@ ImageD finite_color(ImageD color);
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
 // and motion_back (2, still in the file's convention). Other planes, a neighbor's among them, are
 // already canonical and stay as they are. Fills frame.width, height, planes, bounds. frame.camera,
-// display size, origin, frame_number and bounds.camera_cut are read. Errors: chain (near = 0 with a
-// buffer encoding, a camera value missing), input (sizes that differ, channel counts).
+// display size, pixel aspect, origin, frame_number and bounds.camera_cut are read. Errors: chain
+// (near = 0 with a buffer encoding, a camera value missing), input (sizes that differ, channel
+// counts).
 Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                                   const ConvertOptions& options);
 

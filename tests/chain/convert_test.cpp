@@ -87,16 +87,21 @@ TEST(Convert, RayDistanceIsProjectedOnTheAxis) {
         ASSERT_TRUE(convert_frame(planes, frame, options).ok());
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
-                EXPECT_NEAR(
-                    planes[Role::inverse_depth].at(x, y),
-                    0.5 * std::hypot(f_px, x + frame.origin_x - 1, y + frame.origin_y - 1) / f_px,
-                    1e-7)
+                EXPECT_NEAR(planes[Role::inverse_depth].at(x, y),
+                            0.5 *
+                                std::hypot(f_px, x + frame.origin_x - 1,
+                                           (y + frame.origin_y - 1) / frame.pixel_aspect) /
+                                f_px,
+                            1e-7)
                     << x << "," << y;
     };
     expect_projected(3, 3);
     frame.origin_x = 1;  // the data window is a part of the display, and goes beyond it
     frame.origin_y = -1;
     expect_projected(1, 2);
+    // Pixels twice as wide as high: a step in y is half as long as one in x, in which f_px counts.
+    frame.pixel_aspect = 2;
+    expect_projected(3, 3);
 }
 
 TEST(Convert, TheFarthestSurfaceIsNotTheSky) {

@@ -91,9 +91,9 @@ TEST_F(Source, EveryConventionGivesTheCanonicalPlanes) {
     }
 }
 
-// A renderer divides by the size of its image: the display window, or its overscan. A crop of the
-// file, or of what is filtered, changes no vector.
-TEST_F(Source, FractionsAreOfTheWholeImage) {
+// Fractions are of the display window: neither overscan nor a crop of the file, which may move from
+// frame to frame, nor what is filtered changes a vector.
+TEST_F(Source, FractionsAreOfTheDisplay) {
     const ProfileFile profile = parse_profile(
         "profile: 1\nname: uv\ncolor: [{channels: [[R, G, B, A]]}]\n"
         "motion: [{channels: [[motion.x, motion.y]], unit: fraction}]\n",
@@ -103,11 +103,10 @@ TEST_F(Source, FractionsAreOfTheWholeImage) {
     FrameFile file = of("generic");
     struct Case {
         io::Window data, display;
-        int width, height;  // of the image
     };
     for (const Case& one :
-         {Case{{0, 0, 23, 15}, {0, 0, 23, 15}, 24, 16}, Case{{4, 2, 19, 9}, {0, 0, 39, 31}, 40, 32},
-          Case{{-4, -2, 27, 17}, {0, 0, 23, 15}, 32, 20}}) {
+         {Case{{0, 0, 23, 15}, {0, 0, 23, 15}}, Case{{4, 2, 19, 9}, {0, 0, 39, 31}},
+          Case{{-4, -2, 27, 17}, {0, 0, 23, 15}}, Case{{-4, 3, 19, 9}, {0, 0, 23, 15}}}) {
         SCOPED_TRACE(one.data.text() + " of " + one.display.text());
         file.origin_x = one.data.min_x;
         file.origin_y = one.data.min_y;
@@ -119,8 +118,8 @@ TEST_F(Source, FractionsAreOfTheWholeImage) {
             const ImageF& motion = *frame.planes.at(Role::motion);
             const int x = one.data.min_x - frame.input.window.min_x,
                       y = one.data.min_y - frame.input.window.min_y;
-            EXPECT_FLOAT_EQ(motion.at(x, y, 0), -2 * one.width);
-            EXPECT_FLOAT_EQ(motion.at(x, y, 1), 1 * one.height);
+            EXPECT_FLOAT_EQ(motion.at(x, y, 0), -2 * one.display.width());
+            EXPECT_FLOAT_EQ(motion.at(x, y, 1), 1 * one.display.height());
         }
     }
 }

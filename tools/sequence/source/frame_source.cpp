@@ -35,15 +35,6 @@ void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
     }
 }
 
-// Fractions refer to the whole image, whichever part of it is in the file or is read.
-void in_pixels(MotionConvention& motion, const io::ExrPart& color) {
-    if (motion.unit == MotionUnit::pixels) return;
-    const io::Window whole = color.data_window.united(color.display_window);
-    motion.unit = MotionUnit::pixels;
-    motion.scale_x *= whole.width();
-    motion.scale_y *= whole.height();
-}
-
 // Adds the planes that are not channels of a role: layers, cryptomattes and mattes.
 Status decode_layers(const FrameHeader& header, RoleSet present, const io::Window& window,
                      io::InputFrame& read, SourceStrip& strip) {
@@ -95,8 +86,6 @@ Status convert(const SourceSettings& settings, const FrameHeader& header, const 
                int bottom, SourceStrip& strip) {
     ConvertOptions options = header.match.options;
     options.nonfinite_color = settings.nonfinite_color;
-    in_pixels(options.motion, color_part(header));
-    in_pixels(options.motion_back, color_part(header));
     const io::Window& window = header.window;
     const int top = rows.top, first = rows.first, end = rows.end;
     FramePlanes planes = std::move(strip.input.planes);

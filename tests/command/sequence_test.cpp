@@ -97,6 +97,10 @@ TEST_F(SequenceTest, MissingFramesUnderEachPolicy) {
     EXPECT_EQ(read_color(out(4)).data, read_color(out(2)).data);
     EXPECT_EQ(sidecar(4)["held_from"], 2);
 
+    // The holes between the frames on disk are held too.
+    expect_ends(filter("fxaa", {"--missing", "hold", "--on-existing", "overwrite"}), 1);
+    EXPECT_EQ(sidecar(3)["held_from"], 2);
+
     // No frames at all: never 0.
     for (const char* policy : {"error", "skip", "hold"})
         expect_ends(through(at("no.####.exr"), at("out/no.####.exr"),

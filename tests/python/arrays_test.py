@@ -121,6 +121,7 @@ def test_nan_and_infinity(planes):
     ("color", lambda a: a.tolist(), "is a list, not a NumPy array"),
     ("color", lambda a: a.astype(numpy.float64), r"float64; convert it with .astype"),
     ("color", lambda a: (a * 10).astype(numpy.uint8), "uint8; convert it with .x / 255."),
+    ("color", lambda a: (a * 10).astype(numpy.uint16), "uint16; convert it with .x / 65535."),
     ("color", lambda a: a.astype(">f4"), "byte order"),
     ("color", lambda a: a.astype(object), "object"),
     ("color", lambda a: a[..., 0], "32x48; give height x width x 3 .RGB. or 4"),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "chain/base/text.h"
 
@@ -93,6 +94,15 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
     if (writes) RETURN_IF_ERROR(check_output_name(settings));
     ASSIGN_OR_RETURN(auto list, settings.watch ? frames_to_come(settings)
                                                : io::find_frames(settings.input, settings.frames));
+    if (settings.missing == MissingPolicy::hold && !settings.frames && !list.gaps.empty()) {
+        if (list.gaps.size() >= io::kMaxFrames)
+            return Status(StatusCode::usage,
+                          concat("--missing hold: more than ", io::kMaxFrames,
+                                 " frames are missing in the sequence; choose some with --frames"));
+        list.frames.insert(list.frames.end(), list.gaps.begin(), list.gaps.end());
+        std::sort(list.frames.begin(), list.frames.end());
+        list.missing = std::exchange(list.gaps, {});
+    }
     list.keep(settings.chunk);
     gaps = list.gaps;
     const bool many = list.frames.size() > 1 || frames_are_unknown(settings);

@@ -13,10 +13,10 @@
 
 /* Structs: the host zeroes a struct and sets struct_size = sizeof. 0 is every member's default. A
  * host may be compiled with an older or a newer header than the library: members that a smaller
- * struct lacks are 0, and a larger struct is accepted if the members that the library does not know
- * are 0. Otherwise, and if a flag or a reserved member is set that it does not know, the call
- * returns PC_ERROR_VERSION. pc_texture, pc_slice and pc_time have no struct_size and never change.
- */
+ * struct lacks are 0, and a larger struct, up to 65536 bytes, is accepted if the members that the
+ * library does not know are 0. Otherwise, and if a flag or a reserved member is set that it does
+ * not know, the call returns PC_ERROR_VERSION. pc_texture, pc_slice and pc_time have no struct_size
+ * and never change. */
 
 /* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
  * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,

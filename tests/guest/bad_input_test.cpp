@@ -137,6 +137,13 @@ TEST_F(BadInput, StructsOfNoVersion) {
         f.struct_size = 12;
         f.color.name = 0;  // not read from so short a struct
     });
+    // Not initialized: the bytes behind the host's struct are not read.
+    for (const uint32_t size : {65537u, 0xcdcdcdcdu})
+        refused(PC_ERROR_VERSION, concat("pc_frame.struct_size is ", size, ", more than 65536"),
+                [&](F f) {
+                    f.struct_size = size;
+                    f.color.name = 0;
+                });
     const struct {
         const char* member;
         void (*change)(pc_create_info&);

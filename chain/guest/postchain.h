@@ -91,7 +91,8 @@ enum {
 typedef uint32_t pc_create_flags;
 enum {
     PC_VALIDATE = 1,   /* for development: every pc_run() checks names, targets, sizes and formats
-                          of the host's textures, and GL's error flag */
+                          of the host's textures, bounds, lens and matrices of the frame, and GL's
+                          error flag */
     PC_LABELS = 2,     /* KHR_debug groups and labels */
     PC_OWN_CONTEXT = 4 /* creates an EGL context without a window and makes it current on this
                           thread; PC_ERROR_CONTEXT if a context is current already */

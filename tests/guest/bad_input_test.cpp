@@ -282,6 +282,22 @@ TEST_F(Validated, ReadsDepthNotStencil) {
         glTextureParameteri(both.texture().name, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_STENCIL_INDEX);
         refused(kInput, "is read as stencil; set GL_DEPTH_STENCIL_TEXTURE_MODE to", use);
         refused(kInput, "depth: texture ", use);
+// Values that no frame has.
+TEST_F(Validated, BoundsAndLens) {
+    refused(kChain, "nearest: 5 is beyond farthest, 2", [](F f) { f.nearest = 5, f.farthest = 2; });
+    refused(kChain, "max_speed_px is -1; give a bound, or 0", [](F f) { f.max_speed_px = -1; });
+    refused(kChain, "nearest is -3", [](F f) { f.nearest = -3; });
+    refused(kChain, "farthest is -3", [](F f) { f.farthest = -3; });
+    refused(kChain, "f_stop: 1e-30 is below 0.01", [](F f) { f.f_stop = 1e-30f; });
+    refused(kChain, "meters_per_unit is a number > 0", [](F f) { f.meters_per_unit = -1; });
+    refused(kChain, "shutter_frames is a number in 0..100", [](F f) { f.shutter_frames = 101; });
+    pc_frame frame = frame_;
+    frame.nearest = frame.farthest = 5;
+    frame.shutter_frames = -1;
+    frame.f_stop = 0.01f;
+    EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame, nullptr), PC_OK) << pc_error();
+}
+
     }
 }
 

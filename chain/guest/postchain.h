@@ -8,8 +8,9 @@
 
 /* Threads: an instance belongs to the GL context that was current when it was created. Calls marked
  * [GL] need that context current on the calling thread. With another context, or none, they return
- * PC_ERROR_CONTEXT and call no GL. Two threads cannot be in calls on one object: the second one
- * gets PC_ERROR_ARGUMENT. */
+ * PC_ERROR_CONTEXT and call no GL. Two threads cannot be in calls on one instance: the second one
+ * gets PC_ERROR_ARGUMENT. Any thread may change a chain while another renders with it: a call on an
+ * instance has the values that the chain had when it began. */
 
 /* Structs: the host zeroes a struct and sets struct_size = sizeof. 0 is every member's default. A
  * host may be compiled with an older or a newer header than the library: members that a smaller
@@ -148,10 +149,12 @@ PC_API pc_result pc_query(const pc_instance*, pc_capabilities*);
 /* `passes`: names in the order they run, "motion_blur,fxaa,depth_of_field"; pc_pass() lists them.
  * Or a tier: "tier:fast"; pc_tier() lists them. pc_chain_from_text() (config/chain_from_text.h)
  * reads the text of a chain file instead. PC_ERROR_CHAIN: an unknown pass or tier, whose closest
- * name the text has; more than 16 passes. On failure *chain is NULL. */
+ * name the text has; no pass, an empty name, or more than PC_MAX_PASSES. On failure *chain is NULL.
+ */
+#define PC_MAX_PASSES 64
 PC_API pc_result pc_chain_create(const char* passes, pc_chain** chain);
 PC_API void pc_chain_destroy(pc_chain*);
-/* "" = none; valid until the next call. */
+/* "" = none; valid until the next call. If several threads use the chain, read pc_error(). */
 PC_API const char* pc_chain_error(const pc_chain*);
 /* Passes of this library, index from 0; PC_ERROR_ARGUMENT = index is past the last. `name` and
  * `help` stay valid as long as the library is loaded. */

@@ -185,6 +185,13 @@ TEST_F(BadInput, Chains) {
     std::string many = "fxaa";
     for (int i = 1; i < 65; ++i) many += ",fxaa";
     expect_error(pc_chain_create(many.c_str(), &made), PC_ERROR_CHAIN, "more than 64 passes");
+    expect_error(pc_chain_create(nullptr, &made), PC_ERROR_ARGUMENT, "passes is NULL");
+    for (const char* none : {"", "  "})
+        expect_error(pc_chain_create(none, &made), PC_ERROR_CHAIN, "no pass; known are ");
+    for (const char* lacks : {"motion_blur,", "motion_blur, ,fxaa", ",fxaa"})
+        expect_error(pc_chain_create(lacks, &made), PC_ERROR_CHAIN,
+                     concat("\"", lacks, "\": a name is empty; remove a comma"));
+    EXPECT_EQ(made, nullptr);
     pc_chain* c = chain_.get();
     EXPECT_EQ(pc_chain_set_number(c, 0, "samples", 24), PC_ERROR_CHAIN);
     EXPECT_THAT(pc_chain_error(c), HasSubstr("24 is even"));
@@ -275,13 +282,6 @@ TEST_F(Validated, NamesTargetsSizesAndFormats) {
     glDeleteTextures(1, &array);
 }
 
-TEST_F(Validated, ReadsDepthNotStencil) {
-    for (const unsigned format : {GL_DEPTH24_STENCIL8, GL_DEPTH32F_STENCIL8}) {
-        const HostTexture both(format, kWidth, kHeight);
-        const auto use = [&](F f) { f.depth = both; };
-        glTextureParameteri(both.texture().name, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_STENCIL_INDEX);
-        refused(kInput, "is read as stencil; set GL_DEPTH_STENCIL_TEXTURE_MODE to", use);
-        refused(kInput, "depth: texture ", use);
 // Values that no frame has.
 TEST_F(Validated, BoundsAndLens) {
     refused(kChain, "nearest: 5 is beyond farthest, 2", [](F f) { f.nearest = 5, f.farthest = 2; });
@@ -298,6 +298,13 @@ TEST_F(Validated, BoundsAndLens) {
     EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame, nullptr), PC_OK) << pc_error();
 }
 
+TEST_F(Validated, ReadsDepthNotStencil) {
+    for (const unsigned format : {GL_DEPTH24_STENCIL8, GL_DEPTH32F_STENCIL8}) {
+        const HostTexture both(format, kWidth, kHeight);
+        const auto use = [&](F f) { f.depth = both; };
+        glTextureParameteri(both.texture().name, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_STENCIL_INDEX);
+        refused(kInput, "is read as stencil; set GL_DEPTH_STENCIL_TEXTURE_MODE to", use);
+        refused(kInput, "depth: texture ", use);
     }
 }
 

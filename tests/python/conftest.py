@@ -19,6 +19,7 @@ BLUR = {"postchain": 1, "passes": [{"motion_blur": {"mode": "inverse_warp", "sam
 FXAA = {"postchain": 1, "passes": ["fxaa"]}
 CAMERA = {"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 2, "focus_distance": 3,
           "shutter_frames": 0.8}
+ALONE = {"before": None, "after": None}  # there are no such frames
 
 
 def planes_of(frame):

@@ -30,8 +30,10 @@ py::array float_array(const std::string& argument, const py::object& object) {
     if (type.kind() != 'f' || (type.itemsize() != 2 && type.itemsize() != 4))
         wrong(argument,
               concat("has the type ", std::string(py::str(py::handle(type))), "; convert it with ",
-                     type.kind() == 'u' ? "(x / 255).astype(numpy.float32), and to linear light"
-                                        : ".astype(numpy.float32)"));
+                     type.kind() == 'u' && type.itemsize() <= 2
+                         ? concat("(x / ", type.itemsize() == 1 ? 255 : 65535,
+                                  ").astype(numpy.float32), and to linear light")
+                         : std::string(".astype(numpy.float32)")));
     if (!type.attr("isnative").cast<bool>())
         wrong(argument,
               "has the byte order of another machine; convert it with "

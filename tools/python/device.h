@@ -79,7 +79,7 @@ std::shared_ptr<Device> default_device();
 std::shared_ptr<Device> device_of(const pybind11::object& device);
 
 // CPU threads of software rendering and of EXR files; before the first device is made. Raises.
-void set_threads(int threads);
+void set_threads(const pybind11::object& threads);
 int cpu_threads();  // 0 = one for each core
 
 // Closes every device. For Python's atexit.

@@ -30,12 +30,10 @@ std::string documentation(const Parameter& row) {
 
 }  // namespace
 
-std::string rows_text(const std::set<std::string>* keys) {
-    static const std::set<std::string> arguments = {"input", "output", "camera"};
+std::string rows_text(const std::set<std::string>& keys) {
     std::string text;
     for (const Parameter& row : job_parameters().rows())
-        if (!arguments.contains(row.key) && (!keys || keys->contains(row.key)))
-            text += "\n  " + documentation(row);
+        if (keys.contains(row.key)) text += "\n  " + documentation(row);
     return text;
 }
 
@@ -69,6 +67,9 @@ py::object tables() {
     json["array_keys"] = array_keys();
     json["file_keys"] = file_keys();
     json["plan_keys"] = plan_keys();
+    json["inspect_keys"] = inspect_keys();
+    json["plan_sequence_keys"] = plan_sequence_keys();
+    json["run_keys"] = run_keys();
     for (const auto& row : metrics::metric_rows()) json["metrics"].push_back(row.name);
     for (const auto& row : metrics::map_rows()) json["maps"].push_back(row.name);
     json["scenes"] = io::Json::array();

@@ -8,8 +8,8 @@
 
 namespace postchain::python {
 
-// A line for each setting of a job with one of these keys; null: all but the arguments of calls.
-std::string rows_text(const std::set<std::string>* keys);
+// A line for each setting of a job with one of these keys.
+std::string rows_text(const std::set<std::string>& keys);
 // A line for each setting of tune.
 std::string tune_rows_text();
 // The parameters of every pass, and of the camera.

@@ -28,6 +28,14 @@ struct FrameArguments {
     std::optional<double> pixel_aspect;
 };
 
+std::string encoding_of(const py::object& value) {
+    return argument_of<std::string>(value, "depth_encoding", "a name");
+}
+
+double aspect_of(const py::object& value) {
+    return argument_of<double>(value, "pixel_aspect", "a number");
+}
+
 bool has_any(const FrameArrays& arrays) {
     for (const auto* one : {&arrays.depth, &arrays.motion, &arrays.motion_back, &arrays.aovs,
                             &arrays.mattes, &arrays.cryptomattes})
@@ -42,7 +50,7 @@ FrameArrays no_arrays() {
 // The frame before or after `frame`, given as one or as arrays.
 FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame,
                      const FrameArguments& given, const py::kwargs& settings) {
-    if (value.is_none()) return nullptr;
+    if (value.is_none() || value.is(py::ellipsis())) return nullptr;
     const std::string place = name_of(which);
     const int number = frame.number() + (which == Neighbor::before ? -1 : 1);
     if (py::isinstance<Frame>(value)) {
@@ -98,6 +106,7 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
     }
     frames.before = neighbor_of(Neighbor::before, given.before, *frame, given, settings);
     frames.after = neighbor_of(Neighbor::after, given.after, *frame, given, settings);
+    frames.unsaid = given.before.is(py::ellipsis()) || given.after.is(py::ellipsis());
     frames.frame = std::move(frame);
     return frames;
 }
@@ -142,8 +151,9 @@ constexpr const char* kArrayArguments =
     "motion: height x width x 2, pixels to the next frame, x to the right, y down\n"
     "motion_back: likewise from the previous frame to this one\n"
     "camera: a dict or a file with the keys of a camera file\n"
-    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=); a Frame whose\n"
-    "  number is another's is refused\n"
+    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=); None: there is\n"
+    "  none. Left out although the chain reads them: a Warning. A Frame whose number is another's\n"
+    "  is refused\n"
     "mattes: a dict of height x width, 0 to 1, by the names that passes have as `matte`\n"
     "cryptomattes: a dict by name of float32, height x width x 4, 8, ... (id, coverage of each\n"
     "  rank), or of (array, manifest); for the mattes \"cryptomatte:NAME\" of passes";
@@ -165,20 +175,20 @@ void add_action(ChainClass& chain, const char* name, const std::string& text, co
                     const py::object& motion, const py::object& camera, const py::object& before,
                     const py::object& after, const py::object& motion_back,
                     const py::object& mattes, const py::object& cryptomattes,
-                    const py::object& frame, const std::optional<std::string>& depth_encoding,
-                    const std::optional<double>& pixel_aspect, const Object<More>&... others,
+                    const py::object& frame, const py::object& depth_encoding,
+                    const py::object& pixel_aspect, const Object<More>&... others,
                     py::kwargs values) {
             const PlanOptions options = plan_options_of(taken(values, plan_keys()));
             FrameArrays arrays{py::none(), depth,  motion,      motion_back,
                                py::none(), mattes, cryptomattes};
-            return act(self,
-                       FrameArguments{name, color, arrays, camera, before, after, frame,
-                                      depth_encoding, pixel_aspect},
-                       values, options, others...);
+            FrameArguments given{name, color, arrays, camera, before, after, frame, {}, {}};
+            if (!depth_encoding.is_none()) given.depth_encoding = encoding_of(depth_encoding);
+            if (!pixel_aspect.is_none()) given.pixel_aspect = aspect_of(pixel_aspect);
+            return act(self, given, values, options, others...);
         },
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
-        py::arg("camera") = py::none(), py::arg("before") = py::none(),
-        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
+        py::arg("camera") = py::none(), py::arg("before") = py::ellipsis(),
+        py::arg("after") = py::ellipsis(), py::kw_only(), py::arg("motion_back") = py::none(),
         py::arg("mattes") = py::none(), py::arg("cryptomattes") = py::none(),
         py::arg("frame") = py::none(), py::arg("depth_encoding") = py::none(),
         py::arg("pixel_aspect") = py::none(), more..., text.c_str());
@@ -187,7 +197,7 @@ void add_action(ChainClass& chain, const char* name, const std::string& text, co
 void add_actions(ChainClass& chain) {
     const py::arg_v aovs = py::arg("aovs") = py::none(), device = py::arg("device") = py::none();
     const std::string settings =
-        "\n\nFurther arguments:" + rows_text(&array_keys()) + rows_text(&plan_keys());
+        "\n\nFurther arguments:" + rows_text(array_keys()) + rows_text(plan_keys());
     add_action(
         chain, "run",
         concat("Filters one frame; returns its color as a float32 array of height x width x 3 or 4."
@@ -204,7 +214,7 @@ void add_actions(ChainClass& chain) {
         chain, "run_aovs",
         concat("Filters one frame with its AOVs and cryptomattes, as `postchain run --aovs`; "
                "returns a\nFiltered. Color has the bits of run().\n\n",
-               kArrayArguments, kAovsArgument, kFrameArgument, settings, rows_text(&aov_keys())),
+               kArrayArguments, kAovsArgument, kFrameArgument, settings, rows_text(aov_keys())),
         [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
            const PlanOptions& options, const py::object& planes, const py::object& on) {
             given.arrays.aovs = planes;
@@ -239,8 +249,9 @@ void add_chain(py::module_& module) {
               py::arg("source"), py::arg("set") = py::none());
     chain.def_static(
         "from_text",
-        [](const std::string& yaml, const std::string& name, const py::object& set) {
-            return held(chain_from_text(yaml, name, set));
+        [](const py::object& yaml, const py::object& name, const py::object& set) {
+            return held(chain_from_text(argument_of<std::string>(yaml, "text", "a string"),
+                                        argument_of<std::string>(name, "name", "a string"), set));
         },
         py::arg("text"), py::arg("name") = "text", py::arg("set") = py::none(),
         "A chain from the text of a chain file (YAML or JSON). `name` stands for the file in "
@@ -288,11 +299,11 @@ void add_frame(py::module_& module) {
         py::init([](const py::object& color, const py::object& depth, const py::object& motion,
                     const py::object& motion_back, const py::object& camera, const py::object& aovs,
                     const py::object& mattes, const py::object& cryptomattes,
-                    const py::object& number, const std::string& depth_encoding,
-                    double pixel_aspect, const py::kwargs& settings) {
-            return Frame::of_arrays("Frame",
-                                    {color, depth, motion, motion_back, aovs, mattes, cryptomattes},
-                                    number, camera, depth_encoding, pixel_aspect, settings);
+                    const py::object& number, const py::object& depth_encoding,
+                    const py::object& pixel_aspect, const py::kwargs& settings) {
+            return Frame::of_arrays(
+                "Frame", {color, depth, motion, motion_back, aovs, mattes, cryptomattes}, number,
+                camera, encoding_of(depth_encoding), aspect_of(pixel_aspect), settings);
         }),
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),

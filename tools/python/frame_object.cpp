@@ -101,8 +101,15 @@ void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
                         "']: another plane or cryptomatte has this name; rename the AOV");
 }
 
-std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned) {
+std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned,
+                                           bool unsaid) {
     std::vector<std::string> warnings = planned.source.warnings;
+    if (unsaid && !planned.plan.missing_neighbors.empty())
+        warnings.push_back(
+            concat(planned.source.input.files.color_file().path(), ": ", chain.name,
+                   " reads the frames before and after, which are not given: what they show of "
+                   "occluded surfaces is estimated; give before= and after=, or None where there "
+                   "is no such frame"));
     for (auto& warning : sequence::plan_warnings(chain.chain, planned.plan, planned.source))
         warnings.push_back(std::move(warning));
     return warnings;
@@ -124,8 +131,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     frame->has_number_ = !given.is_none();
     const int number = frame->has_number_ ? frame_number_of(given) : 0;
     const std::string name = concat("frame ", number);
-    frame->settings_ =
-        job_settings(method, "frame.exr", "", camera, settings, &frame_keys()).source;
+    frame->settings_ = job_settings(method, "frame.exr", "", camera, settings, frame_keys()).source;
     frame->settings_.color_frames.reset();
     frame->settings_.profile = value_of(find_profile("generic"));
     // Layers are what the caller calls so, whatever their names are.
@@ -144,7 +150,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
 std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::object& number,
                                        const py::object& camera, const py::kwargs& settings) {
     auto frame = std::make_shared<Frame>();
-    sequence::RunSettings job = job_settings("read", input, "", camera, settings, &read_keys());
+    sequence::RunSettings job = job_settings("read", input, "", camera, settings, read_keys());
     frame->settings_ = std::move(job.source);
     if (job.input.patterns.contains(Role::behind))
         raise_usage(input,
@@ -205,7 +211,7 @@ Result<std::shared_ptr<const sequence::SourceFrame>> Frame::read(RoleSet wanted)
 }
 
 PlanOptions plan_options_of(const py::kwargs& settings) {
-    return job_settings("run", "frame.exr", "", py::none(), settings, &plan_keys()).plan;
+    return job_settings("run", "frame.exr", "", py::none(), settings, plan_keys()).plan;
 }
 
 Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
@@ -236,7 +242,7 @@ FilteredArrays filtered_arrays(const ChainObject& chain, const FrameWithNeighbor
     auto filtered =
         device.run("filtering a frame", [&](Call&, Executor& executor) -> Result<FilteredArrays> {
             ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options));
-            warnings = planning_warnings(chain, planned);
+            warnings = planning_warnings(chain, planned, frames.unsaid);
             ASSIGN_OR_RETURN(auto view, sequence::filter_view(chain.chain, planned.plan,
                                                               planned.source, options, executor));
             const std::string& name = planned.source.input.files.color_file().path();
@@ -292,7 +298,7 @@ py::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames
     std::vector<std::string> warnings;
     auto json = in_background("planning a frame", [&](Call&) -> Result<io::Json> {
         ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options));
-        warnings = planning_warnings(chain, planned);
+        warnings = planning_warnings(chain, planned, frames.unsaid);
         io::Json plan = io::json_from(plan_json(planned.plan));
         plan["resolved"] = sequence::resolved_json(
             sequence::resolve_values(chain.chain, planned.source, planned.plan));

@@ -60,6 +60,7 @@ using FramePtr = std::shared_ptr<const Frame>;
 // A frame with the frames before and after, which may be null.
 struct FrameWithNeighbors {
     FramePtr frame, before, after;
+    bool unsaid = false;  // whether there are such frames
 };
 
 // The planned frame: what `run` filters. Errors: those of plan_source_frame(); (usage) a neighbor

@@ -55,7 +55,7 @@ void add_sequences(py::module_& module) {
         "progress: called with a dict after each frame; returns False to end the run\n"
         "stop: a threading.Event that ends the run within a frame\n"
         "device: a Device\n\nFurther arguments:" +
-        rows_text(nullptr);
+        rows_text(run_keys());
     module.def(
         "run_sequence",
         [](const py::object& chain, const py::object& input, const py::object& output,
@@ -68,6 +68,10 @@ void add_sequences(py::module_& module) {
         py::arg("chain"), py::arg("input"), py::arg("output"), py::arg("camera") = py::none(),
         py::kw_only(), py::arg("progress") = py::none(), py::arg("stop") = py::none(),
         py::arg("device") = py::none(), run_text.c_str());
+    const std::string plan_text =
+        "What run_sequence() would do, a dict for each frame, as `postchain plan --json`. Computes "
+        "nothing.\n\nFurther arguments:" +
+        rows_text(plan_sequence_keys());
     module.def(
         "plan_sequence",
         [](const py::object& chain, const py::object& input, const py::object& camera,
@@ -75,19 +79,21 @@ void add_sequences(py::module_& module) {
             return plan_sequence(*chain_of(chain, py::none()), path_of(input, "input"), camera,
                                  settings);
         },
-        py::arg("chain"), py::arg("input"), py::arg("camera") = py::none(),
-        "What run_sequence() would do, a dict for each frame, as `postchain plan --json`.");
+        py::arg("chain"), py::arg("input"), py::arg("camera") = py::none(), plan_text.c_str());
+    const std::string inspect_text =
+        "What a file, a sequence or a folder contains, as `postchain inspect --json`.\n\n"
+        "Further arguments:" +
+        rows_text(inspect_keys());
     module.def(
         "inspect",
         [](const py::object& input, const py::object& camera, const py::kwargs& settings) {
             return inspect(path_of(input, "input"), camera, settings);
         },
-        py::arg("input"), py::arg("camera") = py::none(),
-        "What a file, a sequence or a folder contains, as `postchain inspect --json`.");
+        py::arg("input"), py::arg("camera") = py::none(), inspect_text.c_str());
     const std::string read_text =
         "A Frame from a file, or frame `frame` of a pattern \"A.####.exr\".\n\nFurther "
         "arguments:" +
-        rows_text(&read_keys());
+        rows_text(read_keys());
     module.def(
         "read",
         [](const py::object& input, const py::object& frame, const py::object& camera,
@@ -113,12 +119,17 @@ void add_measurements(py::module_& module) {
         "pixels_per_degree: of visual angle, for FLIP";
     module.def(
         "diff",
-        [](const py::object& reference, const py::object& test,
-           const std::vector<std::string>& names, const std::string& map,
-           const std::optional<double>& over, double pixels_per_degree,
-           const std::string& tone_mapper, const py::kwargs& settings) {
-            return diff(reference, test, {names, map, over, pixels_per_degree, tone_mapper},
-                        settings);
+        [](const py::object& reference, const py::object& test, const py::object& names,
+           const py::object& map, const py::object& over, const py::object& pixels_per_degree,
+           const py::object& tone_mapper, const py::kwargs& settings) {
+            using Words = std::vector<std::string>;
+            const DiffRequest request{
+                argument_of<Words>(names, "metrics", "a list of names"),
+                argument_of<std::string>(map, "map", "a name"),
+                argument_of<std::optional<double>>(over, "over", "a number"),
+                argument_of<double>(pixels_per_degree, "pixels_per_degree", "a number"),
+                argument_of<std::string>(tone_mapper, "tone_mapper", "a name")};
+            return diff(reference, test, request, settings);
         },
         py::arg("reference"), py::arg("test"), py::kw_only(),
         py::arg("metrics") = std::vector<std::string>(), py::arg("map") = "",
@@ -137,18 +148,21 @@ void add_measurements(py::module_& module) {
         "progress: called with a dict; returns False to end";
     module.def(
         "scene",
-        [](const std::string& name, const py::object& folder, std::pair<int, int> size,
-           const py::object& frames, int truth_samples, bool behind, bool deep,
-           const std::string& on_existing, const py::object& camera, const std::string& device,
-           const py::object& progress, const py::object& stop) {
+        [](const py::object& name, const py::object& folder, const py::object& size,
+           const py::object& frames, const py::object& truth_samples, const py::object& behind,
+           const py::object& deep, const py::object& on_existing, const py::object& camera,
+           const py::object& device, const py::object& progress, const py::object& stop) {
             scenes::SceneRequest request;
-            request.name = name;
+            request.name = argument_of<std::string>(name, "name", "a name");
             request.folder = path_of(folder, "folder");
-            std::tie(request.width, request.height) = size;
-            request.truth_samples = truth_samples;
-            request.behind = behind;
-            request.deep = deep;
-            write_scene(std::move(request), frames, on_existing, camera, device, {progress, stop});
+            std::tie(request.width, request.height) =
+                argument_of<std::pair<int, int>>(size, "size", "width and height");
+            request.truth_samples = argument_of<int>(truth_samples, "truth_samples", "an integer");
+            request.behind = argument_of<bool>(behind, "behind", "True or False");
+            request.deep = argument_of<bool>(deep, "deep", "True or False");
+            write_scene(std::move(request), frames,
+                        argument_of<std::string>(on_existing, "on_existing", "fail or overwrite"),
+                        camera, py::str(device), {progress, stop});
         },
         py::arg("name"), py::arg("folder"), py::kw_only(),
         py::arg("size") = std::pair<int, int>(640, 360), py::arg("frames") = "1",
@@ -179,7 +193,7 @@ void add_tune(py::module_& module) {
         "progress: called with a dict (what, done, total, elapsed_s); returns False to end\n"
         "stop: a threading.Event that ends it\n"
         "device: a Device\n\nFurther arguments:" +
-        tune_rows_text() + rows_text(&tune_input_keys());
+        tune_rows_text() + rows_text(tune_input_keys());
     module.def(
         "tune",
         [](const py::object& input, const py::object& camera, const py::object& truth,

@@ -9,9 +9,6 @@ import textwrap
 
 from postchain._postchain import _tables
 
-ARGUMENTS = {"input", "output", "camera"}  # settings that are arguments of their own
-
-
 def literal(words):
     return f"Literal[{', '.join(repr(word) for word in words)}]".replace("'", '"')
 
@@ -65,7 +62,7 @@ def setting(key, schema):
 def settings(tables, groups):
     keys = set().union(*(tables[group] for group in groups))
     rows = [setting(key, row) for key, row in {**tables["tune"], **tables["settings"]}.items()
-            if key in keys and key not in ARGUMENTS]
+            if key in keys]
     return textwrap.indent(",\n".join(rows), " " * 12)
 
 

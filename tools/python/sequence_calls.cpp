@@ -60,7 +60,8 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
                       const py::object& camera, const Callbacks& callbacks,
                       const std::shared_ptr<Device>& device, const py::kwargs& values) {
     callbacks.check();
-    sequence::RunSettings settings = job_settings("run_sequence", input, output, camera, values);
+    sequence::RunSettings settings =
+        job_settings("run_sequence", input, output, camera, values, run_keys());
     if (chain.is_file) settings.other_inputs.push_back({chain.name, "the chain file"});
     for (auto& picture : io::inputs_of(chain.chain.camera))
         settings.other_inputs.push_back(std::move(picture));
@@ -94,7 +95,8 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
 
 py::list plan_sequence(const ChainObject& chain, const std::string& input, const py::object& camera,
                        const py::kwargs& values) {
-    const sequence::RunSettings settings = job_settings("plan_sequence", input, "", camera, values);
+    const sequence::RunSettings settings =
+        job_settings("plan_sequence", input, "", camera, values, plan_sequence_keys());
     std::vector<io::Json> frames;
     const Status status = in_background("plan_sequence", [&](Call& call) -> Status {
         Status failure;
@@ -124,7 +126,8 @@ py::object inspect(const std::string& input, const py::object& camera, const py:
                         "camera and settings");
         return python_of(value_of(sequence::inspect_folder(input)));
     }
-    const sequence::RunSettings settings = job_settings("inspect", input, "", camera, values);
+    const sequence::RunSettings settings =
+        job_settings("inspect", input, "", camera, values, inspect_keys());
     std::vector<std::string> warnings;
     auto json = in_background("inspect", [&](Call& call) -> Result<io::Json> {
         ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));

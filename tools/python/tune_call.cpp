@@ -105,7 +105,7 @@ py::dict tune(const TuneRequest& request, const Callbacks& callbacks,
         starts.push_back({chain->name, chain->chain.clone()});
     }
     experiment::complete(settings, {.run = job_settings("tune", request.input, "", request.camera,
-                                                        values, &tune_input_keys()),
+                                                        values, tune_input_keys()),
                                     .input = request.input,
                                     .chain_files = {},
                                     .cameras = std::move(cameras),

@@ -90,3 +90,10 @@ print(len([one for one in said if "GPU" in str(one.message)]), len(said))
     out, error = process.communicate(timeout=300)
     assert process.returncode == 0, error
     assert out.split()[0] in "01" and out.split()[0] == out.split()[1], out
+
+
+def test_names_are_those_of_the_package():
+    for name in postchain.__all__:
+        value = getattr(postchain, name)
+        if isinstance(value, type):
+            assert (value.__module__, value.__qualname__) == ("postchain", name)

@@ -33,8 +33,7 @@ def signature(function):
 def expect_arguments(function, stub, keys):
     own, takes_settings = signature(function)
     assert takes_settings == bool(keys), stub.name
-    rows = {**TABLES["settings"], **TABLES["tune"]}
-    expected = own + [key for key in rows if key in keys]
+    expected = own + list(keys)
     assert sorted(arguments(stub)) == sorted(expected), stub.name
 
 
@@ -51,16 +50,20 @@ def test_the_stub_has_every_name():
 
 def test_the_stub_has_every_argument():
     stubbed = members(STUB)
-    array, file, plan, layer, read, tune, run, planned, inspected = (set(TABLES[key]) for key in (
-        "array_keys", "file_keys", "plan_keys", "aov_keys", "read_keys", "tune_input_keys",
-        "run_keys", "plan_sequence_keys", "inspect_keys"))
+    (array, file, plan, layer, read, tune, run, planned, inspected, experiment) = (
+        set(TABLES[key]) for key in (
+            "array_keys", "file_keys", "plan_keys", "aov_keys", "read_keys", "tune_input_keys",
+            "run_keys", "plan_sequence_keys", "inspect_keys", "experiment_input_keys"))
     for name, keys in [("run_sequence", run), ("read", read), ("diff", file),
                        ("tune", tune | set(TABLES["tune"])), ("plan_sequence", planned),
                        ("scene", set()), ("inspect", inspected), ("schema", set()),
+                       ("ab", experiment | set(TABLES["ab"])), ("study", set()), ("check", set()),
+                       ("bench", experiment | set(TABLES["bench"])),
+                       ("sheet", set(TABLES["sheet_keys"])), ("write", set(TABLES["write_keys"])),
                        ("set_threads", set())]:
         expect_arguments(getattr(postchain, name), stubbed[name], keys)
     chain = members(stubbed["Chain"])
-    for name, keys in (("run", array | plan), ("run_aovs", array | layer | plan),
+    for name, keys in (("run", array | plan), ("filter", array | layer | plan),
                        ("plan", array | layer | plan)):
         expect_arguments(getattr(postchain.Chain, name), chain[name], keys)
     expect_arguments(postchain.Frame.__init__, members(stubbed["Frame"])["__init__"],
@@ -102,6 +105,11 @@ def test_docstrings_have_the_help_of_every_row():
                            (postchain.plan_sequence, TABLES["plan_sequence_keys"]),
                            (postchain.inspect, TABLES["inspect_keys"]),
                            (postchain.read, TABLES["read_keys"]),
+                           (postchain.ab, TABLES["experiment_input_keys"] + list(TABLES["ab"])),
+                           (postchain.bench, TABLES["experiment_input_keys"] + list(TABLES["bench"])),
+                           (postchain.sheet, TABLES["sheet_keys"]),
+                           (postchain.write, TABLES["write_keys"]),
+                           (postchain.Chain.filter, TABLES["aov_keys"]),
                            (postchain.tune, TABLES["tune_input_keys"] + list(TABLES["tune"])),
                            (postchain.Chain.run, TABLES["array_keys"] + TABLES["plan_keys"])]:
         for key in keys:

@@ -55,6 +55,7 @@ std::shared_ptr<Device> Device::create(const std::string& name) {
     const egl::ContextOptions options = context_options(name, warnings);
     Call call;
     std::shared_ptr<Device> device(new Device);
+    device->options_ = options;
     Worker& worker = *device->worker_;
     Status status;
     worker.tasks.push_back([&] {

@@ -43,7 +43,7 @@ const std::set<std::string>& frame_keys() {
 const std::set<std::string>& read_keys() {
     static const std::set<std::string> keys = [] {
         std::set<std::string> all = file_keys();
-        all.insert({"aovs", "cryptomatte"});
+        all.insert({"aovs", "cryptomatte", "behind"});
         return all;
     }();
     return keys;
@@ -89,9 +89,7 @@ sequence::RunSettings job_settings(const std::string& function, const std::strin
                                    const std::string& output, const py::object& camera,
                                    const py::kwargs& values, const std::set<std::string>& keys) {
     sequence::JobSettings job;
-    for (const auto& [name, value] : values)
-        if (const std::string key = py::str(name); !keys.contains(key))
-            raise_unexpected(function, key, {keys.begin(), keys.end()});
+    check_keys(function, values, keys);
     set_rows(job_parameters(), &job, values, function);
     job.input = input;
     job.output = output;
@@ -114,6 +112,13 @@ sequence::RunSettings job_settings(const std::string& function, const std::strin
     }
     settings->version = POSTCHAIN_VERSION;
     return std::move(*settings);
+}
+
+void check_keys(const std::string& function, const py::kwargs& values,
+                const std::set<std::string>& keys) {
+    for (const auto& [name, value] : values)
+        if (const std::string key = py::str(name); !keys.contains(key))
+            raise_unexpected(function, key, {keys.begin(), keys.end()});
 }
 
 py::kwargs taken(py::kwargs& values, const std::set<std::string>& keys) {

@@ -32,6 +32,9 @@ sequence::RunSettings job_settings(const std::string& function, const std::strin
                                    const pybind11::kwargs& values,
                                    const std::set<std::string>& keys);
 
+// TypeError for a keyword argument of this function that is none of these.
+void check_keys(const std::string& function, const pybind11::kwargs& values,
+                const std::set<std::string>& keys);
 // Takes the entries with these keys out of `values`.
 pybind11::kwargs taken(pybind11::kwargs& values, const std::set<std::string>& keys);
 

@@ -10,6 +10,7 @@
 #include "tools/sequence/run/inspect_frame.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace py = pybind11;
 
@@ -115,6 +116,23 @@ py::list plan_sequence(const ChainObject& chain, const std::string& input, const
     py::list plans;
     for (const io::Json& frame : frames) plans.append(python_of(frame));
     return plans;
+}
+
+py::tuple frame_list(const std::string& input, const py::kwargs& values) {
+    std::set<std::string> keys = read_keys();
+    keys.insert("frames");
+    const sequence::RunSettings settings =
+        job_settings("frames", input, "", py::none(), values, keys);
+    const io::FrameList list = value_of(io::find_frames(settings.input, settings.frames));
+    if (!list.missing.empty())
+        raise(Status(StatusCode::input, concat(settings.input.color().format(list.missing.front()),
+                                               ": frame is not on disk; give frames= that exist")));
+    std::vector<int> on_disk;
+    for (const auto& [number, files] :
+         value_of(io::find_frames(sequence::input_of_neighbors(settings.input), std::nullopt))
+             .files)
+        on_disk.push_back(number);
+    return py::make_tuple(list.frames, on_disk, settings.source.cuts);
 }
 
 py::object inspect(const std::string& input, const py::object& camera, const py::kwargs& values) {

@@ -21,10 +21,10 @@
 
 /* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
  * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,
- * foreign or destroyed is PC_ERROR_ARGUMENT, and one that a callback destroys within a call on it
- * is not destroyed. A failed pc_run() has dispatched nothing but the step of `focus_at`, and has
- * not written the output, except with PC_VALIDATE for PC_ERROR_GL, which is found afterwards. Its
- * result is the host's own color, or 0 if pc_frame cannot be read. */
+ * foreign or destroyed is PC_ERROR_ARGUMENT, and one that a callback or another thread destroys
+ * within a call on it is not destroyed. A failed pc_run() has dispatched nothing but the step of
+ * `focus_at`, and has not written the output, except with PC_VALIDATE for PC_ERROR_GL, which is
+ * found afterwards. Its result is the host's own color, or 0 if pc_frame cannot be read. */
 
 /* A frame: once a kind of frame has run, pc_run() creates no GL object but a fence every fourth
  * frame, does not compile, allocate, plan or read back, and waits only if the device is eight

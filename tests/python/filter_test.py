@@ -130,6 +130,18 @@ def test_frames_of_a_sequence(frames, tmp_path):
         postchain.frames(pattern, output="x")
 
 
+def test_frames_of_several_crops(tmp_path):
+    """Neighbors may be cropped otherwise, as the command allows."""
+    for number in (1, 2, 3):
+        write_exr(tmp_path / f"a.{number:04}.exr", planes_of(number - 1), left=4 * (number - 1))
+    pattern = tmp_path / "a.####.exr"
+    postchain.run_sequence(BLUR, pattern, tmp_path / "out.####.exr", CAMERA, data_window="keep")
+    for shot in postchain.frames(pattern, CAMERA, data_window="keep"):
+        found = postchain.Chain(BLUR).run(shot.frame, before=shot.before, after=shot.after)
+        expected = color_of_exr(tmp_path / f"out.{shot.frame.number:04}.exr")
+        assert (bits(found) == bits(expected)).all(), shot.frame.number
+
+
 def test_write(frames, tmp_path):
     expected = run(frames, tmp_path)
     shot, = postchain.frames(frames / "frame.####.exr", frames / "camera.json", frames=2)

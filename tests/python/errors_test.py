@@ -60,6 +60,13 @@ def test_remedies_are_arguments(frames, tmp_path):
         run(frames=1)
 
 
+def test_a_device_that_there_is_not():
+    try:
+        postchain.Device("gpu").close()
+    except postchain.DeviceError as error:
+        assert "or give device='auto' or 'software' to compute" in str(error)
+
+
 def test_neighbors_that_a_chain_reads_are_asked_for():
     chain, frame = postchain.Chain(BLUR), planes_of(1)
     asked = "reads the frames before and after, which are not given.*or None where there is no such"

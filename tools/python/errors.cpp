@@ -36,14 +36,13 @@ std::string argument_text(const std::string& verb, std::string key, std::string_
         if (const Parameter* row = job_parameters().find(key.substr(3));
             row && row->type == ParameterType::boolean)
             return row->key + "=False";
-    const Parameter* row = job_parameters().find(key);
-    static const std::regex word_after(R"re(^ ([a-z]+))re");
-    std::cmatch device;
-    if (key == "device" &&
-        std::regex_search(rest.data(), rest.data() + rest.size(), device, word_after)) {
-        rest.remove_prefix(size_t(device.length()));
-        return concat("device='", device[1].str(), "'");
-    }
+    static const Parameter device = [] {  // no row of a job
+        Parameter row;
+        row.type = ParameterType::choice;
+        row.choices = {"auto", "gpu", "software"};
+        return row;
+    }();
+    const Parameter* row = key == "device" ? &device : job_parameters().find(key);
     if (!row) return key;
     static const std::set<std::string> verbs = {"use", "give", "with", "under", "or"};
     if (row->type == ParameterType::boolean) return verbs.contains(verb) ? key + "=True" : key;

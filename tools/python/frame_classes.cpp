@@ -245,7 +245,7 @@ void add_actions(ChainClass& chain) {
                kArrayArguments, kAovsArgument,
                "\nfill_mask: also return which share of each pixel came from its frame, a "
                "neighbor, an estimate\nstages: also return textures of the plan: True for all, or "
-               "names such as\n  \"0.motion_blur.gathered\" (Chain.plan()[\"textures\"])",
+               "names such as\n  \"0.motion_blur.starts\" (Chain.plan()[\"textures\"])",
                kFrameArgument, settings, rows_text(job_parameters(), aov_keys())),
         [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
            const PlanOptions& options, const py::object& planes, const py::object& fill_mask,

@@ -26,6 +26,7 @@ if [[ ${1:-} == --full ]]; then
     packages+=(
         dpkg-dev file libogre-1.12-dev xvfb xdotool slurmctld slurmd slurm-client munge prometheus
         python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
+        python3-mypy python3-pip python3-venv
         chromium chromium-driver sqlite3 nginx-light caddy blender
         clang libclang-rt-14-dev
     )

@@ -22,16 +22,20 @@ int64_t nearest(const Parameter& row, double value) {
     return row.odd ? rounded | 1 : rounded;
 }
 
+int64_t value_of(const Chain& chain, uint32_t pass, const Parameter& row) {
+    return std::get<int64_t>(row.get(chain.links[pass].pass->parameters()));
+}
+
 // Adaptive sampling stays on, because it selects a program.
-Chain with_part(const ChainHandle& chain, double part) {
-    Chain scaled = chain.chain().clone();
-    const auto rows = chain.samples();
+Chain with_part(const ChainVersion& chain, double part) {
+    Chain scaled = chain.chain->clone();
+    const auto rows = samples_of(*chain.chain);
     for (const auto& [pass, row] : rows) {
-        const int64_t full = chain.integer(pass, *row);
+        const int64_t full = value_of(*chain.chain, pass, *row);
         int64_t value = nearest(*row, double(full) * part);
         for (const auto& [other_pass, least] : rows) {
             if (row->key != "max_samples" || least == row || other_pass != pass) continue;
-            const int64_t of_least = chain.integer(pass, *least);
+            const int64_t of_least = value_of(*chain.chain, pass, *least);
             if (full > of_least)
                 value = std::max(value, nearest(*least, double(of_least) * part) + 1);
         }
@@ -82,7 +86,7 @@ void Budgets::forget_destroyed() {
     std::erase_if(all_, [](const Governed& one) { return one.life.expired(); });
 }
 
-Failure Budgets::set(const ChainHandle& chain, const pc_budget& budget) {
+Failure Budgets::set(const ChainVersion& chain, const pc_budget& budget) {
     forget_destroyed();
     if (budget.reserved != 0) return {PC_ERROR_VERSION, "pc_budget.reserved is not 0"};
     if (!(budget.milliseconds >= 0) || !std::isfinite(budget.milliseconds))
@@ -91,48 +95,48 @@ Failure Budgets::set(const ChainHandle& chain, const pc_budget& budget) {
     if (budget.least != 0 && !(budget.least >= 0.25f && budget.least <= 1))
         return {PC_ERROR_ARGUMENT, concat("least: ", budget.least, " is not within 0.25 and 1")};
     const double least = budget.least == 0 ? 0.25 : double(budget.least);
-    if (budget.milliseconds > 0 && chain.samples().empty())
+    if (budget.milliseconds > 0 && samples_of(*chain.chain).empty())
         return {
             PC_ERROR_CHAIN,
             "no pass of the chain reads a number of samples, so nothing makes it quicker; leave "
             "passes out, or choose a method that has samples"};
-    std::erase_if(all_, [&](const Governed& one) { return one.chain == chain.id(); });
+    std::erase_if(all_, [&](const Governed& one) { return one.chain == chain.id; });
     if (budget.milliseconds > 0)
         all_.push_back(
-            {chain.id(), chain.life(), SampleController(double(budget.milliseconds), least)});
+            {chain.id, chain.life, SampleController(double(budget.milliseconds), least)});
     return {};
 }
 
-void Budgets::query(const ChainHandle& chain, pc_budget_state& state) const {
-    const Governed* governed = find(chain.id());
+void Budgets::query(const ChainVersion& chain, pc_budget_state& state) const {
+    const Governed* governed = find(chain.id);
     state.milliseconds = governed ? float(governed->controller.budget_ms()) : 0;
     state.part = governed ? float(governed->controller.part()) : 1;
     state.frame_ms = governed ? float(governed->controller.milliseconds()) : 0;
     state.changes = governed ? uint32_t(governed->controller.changes()) : 0;
 }
 
-ChainVersion Budgets::version(const ChainHandle& chain) {
-    Governed* governed = find(chain.id());
+ChainVersion Budgets::version(const ChainVersion& chain) {
+    Governed* governed = find(chain.id);
     const double part = governed ? governed->controller.part() : 1;
-    if (part == 1) return chain.version();
-    if (governed->revision != chain.revision() || governed->part != part) {
-        governed->scaled = {std::make_shared<const Chain>(with_part(chain, part)), chain.id(),
-                            ChainHandle::new_revision()};
-        governed->revision = chain.revision();
+    if (part == 1) return chain;
+    if (governed->revision != chain.revision || governed->part != part) {
+        governed->scaled = {std::make_shared<const Chain>(with_part(chain, part)), chain.id,
+                            ChainHandle::new_revision(), chain.life};
+        governed->revision = chain.revision;
         governed->part = part;
     }
     return governed->scaled;
 }
 
-std::vector<Chain> Budgets::variants(const ChainHandle& chain) const {
+std::vector<Chain> Budgets::variants(const ChainVersion& chain) const {
     std::vector<Chain> all;
-    if (!find(chain.id())) return all;
+    if (!find(chain.id)) return all;
     for (const double part : SampleController::kParts) all.push_back(with_part(chain, part));
     return all;
 }
 
-bool Budgets::undo(const ChainHandle& chain) {
-    Governed* governed = find(chain.id());
+bool Budgets::undo(const ChainVersion& chain) {
+    Governed* governed = find(chain.id);
     if (!governed || !governed->changed) return false;
     governed->changed = false;
     governed->controller.take_back();
@@ -146,11 +150,11 @@ void Budgets::Governed::take_times(gl::Clock& clock) {
     controller.add(newest->milliseconds());
 }
 
-bool Budgets::govern(const ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
+bool Budgets::govern(const ChainVersion& chain, gl::Clock& clock, uint64_t tag) {
     forget_destroyed();
     // Before a chain runs again, the clock may have written over its times.
     for (Governed& one : all_) one.take_times(clock);
-    Governed* governed = find(chain.id());
+    Governed* governed = find(chain.id);
     if (!governed) return false;
     governed->changed = governed->controller.change(now_seconds());
     if (governed->changed) governed->runs = 0;

@@ -54,18 +54,18 @@ class SampleController {
 class Budgets {
   public:
     // PC_ERROR_CHAIN: no pass reads a number of samples. PC_ERROR_ARGUMENT: a value of the budget.
-    Failure set(const ChainHandle& chain, const pc_budget& budget);
-    void query(const ChainHandle& chain, pc_budget_state& state) const;
+    Failure set(const ChainVersion& chain, const pc_budget& budget);
+    void query(const ChainVersion& chain, pc_budget_state& state) const;
     // Before the chain's frame `tag`, a number that increases: takes the times of every chain's
     // newest finished frame, tagged likewise, into account, and decides the part of this one's
     // samples. True if it has a budget: the frame must be timed.
-    bool govern(const ChainHandle& chain, gl::Clock& clock, uint64_t tag);
+    bool govern(const ChainVersion& chain, gl::Clock& clock, uint64_t tag);
     // Takes the change of samples back that govern() has just made, if it made one.
-    bool undo(const ChainHandle& chain);
+    bool undo(const ChainVersion& chain);
     // The chain as it runs: with the samples of its part, or as the host has it.
-    ChainVersion version(const ChainHandle& chain);
+    ChainVersion version(const ChainVersion& chain);
     // The chain with the samples of every part that govern() may choose; none without a budget.
-    std::vector<Chain> variants(const ChainHandle& chain) const;
+    std::vector<Chain> variants(const ChainVersion& chain) const;
     // Chains that have a budget. Those of destroyed chains go with the next set() or govern().
     size_t size() const { return all_.size(); }
 

@@ -4,10 +4,13 @@
 #include <atomic>
 #include <cmath>
 
+#include "chain/base/text.h"
 #include "chain/pass/planner.h"
 
 namespace postchain::guest {
 namespace {
+
+static_assert(kMaxPasses == PC_MAX_PASSES);
 
 ParameterRef parameters_of(Chain& chain, uint32_t pass) {
     if (pass == PC_CAMERA) return ParameterRef(&chain.camera);
@@ -83,6 +86,18 @@ uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
     return cost;
 }
 
+std::vector<std::pair<uint32_t, const Parameter*>> samples_of(const Chain& chain) {
+    std::vector<std::pair<uint32_t, const Parameter*>> found;
+    for (uint32_t pass = 0; pass < chain.links.size(); ++pass) {
+        const ChainLink& link = chain.links[pass];
+        for (const Parameter& row : link.type->parameters->rows())
+            if ((row.key == "samples" || row.key == "max_samples") &&
+                link.type->parameters->unread(row, link.pass->parameters()).empty())
+                found.emplace_back(pass, &row);
+    }
+    return found;
+}
+
 uint64_t ChainHandle::new_revision() {
     static std::atomic<uint64_t> last = 0;
     return ++last;
@@ -107,27 +122,27 @@ ChainHandle::ChainHandle(Chain chain) : chain_(std::make_shared<Chain>(std::move
 }
 
 Result<Chain> ChainHandle::parse(std::string_view names) {
+    std::vector<std::string> known;
+    for (const auto& type : passes().types()) known.push_back(type.name);
+    if (names.find_first_not_of(' ') == std::string_view::npos)
+        return Status(StatusCode::chain, "no pass; known are " + joined(known));
     Chain chain;
-    while (!names.empty()) {
-        const size_t end = std::min(names.find(','), names.size());
-        std::string_view name = names.substr(0, end);
-        names.remove_prefix(std::min(end + 1, names.size()));
+    for (size_t first = 0, end = 0; end < names.size(); first = end + 1) {
+        end = std::min(names.find(',', first), names.size());
+        std::string_view name = names.substr(first, end - first);
         while (!name.empty() && name.front() == ' ') name.remove_prefix(1);
         while (!name.empty() && name.back() == ' ') name.remove_suffix(1);
+        if (name.empty())
+            return Status(StatusCode::chain,
+                          concat("\"", names, "\": a name is empty; remove a comma"));
         if (chain.links.size() == kMaxPasses)
             return Status(StatusCode::chain,
                           concat("more than ", kMaxPasses, " passes; split the chain into two"));
         if (chain.append(passes(), name)) continue;
-        std::vector<std::string> known;
-        std::string list;
-        for (const auto& type : passes().types()) {
-            known.push_back(type.name);
-            list += (list.empty() ? "" : ", ") + type.name;
-        }
         const std::string near = nearest_word(name, known);
         return Status(StatusCode::chain, concat("unknown pass \"", name, "\"; ",
                                                 near.empty() ? "" : "did you mean " + near + "? ",
-                                                "known are ", list));
+                                                "known are ", joined(known)));
     }
     return chain;
 }
@@ -138,7 +153,7 @@ const ParameterTable* ChainHandle::table_of(uint32_t pass) const {
 }
 
 Chain& ChainHandle::own() {
-    if (chain_.use_count() > 1) chain_ = std::make_shared<Chain>(chain_->clone());
+    chain_ = std::make_shared<Chain>(chain_->clone());
     return *chain_;
 }
 
@@ -186,25 +201,6 @@ Failure ChainHandle::set_aperture(const float* values) {
     own().camera.aperture_image = std::move(*image);
     revision_ = new_revision();
     return {};
-}
-
-bool ChainHandle::is_read(uint32_t pass, const Parameter& row) const {
-    const ChainLink& link = chain_->links[pass];
-    return link.type->parameters->unread(row, link.pass->parameters()).empty();
-}
-
-std::vector<std::pair<uint32_t, const Parameter*>> ChainHandle::samples() const {
-    std::vector<std::pair<uint32_t, const Parameter*>> found;
-    for (const Row& row : rows_)
-        if (row.pass != PC_CAMERA &&
-            (row.parameter->key == "samples" || row.parameter->key == "max_samples") &&
-            is_read(row.pass, *row.parameter))
-            found.emplace_back(row.pass, row.parameter);
-    return found;
-}
-
-int64_t ChainHandle::integer(uint32_t pass, const Parameter& row) const {
-    return std::get<int64_t>(row.get(parameters_of(*chain_, pass)));
 }
 
 Failure ChainHandle::set_mask(uint32_t pass, pc_mask_effect effect) {

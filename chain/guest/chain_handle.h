@@ -18,12 +18,17 @@ inline constexpr const char* kMask = "mask";
 // The passes of the guest. chain/ knows no pass; the library of passes defines this function.
 const PassRegistry& passes();
 
-// A chain with its values at one moment.
+// A chain with its values at one moment. It stays as it is while the handle is changed.
 struct ChainVersion {
     std::shared_ptr<const Chain> chain;
-    uint64_t id = 0;        // of its handle
-    uint64_t revision = 0;  // unique in this process
+    uint64_t id = 0;                          // of its handle; unique in this process
+    uint64_t revision = 0;                    // increases with every change; unique likewise
+    std::weak_ptr<const uint64_t> life = {};  // expires with the handle
 };
+
+// The parameters of a chain that are numbers of samples and that their passes read, with the
+// passes.
+std::vector<std::pair<uint32_t, const Parameter*>> samples_of(const Chain& chain);
 
 class ChainHandle {
   public:
@@ -33,12 +38,8 @@ class ChainHandle {
     // "motion_blur,fxaa". PC_ERROR_CHAIN: unknown pass; the message suggests the closest name.
     static Result<Chain> parse(std::string_view passes);
 
-    const Chain& chain() const { return *chain_; }
     // Later changes are made in a copy.
-    ChainVersion version() const { return {chain_, id(), revision_}; }
-    uint64_t id() const { return *id_; }                        // unique in this process
-    std::weak_ptr<const uint64_t> life() const { return id_; }  // expires with the handle
-    uint64_t revision() const { return revision_; }             // increases with every change
+    ChainVersion version() const { return {chain_, *id_, revision_, id_}; }
     static uint64_t new_revision();
 
     // `pass`: an index, or PC_CAMERA. PC_ERROR_ARGUMENT: no such pass. PC_ERROR_CHAIN: no such key,
@@ -50,11 +51,6 @@ class ChainHandle {
 
     // Sets a pass's effect on the object that pc_frame.mask covers.
     Failure set_mask(uint32_t pass, pc_mask_effect effect);
-
-    // The parameters that are numbers of samples and that their passes read, with the passes.
-    std::vector<std::pair<uint32_t, const Parameter*>> samples() const;
-    // The value of a pass's integer.
-    int64_t integer(uint32_t pass, const Parameter& row) const;
 
     // PC_ERROR_ARGUMENT: past the last row.
     Failure describe(uint32_t index, pc_parameter& row);
@@ -70,10 +66,7 @@ class ChainHandle {
         int cost = -1;  // unknown yet
     };
     const ParameterTable* table_of(uint32_t pass) const;
-    // Whether the pass reads the value, with its other values as they are.
-    bool is_read(uint32_t pass, const Parameter& row) const;
-
-    Chain& own();  // copied first if it is shared
+    Chain& own();  // a copy, because another thread may still read the chain
     Failure no_such_pass(uint32_t pass) const;
 
     std::shared_ptr<Chain> chain_;

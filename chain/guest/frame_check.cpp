@@ -12,6 +12,7 @@ namespace postchain::guest {
 namespace {
 
 constexpr int kLastLevel = 30;
+constexpr float kMinFStop = 0.01f;  // fifty times as fast as a lens in air can be
 
 // A member of pc_frame, and the texels that the frame's rectangle has in it.
 struct Member {
@@ -106,8 +107,7 @@ Failure check_numbers(const HostFrame& frame) {
         if (!std::isfinite(given.view_projection[i]) ||
             !std::isfinite(given.other_view_projection[i]))
             return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
-    constexpr uint32_t kFrameFlags = 2 * PC_HALF_RESOLUTION - 1;
-    if ((given.flags & ~kFrameFlags) != 0)
+    if (!knows_flags(given.flags))
         return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
                                          " has a bit that this library does not know")};
     if (given.reserved != 0 || given.reserved_2 != 0 || given.reserved_3[0] != 0 ||
@@ -168,7 +168,46 @@ int rest(int32_t side, int32_t first) {
     return int(std::clamp(int64_t(side) - first, int64_t(INT32_MIN), int64_t(INT32_MAX)));
 }
 
+// Bounds must hold, and so must their order.
+Failure check_bounds(const pc_frame& given) {
+    const std::pair<const char*, float> bounds[] = {{"max_speed_px", given.max_speed_px},
+                                                    {"nearest", given.nearest},
+                                                    {"farthest", given.farthest}};
+    for (const auto& [name, value] : bounds)
+        if (value < 0)
+            return {PC_ERROR_CHAIN,
+                    concat(name, " is ", value, "; give a bound, or 0 if it is unknown")};
+    if (given.farthest > 0 && given.nearest > given.farthest)
+        return {PC_ERROR_CHAIN, concat("nearest: ", given.nearest, " is beyond farthest, ",
+                                       given.farthest, "; exchange them")};
+    return {};
+}
+
+// Values of a camera that no lens has.
+Failure check_lens(const pc_frame& given) {
+    const std::pair<const char*, float> values[] = {
+        {"near_clip", given.near_clip},
+        {"far_clip", given.far_clip},
+        {"focal_length_mm", given.focal_length_mm},
+        {"sensor_width_mm", given.sensor_width_mm},
+        {"f_stop", given.f_stop},
+        {"focus_distance", given.focus_distance},
+        {"meters_per_unit", given.meters_per_unit},
+        {"shutter_frames", std::max(given.shutter_frames, 0.0f)}};
+    for (const auto& [key, value] : values)
+        if (value != 0) RETURN_IF_ERROR(camera_parameters().find(key)->check(double(value)));
+    if (given.f_stop != 0 && given.f_stop < kMinFStop)
+        return {PC_ERROR_CHAIN,
+                concat("f_stop: ", given.f_stop, " is below ", kMinFStop,
+                       "; give the focal length over the diameter of the aperture")};
+    return {};
+}
+
 }  // namespace
+
+bool knows_flags(uint32_t flags) {
+    return flags < 2 * PC_HALF_RESOLUTION;
+}
 
 Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (*find)(unsigned)) {
     frame = {};
@@ -234,6 +273,8 @@ Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (
 
 Failure check_deeper(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
+    RETURN_IF_ERROR(check_bounds(given));
+    RETURN_IF_ERROR(check_lens(given));
     const struct {
         const char* name;
         const float (&columns)[16];

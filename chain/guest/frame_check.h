@@ -12,8 +12,11 @@ namespace postchain::guest {
 Failure check_frame(const pc_frame* given, HostFrame& frame,
                     const HostFormat* (*find)(unsigned) = find_format);
 
-// For PC_VALIDATE: matrices that cannot be inverted, an output over another plane than color.
-// Precondition: check_frame().
+// Whether all bits are flags of pc_frame.
+bool knows_flags(uint32_t flags);
+
+// For PC_VALIDATE: matrices that cannot be inverted, an output over another plane than color,
+// bounds that contradict each other, and values that no lens has. Precondition: check_frame().
 Failure check_deeper(const HostFrame& frame);
 
 }  // namespace postchain::guest

@@ -12,6 +12,7 @@ namespace {
 struct Life {
     const void* handle;
     std::string_view kind;  // "instance" or "chain"
+    bool shared = false;    // several threads may be in calls
     std::thread::id user = {};
     int calls = 0;  // of that thread; a callback may call the library
 };
@@ -38,7 +39,7 @@ Failure check(const Life* life, const void* handle, const char* kind) {
     if (!handle) return {PC_ERROR_ARGUMENT, concat(kind, " is NULL")};
     if (!life)
         return {PC_ERROR_ARGUMENT, concat(kind, " is not one of this library, or was destroyed")};
-    if (life->calls > 0 && life->user != std::this_thread::get_id())
+    if (life->calls > 0 && !life->shared && life->user != std::this_thread::get_id())
         return {PC_ERROR_ARGUMENT,
                 concat(kind, ": another thread is in a call with it; make one call at a time")};
     return {};
@@ -66,9 +67,9 @@ Use::~Use() {
     if (Life* life = lives().find(handle_, kind_)) --life->calls;
 }
 
-void Use::begin_life(const void* handle, const char* kind) {
+void Use::begin_life(const void* handle, const char* kind, bool shared) {
     const std::lock_guard lock(lives().mutex);
-    lives().all.push_back({handle, kind});
+    lives().all.push_back({handle, kind, shared});
 }
 
 bool Use::end_life(const void* handle, const char* kind) {
@@ -76,7 +77,7 @@ bool Use::end_life(const void* handle, const char* kind) {
     const std::lock_guard lock(lives().mutex);
     const Life* life = lives().find(handle, kind);
     Failure failure = check(life, handle, kind);
-    if (failure.ok() && life->calls > 0)  // this is a callback
+    if (failure.ok() && life->calls > 0)  // this is a callback, or another thread's
         failure = {PC_ERROR_ARGUMENT,
                    concat(kind, ": a call with it is not finished; destroy it afterwards")};
     if (!failure.ok()) {
@@ -93,9 +94,14 @@ bool Use::is_alive(const void* handle, const char* kind) {
 }
 
 pc_chain* new_chain(Chain chain) {
-    auto made = std::make_unique<pc_chain>(pc_chain{ChainHandle(std::move(chain))});
-    Use::begin_life(made.get(), "chain");
+    std::unique_ptr<pc_chain> made(new pc_chain{ChainHandle(std::move(chain)), {}});
+    Use::begin_life(made.get(), "chain", true);
     return made.release();
+}
+
+ChainVersion version_of(const pc_chain* chain) {
+    const std::lock_guard lock(chain->mutex);
+    return chain->is.version();
 }
 
 }  // namespace postchain::guest

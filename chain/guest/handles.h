@@ -3,6 +3,7 @@
 
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <string>
 
@@ -15,6 +16,7 @@ struct pc_instance {
 
 struct pc_chain {
     postchain::guest::ChainHandle is;
+    mutable std::mutex mutex;  // of `is`
 };
 
 namespace postchain::guest {
@@ -23,7 +25,7 @@ namespace postchain::guest {
 std::string& last_error_text();
 
 // Handles that hosts have. A call on a handle refuses one that is null, foreign or destroyed, and
-// one that another thread's call uses.
+// an instance that another thread's call uses. A chain may be in several calls.
 class Use {
   public:
     // `kind`: "instance", "chain"; static.
@@ -33,7 +35,8 @@ class Use {
     Use& operator=(const Use&) = delete;
     const Failure& failure() const { return failure_; }
 
-    static void begin_life(const void* handle, const char* kind);
+    // `shared`: for handles that several threads may use at a time.
+    static void begin_life(const void* handle, const char* kind, bool shared = false);
     // False if it is none, or a call with it is not finished.
     static bool end_life(const void* handle, const char* kind);
     static bool is_alive(const void* handle, const char* kind);
@@ -46,6 +49,8 @@ class Use {
 
 // A handle of this chain.
 pc_chain* new_chain(Chain chain);
+// What a frame reads. Precondition: a Use of the chain.
+ChainVersion version_of(const pc_chain* chain);
 
 // The result of work(). An exception becomes a Failure, so that none leaves the library.
 template <class Work>

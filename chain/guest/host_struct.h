@@ -35,6 +35,10 @@ inline constexpr size_t kMinSize<pc_budget_state> = sizeof(pc_budget_state);
 template <>
 inline constexpr size_t kMinSize<pc_frame_needs> = offsetof(pc_frame_needs, texture_bytes);
 
+// Larger than every version's: such a size was not initialized, and may be beyond the host's
+// memory.
+inline constexpr size_t kMaxSize = 1 << 16;
+
 template <class Struct>
 Failure check_size(const Struct* given, const char* name) {
     static_assert(kMinSize<Struct> > 0);
@@ -43,6 +47,9 @@ Failure check_size(const Struct* given, const char* name) {
     if (size < kMinSize<Struct>)
         return {PC_ERROR_VERSION, concat(name, ".struct_size is ", size, "; set it to sizeof(",
                                          name, "), which is ", sizeof(Struct), " in this library")};
+    if (size > kMaxSize)
+        return {PC_ERROR_VERSION, concat(name, ".struct_size is ", size, ", more than ", kMaxSize,
+                                         "; zero the struct, and set it to sizeof(", name, ")")};
     const auto* bytes = reinterpret_cast<const unsigned char*>(given);
     for (size_t i = sizeof(Struct); i < size; ++i)
         if (bytes[i] != 0)

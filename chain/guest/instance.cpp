@@ -180,10 +180,10 @@ Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
     });
 }
 
-std::vector<ProgramKey> Instance::programs_to_prepare(const ChainHandle& chain,
+std::vector<ProgramKey> Instance::programs_to_prepare(const ChainVersion& chain,
                                                       const HostFrame& frame,
                                                       const Plan& plan) const {
-    std::vector<ProgramKey> programs = all_programs(chain.chain(), frame, plan);
+    std::vector<ProgramKey> programs = all_programs(*chain.chain, frame, plan);
     for (const Chain& variant : budgets_.variants(chain))
         for (ProgramKey& program : host_programs(variant, frame, plan))
             if (std::ranges::find(programs, program) == programs.end())
@@ -191,14 +191,14 @@ std::vector<ProgramKey> Instance::programs_to_prepare(const ChainHandle& chain,
     return programs;
 }
 
-Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool wait) {
-    const ChainVersion chain = budgets_.version(handle);
+Failure Instance::prepare(const ChainVersion& host_chain, const pc_frame* given, bool wait) {
+    const ChainVersion chain = budgets_.version(host_chain);
     HostFrame frame;
     RETURN_IF_ERROR(check(chain, given, frame));
     const size_t before = objects_->programs.compiled();
     const auto list = [&](const Plan& plan) {
         max_sizes_.restore(chain.id);
-        return programs_to_prepare(handle, frame, plan);
+        return programs_to_prepare(host_chain, frame, plan);
     };
     RETURN_IF_ERROR(plans_.compile_programs(chain, frame, wait, list));
     if (!wait && objects_->programs.compiled() > before) return {PC_PENDING, ""};
@@ -292,8 +292,9 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
                       [&] { return entry.compiled->run(objects_->run, options); });
 }
 
-Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_frame_needs& out) {
-    const ChainVersion version = budgets_.version(handle);
+Failure Instance::needs_of(const ChainVersion& host_chain, const pc_frame* given,
+                           pc_frame_needs& out) {
+    const ChainVersion version = budgets_.version(host_chain);
     const Chain& chain = *version.chain;
     HostFrame frame;
     RETURN_IF_ERROR(check_frame(given, frame));
@@ -303,12 +304,12 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     if (!focused.empty()) frame.focus = &focused;
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame));
     plans_.count_needs(host.plan, max_sizes_.expected(frame),
-                       programs_to_prepare(handle, frame, host.plan), out);
+                       programs_to_prepare(host_chain, frame, host.plan), out);
     return {};
 }
 
-Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_texture& result) {
-    ChainVersion chain = budgets_.version(handle);
+Failure Instance::run(const ChainVersion& host_chain, const pc_frame* given, pc_texture& result) {
+    ChainVersion chain = budgets_.version(host_chain);
     HostFrame frame;
     RETURN_IF_ERROR(check(chain, given, frame));
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
@@ -320,16 +321,16 @@ Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_textu
     }
     RETURN_IF_ERROR(follow_focus(chain, frame));
     ++plans_.frames;
-    const bool timed = budgets_.govern(handle, objects_->clock, plans_.frames);
-    chain = budgets_.version(handle);
+    const bool timed = budgets_.govern(host_chain, objects_->clock, plans_.frames);
+    chain = budgets_.version(host_chain);
     objects_->pool.begin_frame();
     Entry* entry = nullptr;
     Failure failure = find_or_make(chain, frame, entry);
-    if (failure.result == PC_ERROR_PREPARE && budgets_.undo(handle)) {
+    if (failure.result == PC_ERROR_PREPARE && budgets_.undo(host_chain)) {
         log(PC_LOG_WARNING,
             "the budget is not kept, because other samples are other programs here: "
             "call pc_prepare() after pc_set_budget()");
-        chain = budgets_.version(handle);
+        chain = budgets_.version(host_chain);
         failure = find_or_make(chain, frame, entry);
     }
     if (!failure.ok()) return failure;

@@ -41,14 +41,14 @@ class Instance {
     Failure check_context();
 
     // PC_PENDING while programs are left to compile.
-    Failure prepare(const ChainHandle& chain, const pc_frame* given, bool wait);
-    Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
+    Failure prepare(const ChainVersion& chain, const pc_frame* given, bool wait);
+    Failure run(const ChainVersion& chain, const pc_frame* given, pc_texture& result);
 
-    Failure set_budget(const ChainHandle& chain, const pc_budget& given) {
+    Failure set_budget(const ChainVersion& chain, const pc_budget& given) {
         plans_.forget_prepared();  // the budget's samples may be other programs
         return budgets_.set(chain, given);
     }
-    void budget(const ChainHandle& chain, pc_budget_state& state) const {
+    void budget(const ChainVersion& chain, pc_budget_state& state) const {
         budgets_.query(chain, state);
     }
 
@@ -57,7 +57,7 @@ class Instance {
     const gl::Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
     // Calls no GL.
-    Failure needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out);
+    Failure needs_of(const ChainVersion& chain, const pc_frame* given, pc_frame_needs& out);
     void count(pc_counters& out) const { plans_.count(objects_->programs, objects_->pool, out); }
     std::string explain() const { return plans_.explain(find_format); }
     const gl::Device& device() const { return device_; }
@@ -92,7 +92,7 @@ class Instance {
     // PC_ERROR_INPUT: larger than the device's textures.
     Failure check_size(const HostFrame& frame) const;
     // Programs of every frame of this kind, with the samples of every part of a budget.
-    std::vector<ProgramKey> programs_to_prepare(const ChainHandle& chain, const HostFrame& frame,
+    std::vector<ProgramKey> programs_to_prepare(const ChainVersion& chain, const HostFrame& frame,
                                                 const Plan& plan) const;
     // The result of work(), which uses these units; the host's state is then as `info_.state` says.
     template <class Work>

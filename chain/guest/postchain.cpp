@@ -13,6 +13,7 @@
 using postchain::concat;
 using postchain::ParameterValue;
 using postchain::guest::ChainHandle;
+using postchain::guest::ChainVersion;
 using postchain::guest::change_struct;
 using postchain::guest::copy_text;
 using postchain::guest::create;
@@ -28,6 +29,7 @@ using postchain::guest::new_chain;
 using postchain::guest::read_struct;
 using postchain::guest::tiers;
 using postchain::guest::Use;
+using postchain::guest::version_of;
 
 namespace {
 
@@ -44,6 +46,7 @@ pc_result call(pc_instance* instance, const Work& work) {
 template <class Work>
 pc_result call(pc_chain* chain, const Work& work) {
     return look(chain, "chain", [&] {
+        const std::lock_guard lock(chain->mutex);
         Failure failure = guarded(work);
         chain->is.error = failure.text;
         return failure;
@@ -60,7 +63,7 @@ pc_result call(pc_instance* instance, pc_chain* chain, const Struct* given, cons
         Struct copy;
         const Struct* whole = nullptr;
         RETURN_IF_ERROR(read_struct(given, name, copy, whole));
-        return work(*instance->is, chain->is, *whole);
+        return work(*instance->is, version_of(chain), *whole);
     });
 }
 
@@ -160,7 +163,8 @@ pc_result pc_chain_create(const char* names, pc_chain** chain) {
     return create([&]() -> Failure {
         if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
         *chain = nullptr;
-        const std::string_view text = names ? names : "";
+        if (!names) return {PC_ERROR_ARGUMENT, "passes is NULL"};
+        const std::string_view text = names;
         constexpr std::string_view kTier = "tier:";
         ASSIGN_OR_RETURN(auto made, text.starts_with(kTier) ? make_tier(text.substr(kTier.size()),
                                                                         postchain::guest::passes())
@@ -253,7 +257,7 @@ pc_result pc_use_conventions(const char* engine, pc_frame* frame) {
 
 pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
     return call(instance, chain, frame, "pc_frame",
-                [&](Instance& is, const ChainHandle& of, const pc_frame& whole) {
+                [&](Instance& is, const ChainVersion& of, const pc_frame& whole) {
                     return is.prepare(of, &whole, wait != 0);
                 });
 }
@@ -261,7 +265,7 @@ pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* fra
 pc_result pc_query_frame(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                          pc_frame_needs* needs) {
     return call(instance, chain, frame, "pc_frame",
-                [&](Instance& is, const ChainHandle& of, const pc_frame& whole) {
+                [&](Instance& is, const ChainVersion& of, const pc_frame& whole) {
                     return change_struct(needs, "pc_frame_needs", [&](pc_frame_needs& out) {
                         return is.needs_of(of, &whole, out);
                     });
@@ -279,7 +283,7 @@ pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
         if (!read.ok()) return read;
         const Use use(chain, "chain");
         RETURN_IF_ERROR(use.failure());
-        return instance->is->run(chain->is, whole, picture);
+        return instance->is->run(version_of(chain), whole, picture);
     });
     if (result) *result = code < 0 ? color : picture;
     return code;
@@ -316,7 +320,7 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
 
 pc_result pc_set_budget(pc_instance* instance, pc_chain* chain, const pc_budget* budget) {
     return call(instance, chain, budget, "pc_budget",
-                [&](Instance& is, const ChainHandle& of, const pc_budget& whole) {
+                [&](Instance& is, const ChainVersion& of, const pc_budget& whole) {
                     return is.set_budget(of, whole);
                 });
 }
@@ -326,8 +330,9 @@ pc_result pc_query_budget(const pc_instance* instance, const pc_chain* chain,
     return look(instance, "instance", [&]() -> Failure {
         const Use use(chain, "chain");
         RETURN_IF_ERROR(use.failure());
+        const ChainVersion version = version_of(chain);
         return change_struct(state, "pc_budget_state", [&](pc_budget_state& whole) {
-            instance->is->budget(chain->is, whole);
+            instance->is->budget(version, whole);
             return Failure();
         });
     });

@@ -8,22 +8,23 @@
 
 /* Threads: an instance belongs to the GL context that was current when it was created. Calls marked
  * [GL] need that context current on the calling thread. With another context, or none, they return
- * PC_ERROR_CONTEXT and call no GL. Two threads cannot be in calls on one object: the second one
- * gets PC_ERROR_ARGUMENT. */
+ * PC_ERROR_CONTEXT and call no GL. Two threads cannot be in calls on one instance: the second one
+ * gets PC_ERROR_ARGUMENT. Any thread may change a chain while another renders with it: a call on an
+ * instance has the values that the chain had when it began. */
 
 /* Structs: the host zeroes a struct and sets struct_size = sizeof. 0 is every member's default. A
  * host may be compiled with an older or a newer header than the library: members that a smaller
- * struct lacks are 0, and a larger struct is accepted if the members that the library does not know
- * are 0. Otherwise, and if a flag or a reserved member is set that it does not know, the call
- * returns PC_ERROR_VERSION. pc_texture, pc_slice and pc_time have no struct_size and never change.
- */
+ * struct lacks are 0, and a larger struct, up to 65536 bytes, is accepted if the members that the
+ * library does not know are 0. Otherwise, and if a flag or a reserved member is set that it does
+ * not know, the call returns PC_ERROR_VERSION. pc_texture, pc_slice and pc_time have no struct_size
+ * and never change. */
 
 /* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
  * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,
- * foreign or destroyed is PC_ERROR_ARGUMENT, and one that a callback destroys within a call on it
- * is not destroyed. A failed pc_run() has dispatched nothing but the step of `focus_at`, and has
- * not written the output, except with PC_VALIDATE for PC_ERROR_GL, which is found afterwards. Its
- * result is the host's own color, or 0 if pc_frame cannot be read. */
+ * foreign or destroyed is PC_ERROR_ARGUMENT, and one that a callback or another thread destroys
+ * within a call on it is not destroyed. A failed pc_run() has dispatched nothing but the step of
+ * `focus_at`, and has not written the output, except with PC_VALIDATE for PC_ERROR_GL, which is
+ * found afterwards. Its result is the host's own color, or 0 if pc_frame cannot be read. */
 
 /* A frame: once a kind of frame has run, pc_run() creates no GL object but a fence every fourth
  * frame, does not compile, allocate, plan or read back, and waits only if the device is eight
@@ -91,7 +92,8 @@ enum {
 typedef uint32_t pc_create_flags;
 enum {
     PC_VALIDATE = 1,   /* for development: every pc_run() checks names, targets, sizes and formats
-                          of the host's textures, and GL's error flag */
+                          of the host's textures, bounds, lens and matrices of the frame, and GL's
+                          error flag */
     PC_LABELS = 2,     /* KHR_debug groups and labels */
     PC_OWN_CONTEXT = 4 /* creates an EGL context without a window and makes it current on this
                           thread; PC_ERROR_CONTEXT if a context is current already */
@@ -147,10 +149,12 @@ PC_API pc_result pc_query(const pc_instance*, pc_capabilities*);
 /* `passes`: names in the order they run, "motion_blur,fxaa,depth_of_field"; pc_pass() lists them.
  * Or a tier: "tier:fast"; pc_tier() lists them. pc_chain_from_text() (config/chain_from_text.h)
  * reads the text of a chain file instead. PC_ERROR_CHAIN: an unknown pass or tier, whose closest
- * name the text has; more than 16 passes. On failure *chain is NULL. */
+ * name the text has; no pass, an empty name, or more than PC_MAX_PASSES. On failure *chain is NULL.
+ */
+#define PC_MAX_PASSES 64
 PC_API pc_result pc_chain_create(const char* passes, pc_chain** chain);
 PC_API void pc_chain_destroy(pc_chain*);
-/* "" = none; valid until the next call. */
+/* "" = none; valid until the next call. If several threads use the chain, read pc_error(). */
 PC_API const char* pc_chain_error(const pc_chain*);
 /* Passes of this library, index from 0; PC_ERROR_ARGUMENT = index is past the last. `name` and
  * `help` stay valid as long as the library is loaded. */

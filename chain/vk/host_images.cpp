@@ -42,8 +42,11 @@ Failure check_image(const Member& member, bool output) {
 
 Failure check_images(const pc_vk_frame& given, HostImages& images) {
     if (given.flags != 0)
-        return {PC_ERROR_VERSION, concat("pc_vk_frame.flags: ", given.flags,
-                                         " has a bit that this library does not know")};
+        return {PC_ERROR_VERSION,
+                concat("pc_vk_frame.flags: ", given.flags,
+                       guest::knows_flags(given.flags)
+                           ? "; set PC_HALF_PLANES and others of pc_frame in values"
+                           : " has a bit that this library does not know")};
     pc_frame copy;
     const pc_frame* values = nullptr;
     RETURN_IF_ERROR(guest::read_struct(given.values, "pc_vk_frame.values", copy, values));

@@ -7,7 +7,6 @@
 
 namespace postchain::vk {
 
-using guest::ChainHandle;
 using guest::ChainVersion;
 using guest::Failure;
 using guest::HostFrame;
@@ -73,20 +72,20 @@ Failure Instance::check(const pc_vk_frame& given, HostImages& images) const {
     return (info_.flags & PC_VALIDATE) != 0 ? check_deeper(frame) : Failure();
 }
 
-Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bool wait) {
+Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, bool wait) {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
     const HostFrame& frame = images.frame;
-    const auto list = [&](const Plan& plan) { return host_programs(chain.chain(), frame, plan); };
-    RETURN_IF_ERROR(plans_.compile_programs(chain.version(), frame, wait, list));
+    const auto list = [&](const Plan& plan) { return host_programs(*chain.chain, frame, plan); };
+    RETURN_IF_ERROR(plans_.compile_programs(chain, frame, wait, list));
     pc_frame values_of_cut = images.values;
     values_of_cut.flags ^= PC_CAMERA_CUT;
     HostFrame cut;
     Plans::Entry* entry = nullptr;
     if (check_frame(&values_of_cut, cut, find_format).ok())
-        (void)find_or_make(chain.version(), cut,
+        (void)find_or_make(chain, cut,
                            entry);  // if it fails, the frame is still prepared
-    return find_or_make(chain.version(), frame, entry);
+    return find_or_make(chain, frame, entry);
 }
 
 Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame,
@@ -111,16 +110,16 @@ void Instance::retire(std::unique_ptr<CompiledPlan> plan) {
     retired_->add(plans_.frames, std::move(plan));
 }
 
-Failure Instance::run(const ChainHandle& chain, const pc_vk_frame& given,
+Failure Instance::run(const ChainVersion& chain, const pc_vk_frame& given,
                       VkCommandBuffer commands) {
     if (!commands) return {PC_ERROR_ARGUMENT, "command_buffer is NULL"};
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
     Plans::Entry* entry = nullptr;
-    RETURN_IF_ERROR(find_or_make(chain.version(), images.frame, entry));
+    RETURN_IF_ERROR(find_or_make(chain, images.frame, entry));
     ++plans_.frames;
     retired_->begin(plans_.frames);
-    plans_.run(*entry, chain.version(), images.frame);
+    plans_.run(*entry, chain, images.frame);
     import_frame(entry->host, images.frame, *entry->compiled);
     entry->compiled->record(commands, plans_.frames, images.views);
     plans_.forget_unused();
@@ -128,13 +127,13 @@ Failure Instance::run(const ChainHandle& chain, const pc_vk_frame& given,
     return {};
 }
 
-Failure Instance::needs_of(const ChainHandle& chain, const pc_vk_frame& given,
+Failure Instance::needs_of(const ChainVersion& chain, const pc_vk_frame& given,
                            pc_frame_needs& out) const {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
-    ASSIGN_OR_RETURN(auto host, make_host_plan(chain.chain(), images.frame));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(*chain.chain, images.frame));
     plans_.count_needs(host.plan, max_size(images.frame),
-                       host_programs(chain.chain(), images.frame, host.plan), out);
+                       host_programs(*chain.chain, images.frame, host.plan), out);
     return {};
 }
 

@@ -25,10 +25,10 @@ class Instance {
     Instance& operator=(const Instance&) = delete;
 
     // PC_PENDING while programs are left to compile.
-    guest::Failure prepare(const guest::ChainHandle& chain, const pc_vk_frame& given, bool wait);
-    guest::Failure run(const guest::ChainHandle& chain, const pc_vk_frame& given,
+    guest::Failure prepare(const guest::ChainVersion& chain, const pc_vk_frame& given, bool wait);
+    guest::Failure run(const guest::ChainVersion& chain, const pc_vk_frame& given,
                        VkCommandBuffer commands);
-    guest::Failure needs_of(const guest::ChainHandle& chain, const pc_vk_frame& given,
+    guest::Failure needs_of(const guest::ChainVersion& chain, const pc_vk_frame& given,
                             pc_frame_needs& out) const;
     void count(pc_counters& out) const { plans_.count(*programs_, *pool_, out); }
     std::string explain() const { return plans_.explain(find_format); }

@@ -12,6 +12,7 @@ using postchain::guest::guarded;
 using postchain::guest::look;
 using postchain::guest::read_struct;
 using postchain::guest::Use;
+using postchain::guest::version_of;
 using postchain::vk::Instance;
 
 struct pc_vk_instance {
@@ -51,7 +52,7 @@ pc_result call(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* fra
         pc_vk_frame copy;
         const pc_vk_frame* whole = nullptr;
         RETURN_IF_ERROR(read_struct(frame, "pc_vk_frame", copy, whole));
-        return work(*instance->is, chain->is, *whole);
+        return work(*instance->is, version_of(chain), *whole);
     });
 }
 

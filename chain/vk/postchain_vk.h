@@ -45,8 +45,8 @@ typedef struct pc_vk_instance pc_vk_instance; /* programs, images and plans of o
 typedef struct pc_vk_create_info {
     uint32_t struct_size;
     uint32_t api_version;    /* PC_API_VERSION */
-    pc_create_flags flags;   /* PC_VALIDATE: singular matrices, an output over another plane than
-                                color. For all else use Vulkan's validation layers */
+    pc_create_flags flags;   /* PC_VALIDATE: bounds, lens, singular matrices, an output over another
+                                plane than color. For all else use Vulkan's validation layers */
     uint32_t runs_in_flight; /* 1 to 64; 0 = 2 */
     void* user;              /* first argument of the callbacks */
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
@@ -88,7 +88,7 @@ typedef struct pc_vk_image { /* the host's; stays valid until the run's command 
 
 typedef struct pc_vk_frame {
     uint32_t struct_size;
-    uint32_t flags; /* 0 */
+    uint32_t flags; /* 0; those of pc_frame, such as PC_HALF_PLANES, are in values->flags */
     /* Everything but the images: its textures have the name 0, its pc_slices and barriers are 0.
      * Without PC_TOP_LEFT row 0 of the images is the bottom. */
     const pc_frame* values;

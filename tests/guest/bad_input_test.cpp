@@ -137,6 +137,13 @@ TEST_F(BadInput, StructsOfNoVersion) {
         f.struct_size = 12;
         f.color.name = 0;  // not read from so short a struct
     });
+    // Not initialized: the bytes behind the host's struct are not read.
+    for (const uint32_t size : {65537u, 0xcdcdcdcdu})
+        refused(PC_ERROR_VERSION, concat("pc_frame.struct_size is ", size, ", more than 65536"),
+                [&](F f) {
+                    f.struct_size = size;
+                    f.color.name = 0;
+                });
     const struct {
         const char* member;
         void (*change)(pc_create_info&);
@@ -178,6 +185,13 @@ TEST_F(BadInput, Chains) {
     std::string many = "fxaa";
     for (int i = 1; i < 65; ++i) many += ",fxaa";
     expect_error(pc_chain_create(many.c_str(), &made), PC_ERROR_CHAIN, "more than 64 passes");
+    expect_error(pc_chain_create(nullptr, &made), PC_ERROR_ARGUMENT, "passes is NULL");
+    for (const char* none : {"", "  "})
+        expect_error(pc_chain_create(none, &made), PC_ERROR_CHAIN, "no pass; known are ");
+    for (const char* lacks : {"motion_blur,", "motion_blur, ,fxaa", ",fxaa"})
+        expect_error(pc_chain_create(lacks, &made), PC_ERROR_CHAIN,
+                     concat("\"", lacks, "\": a name is empty; remove a comma"));
+    EXPECT_EQ(made, nullptr);
     pc_chain* c = chain_.get();
     EXPECT_EQ(pc_chain_set_number(c, 0, "samples", 24), PC_ERROR_CHAIN);
     EXPECT_THAT(pc_chain_error(c), HasSubstr("24 is even"));
@@ -266,6 +280,22 @@ TEST_F(Validated, NamesTargetsSizesAndFormats) {
     const HostTexture larger(GL_R32F, kWidth + 4, kHeight);
     refused(kInput, "is 52x32, not 48x32", [&](F f) { f.depth.name = larger.texture().name; });
     glDeleteTextures(1, &array);
+}
+
+// Values that no frame has.
+TEST_F(Validated, BoundsAndLens) {
+    refused(kChain, "nearest: 5 is beyond farthest, 2", [](F f) { f.nearest = 5, f.farthest = 2; });
+    refused(kChain, "max_speed_px is -1; give a bound, or 0", [](F f) { f.max_speed_px = -1; });
+    refused(kChain, "nearest is -3", [](F f) { f.nearest = -3; });
+    refused(kChain, "farthest is -3", [](F f) { f.farthest = -3; });
+    refused(kChain, "f_stop: 1e-30 is below 0.01", [](F f) { f.f_stop = 1e-30f; });
+    refused(kChain, "meters_per_unit is a number > 0", [](F f) { f.meters_per_unit = -1; });
+    refused(kChain, "shutter_frames is a number in 0..100", [](F f) { f.shutter_frames = 101; });
+    pc_frame frame = frame_;
+    frame.nearest = frame.farthest = 5;
+    frame.shutter_frames = -1;
+    frame.f_stop = 0.01f;
+    EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame, nullptr), PC_OK) << pc_error();
 }
 
 TEST_F(Validated, ReadsDepthNotStencil) {

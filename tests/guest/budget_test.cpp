@@ -284,12 +284,12 @@ TEST(TimeBudget, OfADestroyedChainIsForgotten) {
     guest::ChainHandle kept(std::move(*guest::ChainHandle::parse("joint_blur")));
     for (int i = 0; i < 20; ++i) {
         guest::ChainHandle passing(std::move(*guest::ChainHandle::parse("motion_blur")));
-        ASSERT_TRUE(budgets.set(passing, budget).ok());
+        ASSERT_TRUE(budgets.set(passing.version(), budget).ok());
         EXPECT_LE(budgets.size(), 2u);
-        ASSERT_TRUE(budgets.set(kept, budget).ok());
+        ASSERT_TRUE(budgets.set(kept.version(), budget).ok());
         EXPECT_EQ(budgets.size(), 2u);
     }
-    ASSERT_TRUE(budgets.set(kept, budget).ok());
+    ASSERT_TRUE(budgets.set(kept.version(), budget).ok());
     EXPECT_EQ(budgets.size(), 1u);
 }
 

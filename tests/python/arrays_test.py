@@ -4,14 +4,14 @@ import warnings
 import numpy
 import postchain
 import pytest
-from conftest import BLUR, CAMERA, FXAA, HEIGHT, WIDTH, bits, planes_of
+from conftest import ALONE, BLUR, CAMERA, FXAA, HEIGHT, WIDTH, bits, planes_of
 
 
 def run(chain=BLUR, **planes):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", "no GPU")
-        return postchain.Chain(chain).run(camera=CAMERA, frame=1, **planes)
+        return postchain.Chain(chain).run(camera=CAMERA, frame=1, **ALONE, **planes)
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_halves_are_the_floats_that_they_are(planes):
     halves = {name: plane.astype(numpy.float16) for name, plane in planes.items()}
     floats = {name: plane.astype(numpy.float32) for name, plane in halves.items()}
     with pytest.warns(postchain.Warning, match="depth is half float"):
-        result = postchain.Chain(BLUR).run(camera=CAMERA, frame=1, **halves)
+        result = postchain.Chain(BLUR).run(camera=CAMERA, frame=1, **ALONE, **halves)
     assert result.dtype == numpy.float32
     assert (bits(result) == bits(run(**floats))).all()
 
@@ -102,7 +102,7 @@ def test_nan_and_infinity(planes):
     depth, motion = planes["depth"].copy(), planes["motion"].copy()
     depth[9, 9], motion[9, 9] = numpy.nan, numpy.inf
     with pytest.warns(postchain.Warning) as caught:
-        result = postchain.Chain(BLUR).run(camera=CAMERA, frame=1, color=color, depth=depth,
+        result = postchain.Chain(BLUR).run(camera=CAMERA, frame=1, **ALONE, color=color, depth=depth,
                                            motion=motion)
     text = "\n".join(str(one.message) for one in caught)
     assert "frame 1: 2 pixels with non-finite color" in text
@@ -133,6 +133,9 @@ def test_nan_and_infinity(planes):
     ("motion", lambda a: a[..., 0], "give height x width x 2"),
     ("motion", lambda a: a.transpose(1, 0, 2), "is 32x48 pixels, color 48x32"),
     ("motion_back", lambda a: "motion", "is a str, not a NumPy array"),
+    ("color", lambda a: a.astype("u1"), r"uint8; convert it with \(x / 255\)"),
+    ("color", lambda a: a.astype("u2"), r"uint16; convert it with \(x / 65535\)"),
+    ("color", lambda a: a.astype("u4"), "uint32; convert it with .astype"),
 ])
 def test_wrong_arrays(planes, name, change, words):
     with pytest.raises(postchain.UsageError, match=words) as caught:
@@ -165,9 +168,7 @@ def test_wrong_cameras(planes):
 
 def test_wrong_arguments(planes):
     chain, color = postchain.Chain(FXAA), planes["color"]
-    for words, settings in [("^run: unknown argument 'threads'; known are those of its signature, and "
-                             "camera_motion", {"threads": 2}),
-                            ("precision", {"precision": "fp8"}),
+    for words, settings in [("precision", {"precision": "fp8"}),
                             ("unknown rule 'speed'", {"no_elide": "speed"}),
                             ("device: is a str; give a Device", {"device": "gpu"}),
                             ("frame: is a str; give an integer", {"frame": "7"}),

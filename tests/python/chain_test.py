@@ -78,7 +78,7 @@ def test_an_error_in_a_dict_names_the_key():
     ({"passes": []}, postchain.ChainError, "postchain"),
     ({"postchain": 1, "passes": [{"fxaa": {"subpix": float("nan")}}]}, postchain.ChainError,
      "subpix"),
-    ({"postchain": 1, "passes": [object()]}, TypeError, "object"),
+    ({"postchain": 1, "passes": [object()]}, postchain.UsageError, "a object has no place"),
 ])
 def test_wrong_sources(source, kind, words):
     with pytest.raises(kind, match=words):

@@ -19,6 +19,7 @@ BLUR = {"postchain": 1, "passes": [{"motion_blur": {"mode": "inverse_warp", "sam
 FXAA = {"postchain": 1, "passes": ["fxaa"]}
 CAMERA = {"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 2, "focus_distance": 3,
           "shutter_frames": 0.8}
+ALONE = {"before": None, "after": None}  # there are no such frames
 
 
 def planes_of(frame):
@@ -40,8 +41,10 @@ def planes_of(frame):
     return {"color": color, "depth": depth, "motion": motion, "motion_back": motion_back}
 
 
-def write_exr(path, planes, more=None, attributes=None):
-    """`more`: further float channels by name. `attributes`: strings of the header."""
+def write_exr(path, planes, more=None, attributes=None, left=0):
+    """`more`: further float channels by name. `attributes`: strings of the header. `left`: columns
+    that a crop leaves out at the left."""
+    planes = {name: plane[:, left:] for name, plane in planes.items()}
     channels = {name: ("f", plane.ravel().tolist()) for name, plane in (more or {}).items()}
     strings = {name: ("string", text.encode()) for name, text in (attributes or {}).items()}
     for name, plane in (("RGBA", planes["color"]), ("Z", planes["depth"][..., None])):
@@ -50,14 +53,15 @@ def write_exr(path, planes, more=None, attributes=None):
     for name in ("motion", "motion_back"):
         for i, letter in enumerate("xy"):
             channels[f"{name}.{letter}"] = ("f", planes[name][..., i].ravel().tolist())
-    window = numpy.array([0, 0, WIDTH - 1, HEIGHT - 1], "<i4").tobytes()
+    data, display = (numpy.array([first, 0, WIDTH - 1, HEIGHT - 1], "<i4").tobytes()
+                     for first in (left, 0))
     header = {
-        "dataWindow": ("box2i", window), "displayWindow": ("box2i", window),
+        "dataWindow": ("box2i", data), "displayWindow": ("box2i", display),
         "lineOrder": ("lineOrder", b"\0"),
         "pixelAspectRatio": ("float", numpy.float32(1).tobytes()),
         "screenWindowCenter": ("v2f", numpy.zeros(2, "<f4").tobytes()),
         "screenWindowWidth": ("float", numpy.float32(1).tobytes())}
-    exr.write(path, exr.Picture(WIDTH, HEIGHT, dict(strings, **header), channels))
+    exr.write(path, exr.Picture(WIDTH - left, HEIGHT, dict(strings, **header), channels))
 
 
 def channels_of_exr(path, names):

@@ -6,7 +6,7 @@ import sys
 import numpy
 import postchain
 import pytest
-from conftest import CAMERA, ROOT, bits, planes_of
+from conftest import CAMERA, ROOT, bits, color_of_exr, planes_of
 
 EXAMPLES = ROOT / "tools/python/examples"
 
@@ -56,6 +56,18 @@ def test_custom_loader(fast, tmp_path):
     expected = postchain.Chain(fast).run(**planes[1], camera=CAMERA, frame=1, before=planes[0],
                                          after=planes[2])
     assert (bits(found) == bits(expected)).all()
+
+
+def test_frame_by_frame(frames, fast, tmp_path):
+    out = example("frame_by_frame.py", frames / "frame.####.exr", tmp_path / "out" / "a.####.exr",
+                  "--chain", fast, "--camera", frames / "camera.json")
+    assert len(re.findall(r"a\.000\d\.exr: 0\.motion_blur [\d.]+ ms", out)) == 3
+    postchain.run_sequence(fast, frames / "frame.####.exr", tmp_path / "b.####.exr",
+                           camera=frames / "camera.json")
+    for number in ("0001", "0002", "0003"):
+        found, expected = (color_of_exr(tmp_path / name) for name in (
+            f"out/a.{number}.exr", f"b.{number}.exr"))
+        assert (bits(found) == bits(expected)).all()
 
 
 def test_the_first_lines_of_the_page(tmp_path, monkeypatch):

@@ -71,7 +71,7 @@ def test_the_bits_of_the_command(layered, tmp_path):
     written = run_command(layered, chain_with("hero"), tmp_path, "--aovs",
                           "View.key,color_uv", "--cryptomatte", "filter")
     before, frame, after = (frame_of(number, cryptomatte="filter") for number in range(3))
-    found = chain.run_aovs(frame, before=before, after=after)
+    found = chain.filter(frame, before=before, after=after)
     assert (bits(found.color) == bits(color_of_exr(written))).all()
     assert list(found.aovs) == ["View.key", "uv"] and list(found.cryptomattes) == ["Object"]
     assert found.aovs["View.key"].shape == (HEIGHT, WIDTH, 4)
@@ -84,14 +84,14 @@ def test_the_bits_of_the_command(layered, tmp_path):
     assert (bits(found.cryptomattes["Object"]) == bits(ranks)).all()
     with pytest.raises(postchain.UsageError,
                        match="before: is frame 3, but the one before frame 2 is frame 1"):
-        chain.run_aovs(frame, before=after, after=before)
+        chain.filter(frame, before=after, after=before)
     given = extras_of(1)
     # The matte holds the square out; without it the coverage is blurred too.
     assert (bits(ranks) == bits(given["cryptomattes"]["Object"][0])).all()
     (tmp_path / "blurred").mkdir()
     blurred = run_command(layered, BLUR, tmp_path / "blurred", "--cryptomatte", "filter=square")
     settings = {"cryptomatte": "filter=square"}
-    only = postchain.Chain(BLUR).run_aovs(frame_of(1, **settings), before=frame_of(0, **settings),
+    only = postchain.Chain(BLUR).filter(frame_of(1, **settings), before=frame_of(0, **settings),
                                             after=frame_of(2, **settings)).cryptomattes["Object"]
     expected = channels_of_exr(blurred, [f"Object00.{letter}" for letter in "rgba"])
     assert (bits(only) == bits(expected)).all() and (bits(only) != bits(ranks)).any()
@@ -99,7 +99,7 @@ def test_the_bits_of_the_command(layered, tmp_path):
     # As arguments, with dicts as neighbors; the color of run() is the same.
     neighbors = {"before": dict(planes_of(0), **extras_of(0)),
                  "after": dict(planes_of(2), **extras_of(2))}
-    again = chain.run_aovs(**planes_of(1), **given, **neighbors, camera=CAMERA, frame=2,
+    again = chain.filter(**planes_of(1), **given, **neighbors, camera=CAMERA, frame=2,
                              cryptomatte="filter")
     assert (bits(again.aovs["uv"]) == bits(found.aovs["uv"])).all()
     mattes = {name: dict(planes_of(number), mattes=extras_of(number)["mattes"])
@@ -111,7 +111,7 @@ def test_the_bits_of_the_command(layered, tmp_path):
     read = [postchain.read(layered / "frame.####.exr", frame=number, aovs="View.key,color_uv",
                            camera=layered / "camera.json", cryptomatte="filter")
             for number in (1, 2, 3)]
-    files = chain.run_aovs(read[1], before=read[0], after=read[2])
+    files = chain.filter(read[1], before=read[0], after=read[2])
     assert (bits(files.color) == bits(found.color)).all()
     assert (bits(files.aovs["color_uv"]) == bits(found.aovs["uv"])).all()
     assert (bits(files.cryptomattes["Object"]) == bits(ranks)).all()
@@ -150,9 +150,9 @@ def test_a_neighbor_without_a_layer():
     before = dict(planes_of(0), aovs={"uv": extras_of(0)["aovs"]["uv"]})
     chain = postchain.Chain(BLUR)
     with pytest.warns(postchain.Warning, match="before: lacks these layers.*View.key"):
-        found = chain.run_aovs(**planes_of(1), aovs=extras["aovs"], before=before,
+        found = chain.filter(**planes_of(1), aovs=extras["aovs"], before=before,
                                  camera=CAMERA)
-    without = chain.run_aovs(**planes_of(1), aovs=extras["aovs"], camera=CAMERA)
+    without = chain.filter(**planes_of(1), aovs=extras["aovs"], camera=CAMERA)
     assert (bits(found.aovs["View.key"]) == bits(without.aovs["View.key"])).all()
     assert (bits(found.aovs["uv"]) != bits(without.aovs["uv"])).any()
 
@@ -173,7 +173,7 @@ def test_a_neighbor_without_a_layer():
 ])
 def test_wrong_arrays(argument, value, words):
     with pytest.raises(postchain.UsageError, match=words) as caught:
-        postchain.Chain(BLUR).run_aovs(**planes_of(0), camera=CAMERA, **{argument: value})
+        postchain.Chain(BLUR).filter(**planes_of(0), camera=CAMERA, **{argument: value})
     assert caught.value.place.startswith(argument) and caught.value.remedy
 
 
@@ -188,7 +188,7 @@ def test_names_of_planes():
              r"mattes\['key.A'\]: the channel key.A is one of aovs\['key'\]")]:
         with pytest.raises(postchain.UsageError, match=words):
             postchain.Frame(color, **arrays)
-    found = postchain.Chain(FXAA).run_aovs(color, aovs={"a\0b": color, "a\0c": color})
+    found = postchain.Chain(FXAA).filter(color, aovs={"a\0b": color, "a\0c": color})
     assert list(found.aovs) == ["a\0b", "a\0c"]
 
 
@@ -197,12 +197,12 @@ def test_wrong_calls():
     planes, extras = dict(planes_of(1), camera=CAMERA), extras_of(1)
     aovs, mattes = ({key: extras[key]} for key in ("aovs", "mattes"))
     for words, call in [
-            ("mattes: the chain names 'hero'; give mattes=", lambda: matted.run(**planes)),
-            ("before: mattes: the chain names 'hero'",
+            ("mattes: there is no 'hero'; give mattes=", lambda: matted.run(**planes)),
+            ("before: mattes: there is no 'hero'",
              lambda: matted.run(**planes, **mattes, before=planes_of(0))),
-            ("call run_aovs", lambda: fxaa.run(frame_of(1))),
-            ("give them to Frame", lambda: fxaa.run_aovs(frame_of(1), **aovs)),
+            ("call filter", lambda: fxaa.run(frame_of(1))),
+            ("give them to Frame", lambda: fxaa.filter(frame_of(1), **aovs)),
             ("cryptomatte: unknown policy", lambda: frame_of(1, cryptomatte="blur")),
-            ("aovs: run.. returns the color; call run_ao", lambda: fxaa.run(planes["color"], **aovs))]:
+            ("aovs: run.. returns the color; call filter", lambda: fxaa.run(planes["color"], **aovs))]:
         with pytest.raises(postchain.UsageError, match=words):
             call()

@@ -56,8 +56,6 @@ def test_the_bits_of_the_command(frames, tmp_path):
     assert (bits(chain.run(read[1], before=read[0], after=read[2])) == bits(all_three)).all()
     with pytest.raises(postchain.UsageError, match="has 3 frames; name one"):
         postchain.read(frames / "frame.####.exr")
-    with pytest.raises(postchain.UsageError, match="a Frame has no layer behind"):
-        postchain.read(f"color={frames}/frame.####.exr,behind={frames}/frame.####.exr", frame=2)
     with pytest.raises(postchain.InputError, match="frame is not on disk"):
         postchain.read(frames / "frame.####.exr", frame=9)
 

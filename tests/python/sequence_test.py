@@ -71,7 +71,7 @@ def test_a_callback_or_an_event_ends_the_run(frames, tmp_path):
 def test_failures(frames, tmp_path):
     for kind, words, settings in [
             (postchain.UsageError, "frames: .*'x'", {"frames": "x"}),
-            (postchain.UsageError, "unknown key 'frame'", {"frame": 1}),
+            (TypeError, "unexpected keyword argument 'frame'; did you mean 'frames'", {"frame": 1}),
             (postchain.UsageError, "on_existing: .*one of fail, overwrite, skip",
              {"on_existing": "ask"}),
             (postchain.UsageError, "mkdir: is a str", {"mkdir": "yes"}),
@@ -121,6 +121,16 @@ def test_inspect(frames):
         postchain.inspect(frames / "other.exr")
     with pytest.raises(postchain.UsageError, match="is a folder.*give a sequence"):
         postchain.inspect(frames, camera=CAMERA)
+    # Settings that have no effect here.
+    for function, settings in [(postchain.inspect, {"watch": True}),
+                               (postchain.inspect, {"png": True}),
+                               (postchain.inspect, {"dump_stages": "x"}),
+                               (postchain.inspect, {"precision": "fp16"}),
+                               (lambda *words, **more: postchain.plan_sequence(FXAA, *words, **more),
+                                {"on_existing": "skip"})]:
+        key, = settings
+        with pytest.raises(TypeError, match=f"'{key}'; it is an argument of run_sequence"):
+            function(frames / "frame.####.exr", **settings)
     with pytest.raises(postchain.UsageError, match="frame: is a str; give an integer"):
         postchain.read(frames / "frame.####.exr", "1")
 

@@ -11,7 +11,6 @@ from postchain._postchain import _tables
 FOLDER = pathlib.Path(postchain.__file__).parent
 STUB = ast.parse((FOLDER / "__init__.pyi").read_text())
 TABLES = _tables()
-ARGUMENTS = {"input", "output", "camera"}
 
 
 def members(tree):
@@ -34,8 +33,7 @@ def signature(function):
 def expect_arguments(function, stub, keys):
     own, takes_settings = signature(function)
     assert takes_settings == bool(keys), stub.name
-    rows = {**TABLES["settings"], **TABLES["tune"]}
-    expected = own + [key for key in rows if key in keys - ARGUMENTS]
+    expected = own + list(keys)
     assert sorted(arguments(stub)) == sorted(expected), stub.name
 
 
@@ -52,16 +50,20 @@ def test_the_stub_has_every_name():
 
 def test_the_stub_has_every_argument():
     stubbed = members(STUB)
-    array, file, plan, layer, read, tune = (set(TABLES[key]) for key in (
-        "array_keys", "file_keys", "plan_keys", "aov_keys", "read_keys", "tune_input_keys"))
-    for name, keys in [("run_sequence", set(TABLES["settings"])), ("read", read), ("diff", file),
-                       ("tune", tune | set(TABLES["tune"])),
-                       ("plan_sequence", set(TABLES["settings"])), ("scene", set()),
-                       ("inspect", set(TABLES["settings"])), ("schema", set()),
+    (array, file, plan, layer, read, tune, run, planned, inspected, experiment) = (
+        set(TABLES[key]) for key in (
+            "array_keys", "file_keys", "plan_keys", "aov_keys", "read_keys", "tune_input_keys",
+            "run_keys", "plan_sequence_keys", "inspect_keys", "experiment_input_keys"))
+    for name, keys in [("run_sequence", run), ("read", read), ("diff", file),
+                       ("tune", tune | set(TABLES["tune"])), ("plan_sequence", planned),
+                       ("scene", set()), ("inspect", inspected), ("schema", set()),
+                       ("ab", experiment | set(TABLES["ab"])), ("study", set()), ("check", set()),
+                       ("bench", experiment | set(TABLES["bench"])),
+                       ("sheet", set(TABLES["sheet_keys"])), ("write", set(TABLES["write_keys"])),
                        ("set_threads", set())]:
         expect_arguments(getattr(postchain, name), stubbed[name], keys)
     chain = members(stubbed["Chain"])
-    for name, keys in (("run", array | plan), ("run_aovs", array | layer | plan),
+    for name, keys in (("run", array | plan), ("filter", array | layer | plan),
                        ("plan", array | layer | plan)):
         expect_arguments(getattr(postchain.Chain, name), chain[name], keys)
     expect_arguments(postchain.Frame.__init__, members(stubbed["Frame"])["__init__"],
@@ -73,9 +75,8 @@ def test_the_defaults_and_choices_are_those_of_the_tables():
     function = members(STUB)["run_sequence"]
     found = {name.arg: (ast.unparse(name.annotation), ast.literal_eval(default))
              for name, default in zip(function.args.kwonlyargs, function.args.kw_defaults)}
-    for key, row in TABLES["settings"].items():
-        if key in ARGUMENTS:
-            continue
+    for key in TABLES["run_keys"]:
+        row = TABLES["settings"][key]
         kind, default = found[key]
         assert default == row.get("default"), key
         for word in row.get("enum", []):
@@ -100,11 +101,18 @@ def test_passes_and_camera_are_those_of_the_tables():
 
 
 def test_docstrings_have_the_help_of_every_row():
-    for function, keys in [(postchain.run_sequence, TABLES["settings"]),
+    for function, keys in [(postchain.run_sequence, TABLES["run_keys"]),
+                           (postchain.plan_sequence, TABLES["plan_sequence_keys"]),
+                           (postchain.inspect, TABLES["inspect_keys"]),
                            (postchain.read, TABLES["read_keys"]),
+                           (postchain.ab, TABLES["experiment_input_keys"] + list(TABLES["ab"])),
+                           (postchain.bench, TABLES["experiment_input_keys"] + list(TABLES["bench"])),
+                           (postchain.sheet, TABLES["sheet_keys"]),
+                           (postchain.write, TABLES["write_keys"]),
+                           (postchain.Chain.filter, TABLES["aov_keys"]),
                            (postchain.tune, TABLES["tune_input_keys"] + list(TABLES["tune"])),
                            (postchain.Chain.run, TABLES["array_keys"] + TABLES["plan_keys"])]:
-        for key in set(keys) - ARGUMENTS:
+        for key in keys:
             assert f"\n  {key}: " in function.__doc__, key
     for one in TABLES["passes"]:
         for row in one["parameters"]:

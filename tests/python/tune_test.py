@@ -76,7 +76,7 @@ def test_wrong_arguments(frames):
             (postchain.UsageError, "budget: 'x' is not a time above 0", {"budget": "x"}),
             (postchain.UsageError, "budget: .*is not a time above 0", {"budget": -1.0}),
             (postchain.UsageError, "error", {"error": 5}),
-            (postchain.UsageError, "unknown argument 'on_existing'",
+            (TypeError, "unexpected keyword argument 'on_existing'",
              {"error": 0.5, "on_existing": "fail"}),
             (postchain.UsageError, "2 chains are given; name one, or give truth",
              {"error": 0.5, "chains": [BLUR, FXAA]}),

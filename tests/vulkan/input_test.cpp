@@ -201,7 +201,10 @@ TEST(Input, FramesAreRefusedWithASentence) {
     using F = pc_vk_frame&;
     using V = pc_frame&;
     refused(kVersion, "pc_vk_frame.struct_size is 8", [](F f, V) { f.struct_size = 8; });
-    refused(kVersion, "pc_vk_frame.flags: 1", [](F f, V) { f.flags = 1; });
+    refused(kVersion, "pc_vk_frame.flags: 16; set PC_HALF_PLANES and others of pc_frame in values",
+            [](F f, V) { f.flags = PC_HALF_PLANES; });
+    refused(kVersion, "pc_vk_frame.flags: 2147483648 has a bit that this library does not know",
+            [](F f, V) { f.flags = 1u << 31; });
     refused(kArgument, "pc_vk_frame.values is NULL", [](F f, V) { f.values = nullptr; });
     refused(kVersion, "pc_frame.flags: 2147483648", [](F, V v) { v.flags = 1u << 31; });
     refused(kArgument, "values: motion is a GL texture", [](F, V v) { v.motion.name = 3; });
@@ -272,6 +275,11 @@ TEST(Input, ValidationRefusesSingularMatrices) {
               PC_ERROR_INPUT);
     EXPECT_STREQ(pc_error(),
                  "view_projection: is singular; give world to clip space, columns first");
+    VkFrame contradicts(subject.canonical.test.planes, subject.canonical.frame);
+    contradicts.frame.nearest = 5;
+    contradicts.frame.farthest = 2;
+    expect_error(pc_vk_prepare(strict.get(), subject.chain.get(), &contradicts.vk, 1),
+                 PC_ERROR_CHAIN, "nearest: 5 is beyond farthest, 2");
 }
 
 // Two threads on one instance: one of them is refused.

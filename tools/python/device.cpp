@@ -18,9 +18,10 @@ namespace {
 struct Shared {
     std::set<Device*> alive;
     std::shared_ptr<Device> by_default;
-    pid_t process = 0;  // that made the first context
-    int threads = 0;    // 0 = one for each core
-    int joining = 0;    // calls of close() that wait for a thread
+    pid_t process = 0;                // that made the first context
+    int threads = 0;                  // 0 = one for each core
+    int joining = 0;                  // calls of close() that wait for a thread
+    std::set<std::string> said = {};  // warnings
 };
 Shared& shared() {
     static auto* const state = new Shared;  // outlives every thread
@@ -38,9 +39,11 @@ void check_process() {
 
 egl::ContextOptions context_options(const std::string& name, std::vector<std::string>& warnings) {
     check_process();
-    auto options = value_of(sequence::choose_device(
-        name, shared().threads,
-        [&warnings](const std::string& text) { warnings.push_back(text); }));
+    // That there is no GPU is said once, not for each device and scene.
+    auto options = value_of(
+        sequence::choose_device(name, shared().threads, [&warnings](const std::string& text) {
+            if (shared().said.insert(text).second) warnings.push_back(text);
+        }));
     shared().process = getpid();
     return options;
 }
@@ -52,6 +55,7 @@ std::shared_ptr<Device> Device::create(const std::string& name) {
     const egl::ContextOptions options = context_options(name, warnings);
     Call call;
     std::shared_ptr<Device> device(new Device);
+    device->options_ = options;
     Worker& worker = *device->worker_;
     Status status;
     worker.tasks.push_back([&] {
@@ -138,7 +142,8 @@ int cpu_threads() {
     return shared().threads;
 }
 
-void set_threads(int threads) {
+void set_threads(const py::object& given) {
+    const int threads = argument_of<int>(given, "threads", "an integer");
     if (threads < 1 || threads > 1024) raise_usage("threads: ", threads, " is not in 1..1024");
     if (shared().process != 0)
         raise_usage("set_threads: a device has been made; call it before the first run");

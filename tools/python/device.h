@@ -28,6 +28,9 @@ class Device {
 
     const std::string& renderer() const { return renderer_; }
     bool is_software() const { return is_software_; }
+    const egl::ContextOptions& options() const { return options_; }
+    // By `work` of run(), after other code has made a context of its own on the device's thread.
+    Status make_current() { return worker_->context->make_current(); }
     // Frees the context. Later calls raise UsageError.
     void close();
 
@@ -69,6 +72,7 @@ class Device {
     const pid_t process_;  // that made it
     std::string renderer_;
     bool is_software_ = false;
+    egl::ContextOptions options_;
     std::shared_ptr<Worker> worker_;  // shared with its thread, which may end later
 };
 
@@ -79,7 +83,7 @@ std::shared_ptr<Device> default_device();
 std::shared_ptr<Device> device_of(const pybind11::object& device);
 
 // CPU threads of software rendering and of EXR files; before the first device is made. Raises.
-void set_threads(int threads);
+void set_threads(const pybind11::object& threads);
 int cpu_threads();  // 0 = one for each core
 
 // Closes every device. For Python's atexit.

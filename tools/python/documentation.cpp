@@ -5,13 +5,16 @@
 #include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/scenes/scene.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/python/errors.h"
+#include "tools/python/experiment_calls.h"
 #include "tools/python/job.h"
 #include "tools/python/tune_call.h"
 #include "tools/python/values.h"
+#include "tools/python/write_call.h"
 #include "tools/sequence/files/json.h"
 
 namespace py = pybind11;
@@ -30,19 +33,10 @@ std::string documentation(const Parameter& row) {
 
 }  // namespace
 
-std::string rows_text(const std::set<std::string>* keys) {
-    static const std::set<std::string> arguments = {"input", "output", "camera"};
+std::string rows_text(const ParameterTable& table, const std::set<std::string>& keys) {
     std::string text;
-    for (const Parameter& row : job_parameters().rows())
-        if (!arguments.contains(row.key) && (!keys || keys->contains(row.key)))
-            text += "\n  " + documentation(row);
-    return text;
-}
-
-std::string tune_rows_text() {
-    std::string text;
-    for (const Parameter& row : tune::tune_parameters().rows())
-        if (tune_keys().contains(row.key)) text += "\n  " + documentation(row);
+    for (const Parameter& row : table.rows())
+        if (keys.contains(row.key)) text += "\n  " + documentation(row);
     return text;
 }
 
@@ -63,12 +57,22 @@ py::object tables() {
         json["settings"][row.key] = io::json_from(row_schema(row));
     for (const Parameter& row : tune::tune_parameters().rows())
         if (tune_keys().contains(row.key)) json["tune"][row.key] = io::json_from(row_schema(row));
+    for (const Parameter& row : experiment::ab_parameters().rows())
+        if (ab_keys().contains(row.key)) json["ab"][row.key] = io::json_from(row_schema(row));
+    for (const Parameter& row : experiment::bench_parameters().rows())
+        if (bench_keys().contains(row.key)) json["bench"][row.key] = io::json_from(row_schema(row));
+    json["experiment_input_keys"] = experiment_input_keys();
+    json["sheet_keys"] = sheet_keys();
+    json["write_keys"] = write_keys();
     json["tune_input_keys"] = tune_input_keys();
     json["aov_keys"] = aov_keys();
     json["read_keys"] = read_keys();
     json["array_keys"] = array_keys();
     json["file_keys"] = file_keys();
     json["plan_keys"] = plan_keys();
+    json["inspect_keys"] = inspect_keys();
+    json["plan_sequence_keys"] = plan_sequence_keys();
+    json["run_keys"] = run_keys();
     for (const auto& row : metrics::metric_rows()) json["metrics"].push_back(row.name);
     for (const auto& row : metrics::map_rows()) json["maps"].push_back(row.name);
     json["scenes"] = io::Json::array();

@@ -6,12 +6,12 @@
 #include <set>
 #include <string>
 
+#include "chain/base/parameter.h"
+
 namespace postchain::python {
 
-// A line for each setting of a job with one of these keys; null: all but the arguments of calls.
-std::string rows_text(const std::set<std::string>* keys);
-// A line for each setting of tune.
-std::string tune_rows_text();
+// A line for each row of the table with one of these keys.
+std::string rows_text(const ParameterTable& table, const std::set<std::string>& keys);
 // The parameters of every pass, and of the camera.
 std::string passes_text();
 // The tables from which make_stub.py makes the stub.

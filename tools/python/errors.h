@@ -12,7 +12,8 @@
 
 namespace postchain::python {
 
-// Options in messages as Python names them: "--on-existing" -> "on_existing".
+// Options in messages as Python names them: "use --mkdir" -> "use mkdir=True", "--on-existing skip"
+// -> "on_existing='skip'", "--truth" -> "truth".
 std::string in_python(const std::string& message);
 
 // Raises the class of the status's code. With diagnostics, the exception lists the errors among
@@ -24,6 +25,11 @@ template <class... Parts>
 [[noreturn]] void raise_usage(const Parts&... parts) {
     raise(Status(StatusCode::usage, concat(parts...)));
 }
+
+// TypeError: a function of the module, or a method of Chain, does not take the keyword argument.
+// `known`: those that it takes beside the arguments of its signature.
+[[noreturn]] void raise_unexpected(const std::string& function, const std::string& key,
+                                   std::vector<std::string> known);
 
 template <class T>
 T value_of(Result<T> result) {

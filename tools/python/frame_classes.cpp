@@ -18,15 +18,23 @@ namespace py = pybind11;
 namespace postchain::python {
 namespace {
 
-// The arguments of run(), run_aovs() and plan() that describe frames.
+// The arguments of run(), filter() and plan() that describe frames.
 struct FrameArguments {
     std::string method;  // for messages
     py::object color;    // an array, or a Frame
     FrameArrays arrays;
-    py::object camera, before, after, number;
+    py::object camera, before, after, number, behind;
     std::optional<std::string> depth_encoding;
     std::optional<double> pixel_aspect;
 };
+
+std::string encoding_of(const py::object& value) {
+    return argument_of<std::string>(value, "depth_encoding", "a name");
+}
+
+double aspect_of(const py::object& value) {
+    return argument_of<double>(value, "pixel_aspect", "a number");
+}
 
 bool has_any(const FrameArrays& arrays) {
     for (const auto* one : {&arrays.depth, &arrays.motion, &arrays.motion_back, &arrays.aovs,
@@ -39,19 +47,11 @@ FrameArrays no_arrays() {
     return {py::none(), py::none(), py::none(), py::none(), py::none(), py::none(), py::none()};
 }
 
-// The frame before or after `frame`, given as one or as arrays.
-FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame,
-                     const FrameArguments& given, const py::kwargs& settings) {
-    if (value.is_none()) return nullptr;
-    const std::string place = name_of(which);
-    const int number = frame.number() + (which == Neighbor::before ? -1 : 1);
-    if (py::isinstance<Frame>(value)) {
-        auto neighbor = value.cast<std::shared_ptr<Frame>>();
-        if (frame.has_number() && neighbor->has_number() && neighbor->number() != number)
-            raise_usage(place, ": is frame ", neighbor->number(), ", but the one ", place,
-                        " frame ", frame.number(), " is frame ", number);
-        return neighbor;
-    }
+// Another frame of the argument `place`, given as a Frame or as a dict of arrays; null for None.
+std::shared_ptr<Frame> frame_of(const std::string& place, const py::object& value, int number,
+                                const FrameArguments& given, const py::kwargs& settings) {
+    if (value.is_none() || value.is(py::ellipsis())) return nullptr;
+    if (py::isinstance<Frame>(value)) return value.cast<std::shared_ptr<Frame>>();
     FrameArrays arrays = no_arrays();
     const std::pair<const char*, py::object*> planes[] = {{"color", &arrays.color},
                                                           {"depth", &arrays.depth},
@@ -74,7 +74,31 @@ FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame
     }
     return Frame::of_arrays(given.method, arrays, py::int_(number), given.camera,
                             given.depth_encoding.value_or("linear"), given.pixel_aspect.value_or(1),
-                            settings);
+                            nullptr, settings);
+}
+
+// The frame before or after `frame`.
+FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame,
+                     const FrameArguments& given, const py::kwargs& settings) {
+    const std::string place = name_of(which);
+    const int number = frame.number() + (which == Neighbor::before ? -1 : 1);
+    auto neighbor = frame_of(place, value, number, given, settings);
+    if (neighbor && frame.has_number() && neighbor->has_number() && neighbor->number() != number)
+        raise_usage(place, ": is frame ", neighbor->number(), ", but the one ", place, " frame ",
+                    frame.number(), " is frame ", number);
+    return neighbor;
+}
+
+// The frame of arrays of the caller.
+std::shared_ptr<Frame> frame_of_arrays(const FrameArguments& given, const py::object& behind,
+                                       const py::kwargs& settings) {
+    FrameArrays arrays = given.arrays;
+    arrays.color = given.color;
+    const int number = given.number.is_none() ? 0 : frame_number_of(given.number);
+    auto layer = frame_of("behind", behind, number, given, settings);
+    return Frame::of_arrays(given.method, arrays, given.number, given.camera,
+                            given.depth_encoding.value_or("linear"), given.pixel_aspect.value_or(1),
+                            std::move(layer), settings);
 }
 
 FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& settings) {
@@ -82,22 +106,19 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
     std::shared_ptr<Frame> frame;
     if (py::isinstance<Frame>(given.color)) {
         const bool more = has_any(given.arrays) || !given.camera.is_none() ||
-                          !given.number.is_none() || given.depth_encoding || given.pixel_aspect ||
-                          py::len(settings) > 0;
+                          !given.number.is_none() || !given.behind.is_none() ||
+                          given.depth_encoding || given.pixel_aspect || py::len(settings) > 0;
         if (more)
             raise_usage(
                 "color: the planes, camera and settings of a Frame are its own; give them "
                 "to Frame()");
         frame = given.color.cast<std::shared_ptr<Frame>>();
     } else {
-        FrameArrays arrays = given.arrays;
-        arrays.color = given.color;
-        frame = Frame::of_arrays(given.method, arrays, given.number, given.camera,
-                                 given.depth_encoding.value_or("linear"),
-                                 given.pixel_aspect.value_or(1), settings);
+        frame = frame_of_arrays(given, given.behind, settings);
     }
     frames.before = neighbor_of(Neighbor::before, given.before, *frame, given, settings);
     frames.after = neighbor_of(Neighbor::after, given.after, *frame, given, settings);
+    frames.unsaid = given.before.is(py::ellipsis()) || given.after.is(py::ellipsis());
     frames.frame = std::move(frame);
     return frames;
 }
@@ -142,11 +163,13 @@ constexpr const char* kArrayArguments =
     "motion: height x width x 2, pixels to the next frame, x to the right, y down\n"
     "motion_back: likewise from the previous frame to this one\n"
     "camera: a dict or a file with the keys of a camera file\n"
-    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=); a Frame whose\n"
-    "  number is another's is refused\n"
+    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=); None: there is\n"
+    "  none. Left out although the chain reads them: a Warning. A Frame whose number is another's\n"
+    "  is refused\n"
     "mattes: a dict of height x width, 0 to 1, by the names that passes have as `matte`\n"
     "cryptomattes: a dict by name of float32, height x width x 4, 8, ... (id, coverage of each\n"
-    "  rank), or of (array, manifest); for the mattes \"cryptomatte:NAME\" of passes";
+    "  rank), or of (array, manifest); for the mattes \"cryptomatte:NAME\" of passes\n"
+    "behind: the layer behind, a second render without the front objects, as before";
 constexpr const char* kFrameArgument = "\nframe: the frame's number, for seeds and the camera";
 constexpr const char* kAovsArgument =
     "\naovs: a dict by name of height x width x 3 or 4, filtered with color's weights";
@@ -165,29 +188,43 @@ void add_action(ChainClass& chain, const char* name, const std::string& text, co
                     const py::object& motion, const py::object& camera, const py::object& before,
                     const py::object& after, const py::object& motion_back,
                     const py::object& mattes, const py::object& cryptomattes,
-                    const py::object& frame, const std::optional<std::string>& depth_encoding,
-                    const std::optional<double>& pixel_aspect, const Object<More>&... others,
-                    py::kwargs values) {
+                    const py::object& behind, const py::object& frame,
+                    const py::object& depth_encoding, const py::object& pixel_aspect,
+                    const Object<More>&... others, py::kwargs values) {
             const PlanOptions options = plan_options_of(taken(values, plan_keys()));
             FrameArrays arrays{py::none(), depth,  motion,      motion_back,
                                py::none(), mattes, cryptomattes};
-            return act(self,
-                       FrameArguments{name, color, arrays, camera, before, after, frame,
-                                      depth_encoding, pixel_aspect},
-                       values, options, others...);
+            FrameArguments given{name, color, arrays, camera, before, after, frame, behind, {}, {}};
+            if (!depth_encoding.is_none()) given.depth_encoding = encoding_of(depth_encoding);
+            if (!pixel_aspect.is_none()) given.pixel_aspect = aspect_of(pixel_aspect);
+            return act(self, given, values, options, others...);
         },
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
-        py::arg("camera") = py::none(), py::arg("before") = py::none(),
-        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
+        py::arg("camera") = py::none(), py::arg("before") = py::ellipsis(),
+        py::arg("after") = py::ellipsis(), py::kw_only(), py::arg("motion_back") = py::none(),
         py::arg("mattes") = py::none(), py::arg("cryptomattes") = py::none(),
-        py::arg("frame") = py::none(), py::arg("depth_encoding") = py::none(),
-        py::arg("pixel_aspect") = py::none(), more..., text.c_str());
+        py::arg("behind") = py::none(), py::arg("frame") = py::none(),
+        py::arg("depth_encoding") = py::none(), py::arg("pixel_aspect") = py::none(), more...,
+        text.c_str());
+}
+
+// The stages of filter(): True, or some names.
+FilterRequest request_of(const py::object& fill_mask, const py::object& stages) {
+    FilterRequest request;
+    request.fill_mask = argument_of<bool>(fill_mask, "fill_mask", "True or False");
+    if (py::isinstance<py::bool_>(stages))
+        request.all_stages = stages.cast<bool>();
+    else if (!stages.is_none())
+        request.stages =
+            argument_of<std::vector<std::string>>(stages, "stages", "True, or a list of names");
+    return request;
 }
 
 void add_actions(ChainClass& chain) {
     const py::arg_v aovs = py::arg("aovs") = py::none(), device = py::arg("device") = py::none();
     const std::string settings =
-        "\n\nFurther arguments:" + rows_text(&array_keys()) + rows_text(&plan_keys());
+        "\n\nFurther arguments:" + rows_text(job_parameters(), array_keys()) +
+        rows_text(job_parameters(), plan_keys());
     add_action(
         chain, "run",
         concat("Filters one frame; returns its color as a float32 array of height x width x 3 or 4."
@@ -196,24 +233,34 @@ void add_actions(ChainClass& chain) {
         [](const ChainObject& self, const FrameArguments& given, const py::kwargs& values,
            const PlanOptions& options, const py::object& on) {
             if (values.contains("aovs"))
-                raise_usage("aovs: run() returns the color; call run_aovs()");
+                raise_usage("aovs: run() returns the color; call filter()");
             return run_chain(self, frames_of(given, values), options, device_of(on));
         },
         device);
     add_action(
-        chain, "run_aovs",
-        concat("Filters one frame with its AOVs and cryptomattes, as `postchain run --aovs`; "
-               "returns a\nFiltered. Color has the bits of run().\n\n",
-               kArrayArguments, kAovsArgument, kFrameArgument, settings, rows_text(&aov_keys())),
+        chain, "filter",
+        concat("Filters one frame, and returns all that files can give, as a Filtered: color, with "
+               "the bits of\nrun(), AOVs and cryptomattes, fill mask, stages, and the time of each "
+               "pass.\n\n",
+               kArrayArguments, kAovsArgument,
+               "\nfill_mask: also return which share of each pixel came from its frame, a "
+               "neighbor, an estimate\nstages: also return textures of the plan: True for all, or "
+               "names such as\n  \"0.motion_blur.starts\" (Chain.plan()[\"textures\"])",
+               kFrameArgument, settings, rows_text(job_parameters(), aov_keys())),
         [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
-           const PlanOptions& options, const py::object& planes, const py::object& on) {
+           const PlanOptions& options, const py::object& planes, const py::object& fill_mask,
+           const py::object& stages, const py::object& on) {
             given.arrays.aovs = planes;
-            return run_aovs(self, frames_of(given, values), options, device_of(on));
+            return filter_chain(self, frames_of(given, values), options,
+                                request_of(fill_mask, stages), device_of(on));
         },
-        aovs, device);
+        aovs, py::arg("fill_mask") = false, py::arg("stages") = py::none(), device);
     add_action(
         chain, "plan",
-        "What run() or run_aovs() would do with these arguments, as a dict; computes nothing.",
+        concat("What run() or filter() would do with these arguments, as a dict; computes nothing."
+               "\n\n",
+               kArrayArguments, kAovsArgument, kFrameArgument, settings,
+               rows_text(job_parameters(), aov_keys())),
         [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
            const PlanOptions& options, const py::object& planes) {
             given.arrays.aovs = planes;
@@ -239,8 +286,9 @@ void add_chain(py::module_& module) {
               py::arg("source"), py::arg("set") = py::none());
     chain.def_static(
         "from_text",
-        [](const std::string& yaml, const std::string& name, const py::object& set) {
-            return held(chain_from_text(yaml, name, set));
+        [](const py::object& yaml, const py::object& name, const py::object& set) {
+            return held(chain_from_text(argument_of<std::string>(yaml, "text", "a string"),
+                                        argument_of<std::string>(name, "name", "a string"), set));
         },
         py::arg("text"), py::arg("name") = "text", py::arg("set") = py::none(),
         "A chain from the text of a chain file (YAML or JSON). `name` stands for the file in "
@@ -279,26 +327,54 @@ void add_chain(py::module_& module) {
 
 void add_frame(py::module_& module) {
     const std::string text =
-        "One frame of arrays, for Chain.run() and run_aovs(): as `color`, `before` or `after`. "
-        "It keeps the "
-        "arrays,\nwhich must not change, and converts them once. Arguments are those of "
-        "Chain.run_aovs().";
+        "One frame of arrays, for Chain.run() and filter(): as `color`, `before`, `after` or "
+        "`behind`. It\nkeeps the arrays, which must not change, and converts them once. read() "
+        "makes "
+        "one of files.\n\n" +
+        std::string(kArrayArguments) + kAovsArgument + kFrameArgument +
+        "\n\nFurther arguments:" + rows_text(job_parameters(), frame_keys());
     py::class_<Frame, std::shared_ptr<Frame>> frame(module, "Frame", text.c_str());
     frame.def(
         py::init([](const py::object& color, const py::object& depth, const py::object& motion,
                     const py::object& motion_back, const py::object& camera, const py::object& aovs,
                     const py::object& mattes, const py::object& cryptomattes,
-                    const py::object& number, const std::string& depth_encoding,
-                    double pixel_aspect, const py::kwargs& settings) {
-            return Frame::of_arrays("Frame",
-                                    {color, depth, motion, motion_back, aovs, mattes, cryptomattes},
-                                    number, camera, depth_encoding, pixel_aspect, settings);
+                    const py::object& behind, const py::object& number,
+                    const py::object& depth_encoding, const py::object& pixel_aspect,
+                    const py::kwargs& settings) {
+            const FrameArrays arrays{py::none(), depth,  motion,      motion_back,
+                                     aovs,       mattes, cryptomattes};
+            const FrameArguments given{"Frame",
+                                       color,
+                                       arrays,
+                                       camera,
+                                       py::none(),
+                                       py::none(),
+                                       number,
+                                       behind,
+                                       encoding_of(depth_encoding),
+                                       aspect_of(pixel_aspect)};
+            return frame_of_arrays(given, behind, settings);
         }),
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),
         py::arg("aovs") = py::none(), py::arg("mattes") = py::none(),
-        py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
-        py::arg("depth_encoding") = "linear", py::arg("pixel_aspect") = 1.0);
+        py::arg("cryptomattes") = py::none(), py::arg("behind") = py::none(),
+        py::arg("frame") = py::none(), py::arg("depth_encoding") = "linear",
+        py::arg("pixel_aspect") = 1.0);
+    frame.def(
+        "aovs", aovs_of,
+        "The AOVs to filter (`aovs` of Frame() or read()), by name: float32, height x width x "
+        "3 or 4.");
+    frame.def(
+        "mattes",
+        [](const Frame& self, const py::args& names) {
+            return mattes_of(self, argument_of<std::vector<std::string>>(names, "mattes", "names"));
+        },
+        "Mattes by the names that passes have as `matte`, a channel or \"cryptomatte:hero\": "
+        "float32,\nheight x width, 0 to 1.");
+    frame.def("cryptomattes", cryptomattes_of,
+              "The cryptomattes to filter (cryptomatte=\"filter\"), by name: float32, height x "
+              "width x (id,\ncoverage of each rank).");
     frame.def("planes", planes_of_frame,
               "Its planes in the canonical convention, read-only: color, inverse_depth, motion, "
               "motion_back; None = the frame has no such plane.");

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 #include <set>
 
 #include "chain/base/text.h"
 #include "chain/frame/layers.h"
 #include "chain/plan/plan_print.h"
 #include "config/profile.h"
+#include "config/reporter.h"
 #include "tools/python/errors.h"
 #include "tools/python/job.h"
 #include "tools/python/values.h"
@@ -22,6 +24,9 @@ namespace py = pybind11;
 namespace postchain::python {
 namespace {
 
+// The name of a fill mask, which no caller sees.
+constexpr const char* kFillMask = "postchain.fill";
+
 // A neighbor with the planes that the frame reads.
 struct ReadNeighbor {
     FramePtr frame;
@@ -30,9 +35,10 @@ struct ReadNeighbor {
 
 Result<ReadNeighbor> read_neighbor(const ChainObject& chain, const PlanOptions& options,
                                    const FramePtr& given, RoleSet read, const Frame& frame) {
-    ASSIGN_OR_RETURN(const auto opened, given->with_mattes_of(chain.chain));
+    ASSIGN_OR_RETURN(const auto opened, given->with(sequence::mattes_of(chain.chain)));
     const Frame& neighbor = *opened;
-    const io::Window &here = frame.header().window, &there = neighbor.header().window;
+    const io::Window &here = sequence::color_part(frame.header()).display_window,
+                     &there = sequence::color_part(neighbor.header()).display_window;
     if (here != there)
         return Status(
             StatusCode::usage,
@@ -41,8 +47,11 @@ Result<ReadNeighbor> read_neighbor(const ChainObject& chain, const PlanOptions& 
     const RoleSet its = sequence::planes_to_read(
         neighbor.header(),
         sequence::planes_needed(chain.chain, neighbor.settings(), neighbor.header(), options));
-    // Layers that it lacks are filtered without it.
-    if (const RoleSet lacking = read - its - RoleSet{Role::layers}; !lacking.empty())
+    // Layers that it lacks are filtered without it. A file beside a cut lacks the vectors across
+    // it.
+    RoleSet may_lack = {Role::layers};
+    if (neighbor.is_of_files()) may_lack.add(Role::motion_back);
+    if (const RoleSet lacking = read - its - may_lack; !lacking.empty())
         return Status(StatusCode::usage,
                       concat("has no ", lacking.text(),
                              ", which the chain reads of it; give it, or leave the frame out"));
@@ -59,6 +68,10 @@ Status add_neighbors(const ChainObject& chain, const PlanOptions& options,
          {std::pair{Neighbor::before, frames.before}, std::pair{Neighbor::after, frames.after}}) {
         if (!given) {
             source.description.missing_neighbors[which] = "not given";
+            continue;
+        }
+        if (given->header().motion_crosses_cut) {
+            source.description.missing_neighbors[which] = "its motion crosses a cut";
             continue;
         }
         ASSIGN_OR_RETURN(
@@ -101,8 +114,15 @@ void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
                         "']: another plane or cryptomatte has this name; rename the AOV");
 }
 
-std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned) {
+std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned,
+                                           bool unsaid) {
     std::vector<std::string> warnings = planned.source.warnings;
+    if (unsaid && !planned.plan.missing_neighbors.empty())
+        warnings.push_back(
+            concat(planned.source.input.files.color_file().path(), ": ", chain.name,
+                   " reads the frames before and after, which are not given: what they show of "
+                   "occluded surfaces is estimated; give before= and after=, or None where there "
+                   "is no such frame"));
     for (auto& warning : sequence::plan_warnings(chain.chain, planned.plan, planned.source))
         warnings.push_back(std::move(warning));
     return warnings;
@@ -113,6 +133,7 @@ std::vector<std::string> planning_warnings(const ChainObject& chain, const Plann
 std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameArrays& arrays,
                                         const py::object& given, const py::object& camera,
                                         const std::string& depth_encoding, double pixel_aspect,
+                                        std::shared_ptr<const Frame> behind,
                                         const py::kwargs& settings) {
     const auto& encodings = depth_encoding_names();
     const auto encoding = std::find(encodings.begin(), encodings.end(), depth_encoding);
@@ -124,8 +145,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     frame->has_number_ = !given.is_none();
     const int number = frame->has_number_ ? frame_number_of(given) : 0;
     const std::string name = concat("frame ", number);
-    frame->settings_ =
-        job_settings(method, "frame.exr", "", camera, settings, &frame_keys()).source;
+    frame->settings_ = job_settings(method, "frame.exr", "", camera, settings, frame_keys()).source;
     frame->settings_.color_frames.reset();
     frame->settings_.profile = value_of(find_profile("generic"));
     // Layers are what the caller calls so, whatever their names are.
@@ -136,6 +156,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     const auto file = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
     files.files[Role::color] = file;
     frame->depth_encoding_ = DepthEncoding(encoding - encodings.begin());
+    frame->behind_ = std::move(behind);
     if (const Status status = frame->open(std::move(files)); !status.ok()) raise(status);
     check_names(*file, frame->header_, arrays.aovs);
     return frame;
@@ -144,12 +165,8 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
 std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::object& number,
                                        const py::object& camera, const py::kwargs& settings) {
     auto frame = std::make_shared<Frame>();
-    sequence::RunSettings job = job_settings("read", input, "", camera, settings, &read_keys());
+    sequence::RunSettings job = job_settings("read", input, "", camera, settings, read_keys());
     frame->settings_ = std::move(job.source);
-    if (job.input.patterns.contains(Role::behind))
-        raise_usage(input,
-                    ": a Frame has no layer behind; filter the files with "
-                    "run_sequence()");
     std::optional<io::FrameRange> range;
     if (!number.is_none()) range = io::FrameRange{{frame_number_of(number)}};
     const io::FrameList list = value_of(io::find_frames(job.input, range));
@@ -159,35 +176,66 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     if (list.is_missing(wanted))
         raise(Status(StatusCode::input,
                      concat(job.input.color().format(wanted), ": frame is not on disk")));
-    frame->header_ =
-        value_of(sequence::open_source_frame(frame->settings_, list.files.at(wanted), wanted));
+    std::map<Role, std::string> files = list.files.at(wanted);
+    if (const auto behind = files.extract(Role::behind)) frame->behind_path_ = behind.mapped();
+    frame->header_ = value_of(sequence::open_source_frame(frame->settings_, files, wanted));
+    if (!frame->behind_path_.empty()) frame->header_.has_behind = true;
     return frame;
 }
 
 Status Frame::open(io::OpenFrame files) {
     ASSIGN_OR_RETURN(header_, sequence::header_of(settings_, std::move(files)));
     if (depth_encoding_) header_.match.options.depth = *depth_encoding_;
+    if (behind_ || !behind_path_.empty()) header_.has_behind = true;
     return Status();
 }
 
-Result<FramePtr> Frame::with_mattes_of(const Chain& chain) const {
-    const auto mattes = sequence::mattes_of(chain);
-    if (mattes.empty()) return shared_from_this();
+Result<FramePtr> Frame::with(const std::vector<std::string>& mattes, bool fill_mask) const {
+    if (mattes.empty() && !fill_mask) return shared_from_this();
     const std::lock_guard lock(mutex_);
-    if (with_mattes_ && with_mattes_->settings_.layers.mattes == mattes) return with_mattes_;
+    if (with_ && with_->settings_.layers.mattes == mattes &&
+        with_->settings_.layers.fill_mask.empty() != fill_mask)
+        return with_;
     for (const std::string& matte : mattes)
         if (depth_encoding_ && !sequence::is_matte_of_ids(matte) &&
             !header_.files.color_file().parts()[0].find(matte))
             return Status(StatusCode::usage,
-                          concat("mattes: the chain names '", matte, "'; give mattes={'", matte,
+                          concat("mattes: there is no '", matte, "'; give mattes={'", matte,
                                  "': an array of height x width}"));
     auto frame = std::make_shared<Frame>();
     frame->settings_ = settings_;
     frame->settings_.layers.mattes = mattes;
+    if (fill_mask) frame->settings_.layers.fill_mask = kFillMask;
     frame->depth_encoding_ = depth_encoding_;
+    frame->has_number_ = has_number_;
+    frame->behind_ = behind_;
+    frame->behind_path_ = behind_path_;
     RETURN_IF_ERROR(frame->open(header_.files));
-    with_mattes_ = std::move(frame);
-    return with_mattes_;
+    with_ = std::move(frame);
+    return with_;
+}
+
+Status Frame::add_behind(RoleSet planes, sequence::SourceFrame& source) const {
+    if (!header_.has_behind) return Status();
+    if (!planes.has(Role::behind)) {
+        if (behind_ || !behind_path_.empty())
+            source.warnings.push_back(
+                "behind: not read: no pass of the chain takes light from the layer behind on this "
+                "frame (inverse warps do)");
+        return Status();
+    }
+    const sequence::OpenedFrame opened{number(), {}, {}, header_, planes};
+    const std::string path =
+        behind_path_.empty() ? header_.files.color_file().path() : behind_path_;
+    auto behind = behind_ ? sequence::behind_of(behind_->header_, opened)
+                          : sequence::open_behind(settings_, path, opened);
+    if (!behind.ok() && !behind_ && behind_path_.empty()) {  // a deep file without one
+        source.warnings.push_back(
+            concat("filtered without the layer behind: ", behind.status().message()));
+        return Status();
+    }
+    if (!behind.ok()) return behind.status();
+    return sequence::add_behind(settings_, *behind, header_, source);
 }
 
 bool Frame::has_alpha() const {
@@ -205,12 +253,13 @@ Result<std::shared_ptr<const sequence::SourceFrame>> Frame::read(RoleSet wanted)
 }
 
 PlanOptions plan_options_of(const py::kwargs& settings) {
-    return job_settings("run", "frame.exr", "", py::none(), settings, &plan_keys()).plan;
+    return job_settings("run", "frame.exr", "", py::none(), settings, plan_keys()).plan;
 }
 
 Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
-                                  const PlanOptions& options) {
-    ASSIGN_OR_RETURN(const auto opened, frames.frame->with_mattes_of(chain.chain));
+                                  const PlanOptions& options, bool fill_mask) {
+    ASSIGN_OR_RETURN(const auto opened,
+                     frames.frame->with(sequence::mattes_of(chain.chain), fill_mask));
     const Frame& frame = *opened;
     const RoleSet planes = sequence::planes_to_read(
         frame.header(),
@@ -218,6 +267,7 @@ Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeigh
     ASSIGN_OR_RETURN(const auto read, frame.read(planes));
     PlannedArrays planned{*read, {}};
     RETURN_IF_ERROR(add_neighbors(chain, options, frames, frame, planes, planned.source));
+    RETURN_IF_ERROR(frame.add_behind(planes, planned.source));
     ASSIGN_OR_RETURN(planned.plan,
                      sequence::plan_source_frame(chain.chain, planned.source, options));
     return planned;
@@ -228,22 +278,62 @@ namespace {
 struct FilteredArrays {
     sequence::FilteredView view;
     sequence::FrameLayers layers;
+    std::map<std::string, ImageF> stages;
+    std::vector<PassTime> times;
 };
 
+// The executor's passes are timed while it exists.
+struct Timed {
+    explicit Timed(Executor& given) : executor(given) { executor.set_timing(true); }
+    ~Timed() { executor.set_timing(false); }
+    Timed(const Timed&) = delete;
+    Timed& operator=(const Timed&) = delete;
+    Executor& executor;
+};
+
+Status check_stages(const FilterRequest& request, const std::map<std::string, ImageF>& found,
+                    const Plan& plan) {
+    std::vector<std::string> known;
+    for (const PlanTexture& texture : plan.textures)
+        if (!texture.imported) known.push_back(texture.name);
+    for (const std::string& name : request.stages)
+        if (!found.contains(name))
+            return Status(StatusCode::usage, "stages: " + unknown_word("stage", name, known));
+    return Status();
+}
+
+// `request`: null for color, AOVs and cryptomattes alone.
 FilteredArrays filtered_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
-                               const PlanOptions& options, Device& device) {
+                               const PlanOptions& options, const FilterRequest* request,
+                               Device& device) {
     std::vector<std::string> warnings;
     auto filtered =
         device.run("filtering a frame", [&](Call&, Executor& executor) -> Result<FilteredArrays> {
-            ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options));
-            warnings = planning_warnings(chain, planned);
-            ASSIGN_OR_RETURN(auto view, sequence::filter_view(chain.chain, planned.plan,
-                                                              planned.source, options, executor));
+            ASSIGN_OR_RETURN(auto planned,
+                             plan_arrays(chain, frames, options, request && request->fill_mask));
+            warnings = planning_warnings(chain, planned, frames.unsaid);
+            FilteredArrays arrays;
+            StageObserver observer;
+            if (request && (request->all_stages || !request->stages.empty()))
+                observer = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+                    if (request->all_stages ||
+                        std::ranges::count(request->stages, texture.name) > 0)
+                        arrays.stages[texture.name] = pixels;
+                    return Status();
+                };
+            std::optional<Timed> timed;
+            if (request) timed.emplace(executor);
+            ASSIGN_OR_RETURN(
+                arrays.view,
+                sequence::filter_view(chain.chain, planned.plan, planned.source, options, executor,
+                                      observer, [&] { arrays.times = executor.pass_times(); }));
+            if (request) RETURN_IF_ERROR(check_stages(*request, arrays.stages, planned.plan));
             const std::string& name = planned.source.input.files.color_file().path();
-            for (auto& line : sequence::lost_coverage(view.reports, name))
+            for (auto& line : sequence::lost_coverage(arrays.view.reports, name))
                 warnings.push_back(std::move(line));
-            if (!frames.frame->has_alpha()) view.color = without_alpha(view.color);
-            return FilteredArrays{std::move(view), std::move(planned.source.layers)};
+            if (!frames.frame->has_alpha()) arrays.view.color = without_alpha(arrays.view.color);
+            arrays.layers = std::move(planned.source.layers);
+            return arrays;
         });
     if (!filtered.ok()) raise(filtered.status());
     warn(warnings);
@@ -260,39 +350,92 @@ ImageF ranks_image(const io::RankedCoverage& coverage) {
     return image;
 }
 
+// The layers of a stack, by name.
+py::dict layers_of(const ImageF& stack, const sequence::FrameLayers& layers, int height) {
+    py::dict found;
+    for (size_t i = 0; i < layers.filtered.size() && !stack.empty(); ++i) {
+        const FileLayer& layer = layers.filtered[i];
+        ImageF pixels = plane_of_stack(stack, int(i), height);
+        found[py::str(layer.name)] = array_of(
+            layer.channels.channels.size() == 4 ? std::move(pixels) : without_alpha(pixels));
+    }
+    return found;
+}
+
+// What was read of a frame, or raises; warns.
+std::shared_ptr<const sequence::SourceFrame> read_of(const FramePtr& frame, RoleSet planes) {
+    auto source = in_background("reading a frame", [&](Call&) { return frame->read(planes); });
+    if (!source.ok()) raise(source.status());
+    warn((*source)->warnings);
+    return *source;
+}
+
 }  // namespace
 
 py::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                     const PlanOptions& options, const std::shared_ptr<Device>& device) {
     if (frames.frame->header().layers.any_filtered())
-        raise_usage("run: the frame has AOVs or cryptomattes to filter; call run_aovs()");
-    return array_of(std::move(filtered_arrays(chain, frames, options, *device).view.color));
+        raise_usage("run: the frame has AOVs or cryptomattes to filter; call filter()");
+    return array_of(
+        std::move(filtered_arrays(chain, frames, options, nullptr, *device).view.color));
 }
 
-py::object run_aovs(const ChainObject& chain, const FrameWithNeighbors& frames,
-                    const PlanOptions& options, const std::shared_ptr<Device>& device) {
-    FilteredArrays filtered = filtered_arrays(chain, frames, options, *device);
+py::object filter_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
+                        const PlanOptions& options, const FilterRequest& request,
+                        const std::shared_ptr<Device>& device) {
+    FilteredArrays filtered = filtered_arrays(chain, frames, options, &request, *device);
     sequence::FilteredView& view = filtered.view;
-    py::dict layers, cryptomattes;
-    for (size_t i = 0; i < filtered.layers.filtered.size(); ++i) {
-        const FileLayer& layer = filtered.layers.filtered[i];
-        ImageF pixels = plane_of_stack(view.layers, int(i), view.color.height);
-        layers[py::str(layer.name)] = array_of(
-            layer.channels.channels.size() == 4 ? std::move(pixels) : without_alpha(pixels));
-    }
+    const py::dict layers = layers_of(view.layers, filtered.layers, view.color.height);
+    py::dict cryptomattes, stages, times;
     for (size_t i = 0; i < view.cryptomattes.size(); ++i)
         cryptomattes[py::str(filtered.layers.cryptomattes[i].name)] =
             array_of(ranks_image(view.cryptomattes[i]));
+    for (auto& [name, pixels] : filtered.stages)
+        stages[py::str(name)] = array_of(std::move(pixels));
+    for (const PassTime& one : filtered.times)
+        times[py::str(concat(one.pass, ".", one.name))] = one.milliseconds;
+    const py::object mask = view.fill_mask.empty()
+                                ? py::object(py::none())
+                                : py::object(array_of(without_alpha(view.fill_mask)));
     return py::module_::import("postchain._filtered")
-        .attr("Filtered")(array_of(std::move(view.color)), layers, cryptomattes);
+        .attr("Filtered")(array_of(std::move(view.color)), layers, cryptomattes, mask, stages,
+                          times);
+}
+
+py::dict aovs_of(const Frame& frame) {
+    const auto source = read_of(frame.shared_from_this(), {Role::color, Role::layers});
+    const auto stack = source->planes.find(Role::layers);
+    return stack == source->planes.end()
+               ? py::dict()
+               : layers_of(*stack->second, source->layers, source->description.height);
+}
+
+py::dict mattes_of(const Frame& frame, const std::vector<std::string>& names) {
+    if (names.empty()) raise_usage("mattes: no name is given; give those of the mattes to read");
+    const auto source = read_of(value_of(frame.with(names)), {Role::color, Role::mattes});
+    py::dict mattes;
+    for (size_t i = 0; i < names.size(); ++i)
+        mattes[py::str(names[i])] = array_of(
+            plane_of_stack(*source->planes.at(Role::mattes), int(i), source->description.height));
+    return mattes;
+}
+
+py::dict cryptomattes_of(const Frame& frame) {
+    const auto source = read_of(frame.shared_from_this(), {Role::color, Role::layers});
+    py::dict found;
+    if (!source->cryptomattes) return found;
+    for (size_t i = 0; i < source->cryptomattes->names.size(); ++i)
+        found[py::str(source->cryptomattes->names[i])] =
+            array_of(ranks_image(source->cryptomattes->ranks[i]));
+    return found;
 }
 
 py::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                       const PlanOptions& options) {
     std::vector<std::string> warnings;
     auto json = in_background("planning a frame", [&](Call&) -> Result<io::Json> {
-        ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options));
-        warnings = planning_warnings(chain, planned);
+        ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options, false));
+        warnings = planning_warnings(chain, planned, frames.unsaid);
         io::Json plan = io::json_from(plan_json(planned.plan));
         plan["resolved"] = sequence::resolved_json(
             sequence::resolve_values(chain.chain, planned.source, planned.plan));

@@ -1,6 +1,5 @@
 #include "tools/python/job.h"
 
-#include "chain/base/text.h"
 #include "passes/registry.h"
 #include "tools/python/errors.h"
 #include "tools/python/values.h"
@@ -44,9 +43,40 @@ const std::set<std::string>& frame_keys() {
 const std::set<std::string>& read_keys() {
     static const std::set<std::string> keys = [] {
         std::set<std::string> all = file_keys();
-        all.insert({"aovs", "cryptomatte"});
+        all.insert({"aovs", "cryptomatte", "behind"});
         return all;
     }();
+    return keys;
+}
+
+namespace {
+
+// The rows of some groups; input, output and camera are arguments of their own.
+std::set<std::string> keys_of_groups(const std::set<std::string>& groups) {
+    std::set<std::string> keys;
+    for (const Parameter& row : job_parameters().rows())
+        if (groups.contains(row.group)) keys.insert(row.key);
+    for (const char* argument : {"input", "output", "camera"}) keys.erase(argument);
+    return keys;
+}
+
+}  // namespace
+
+const std::set<std::string>& inspect_keys() {
+    static const std::set<std::string> keys = keys_of_groups({sequence::kInputGroup});
+    return keys;
+}
+
+const std::set<std::string>& plan_sequence_keys() {
+    static const std::set<std::string> keys =
+        keys_of_groups({sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup});
+    return keys;
+}
+
+const std::set<std::string>& run_keys() {
+    static const std::set<std::string> keys =
+        keys_of_groups({sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup,
+                        sequence::kOutputGroup, sequence::kWatchGroup});
     return keys;
 }
 
@@ -55,25 +85,19 @@ const std::set<std::string>& plan_keys() {
     return keys;
 }
 
-sequence::RunSettings job_settings(const std::string& place, const std::string& input,
+sequence::RunSettings job_settings(const std::string& function, const std::string& input,
                                    const std::string& output, const py::object& camera,
-                                   const py::kwargs& values, const std::set<std::string>* keys) {
+                                   const py::kwargs& values, const std::set<std::string>& keys) {
     sequence::JobSettings job;
-    for (const auto& [name, value] : values) {
-        const std::string key = py::str(name);
-        if (!keys || keys->contains(key)) continue;
-        const std::vector<std::string> known(keys->begin(), keys->end());
-        raise_usage(place, ": unknown argument '", key, "'; known are those of its signature, and ",
-                    joined(known));
-    }
-    set_rows(job_parameters(), &job, values, place);
+    check_keys(function, values, keys);
+    set_rows(job_parameters(), &job, values, function);
     job.input = input;
     job.output = output;
     std::optional<CameraFile> file;
     if (py::isinstance<py::dict>(camera)) {
         if (py::len(camera) > 0) file = camera_of(camera);
     } else if (!camera.is_none())
-        job.camera = path_of(camera, place + ": camera");
+        job.camera = path_of(camera, function + ": camera");
     Diagnostics notes;
     auto settings = sequence::parse_job(job, builtin_passes(), notes);
     if (!settings.ok()) raise(settings.status(), notes);
@@ -88,6 +112,13 @@ sequence::RunSettings job_settings(const std::string& place, const std::string& 
     }
     settings->version = POSTCHAIN_VERSION;
     return std::move(*settings);
+}
+
+void check_keys(const std::string& function, const py::kwargs& values,
+                const std::set<std::string>& keys) {
+    for (const auto& [name, value] : values)
+        if (const std::string key = py::str(name); !keys.contains(key))
+            raise_unexpected(function, key, {keys.begin(), keys.end()});
 }
 
 py::kwargs taken(py::kwargs& values, const std::set<std::string>& keys) {

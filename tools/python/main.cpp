@@ -8,12 +8,15 @@
 #include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/flip.h"
 #include "tools/measure/scenes/scene.h"
+#include "tools/measure/tune/tune.h"
 #include "tools/python/chain_object.h"
 #include "tools/python/documentation.h"
 #include "tools/python/errors.h"
+#include "tools/python/experiment_calls.h"
 #include "tools/python/frame_classes.h"
 #include "tools/python/frame_object.h"
 #include "tools/python/job.h"
@@ -21,6 +24,8 @@
 #include "tools/python/sequence_calls.h"
 #include "tools/python/tune_call.h"
 #include "tools/python/values.h"
+#include "tools/python/write_call.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace py = pybind11;
 
@@ -55,7 +60,7 @@ void add_sequences(py::module_& module) {
         "progress: called with a dict after each frame; returns False to end the run\n"
         "stop: a threading.Event that ends the run within a frame\n"
         "device: a Device\n\nFurther arguments:" +
-        rows_text(nullptr);
+        rows_text(job_parameters(), run_keys());
     module.def(
         "run_sequence",
         [](const py::object& chain, const py::object& input, const py::object& output,
@@ -68,6 +73,10 @@ void add_sequences(py::module_& module) {
         py::arg("chain"), py::arg("input"), py::arg("output"), py::arg("camera") = py::none(),
         py::kw_only(), py::arg("progress") = py::none(), py::arg("stop") = py::none(),
         py::arg("device") = py::none(), run_text.c_str());
+    const std::string plan_text =
+        "What run_sequence() would do, a dict for each frame, as `postchain plan --json`. Computes "
+        "nothing.\n\nFurther arguments:" +
+        rows_text(job_parameters(), plan_sequence_keys());
     module.def(
         "plan_sequence",
         [](const py::object& chain, const py::object& input, const py::object& camera,
@@ -75,19 +84,21 @@ void add_sequences(py::module_& module) {
             return plan_sequence(*chain_of(chain, py::none()), path_of(input, "input"), camera,
                                  settings);
         },
-        py::arg("chain"), py::arg("input"), py::arg("camera") = py::none(),
-        "What run_sequence() would do, a dict for each frame, as `postchain plan --json`.");
+        py::arg("chain"), py::arg("input"), py::arg("camera") = py::none(), plan_text.c_str());
+    const std::string inspect_text =
+        "What a file, a sequence or a folder contains, as `postchain inspect --json`.\n\n"
+        "Further arguments:" +
+        rows_text(job_parameters(), inspect_keys());
     module.def(
         "inspect",
         [](const py::object& input, const py::object& camera, const py::kwargs& settings) {
             return inspect(path_of(input, "input"), camera, settings);
         },
-        py::arg("input"), py::arg("camera") = py::none(),
-        "What a file, a sequence or a folder contains, as `postchain inspect --json`.");
+        py::arg("input"), py::arg("camera") = py::none(), inspect_text.c_str());
     const std::string read_text =
         "A Frame from a file, or frame `frame` of a pattern \"A.####.exr\".\n\nFurther "
         "arguments:" +
-        rows_text(&read_keys());
+        rows_text(job_parameters(), read_keys());
     module.def(
         "read",
         [](const py::object& input, const py::object& frame, const py::object& camera,
@@ -96,6 +107,147 @@ void add_sequences(py::module_& module) {
         },
         py::arg("input"), py::arg("frame") = py::none(), py::arg("camera") = py::none(),
         read_text.c_str());
+}
+
+void add_files(py::module_& module) {
+    const std::string write_text =
+        "Writes an image: an array of height x width x 3 or 4, linear light, or what "
+        "Chain.filter() "
+        "returned.\n\npath: .exr, or " +
+        io::image_extensions() +
+        "\nimage: the array, or the Filtered, whose AOVs, cryptomattes and fill mask an EXR holds\n"
+        "frame: the Frame of read() that it was made of: its file is written with the new color, "
+        "all other\n  channels and attributes as they are. Without it a new file, with AOVs as "
+        "NAME.R ...\n\nFurther arguments:" +
+        rows_text(job_parameters(), write_keys());
+    module.def(
+        "write",
+        [](const py::object& path, const py::object& image, const py::object& frame,
+           const py::kwargs& settings) {
+            write_image(path_of(path, "path"), image, frame, settings);
+        },
+        py::arg("path"), py::arg("image"), py::arg("frame") = py::none(), write_text.c_str());
+    module.def(
+        "check",
+        [](const py::object& outputs, const py::object& frames, const py::object& like) {
+            std::vector<std::string> patterns;
+            if (py::isinstance<py::list>(outputs) || py::isinstance<py::tuple>(outputs))
+                for (const py::handle one : outputs) patterns.push_back(path_of(one, "outputs"));
+            else
+                patterns.push_back(path_of(outputs, "outputs"));
+            return check(patterns, frames, like.is_none() ? "" : path_of(like, "like"));
+        },
+        py::arg("outputs"), py::arg("frames") = py::none(), py::arg("like") = py::none(),
+        "Which outputs of run_sequence() are whole, missing, damaged or from other settings, as "
+        "`postchain\ncheck --json`: {\"whole\": bool, \"sequences\": [{\"output\", \"counts\", "
+        "\"frames\"}]}.\n\noutputs: a pattern \"out.####.exr\", or a list of them\n"
+        "frames: frames that must exist, \"1-100\"; default: from the first to the last on disk\n"
+        "like: an output whose settings all frames must have; default: those of most frames");
+    const std::string sheet_text =
+        "Writes a contact sheet, thumbnails of a sequence in one PNG, as `postchain sheet`. "
+        "Returns "
+        "a dict:\nframes on the sheet, of so many, and absent images.\n\n"
+        "input: \"out.####.exr\"\noutput: \"sheet.png\"\n"
+        "beside: a second sequence, shown to the right of each frame\n"
+        "cells: frames on the sheet at most, evenly chosen\ncolumns: frames in a row; 0: about "
+        "16:9\nwidth: of a thumbnail, pixels\non_existing: \"fail\" or \"overwrite\"\n"
+        "progress, stop: as of run_sequence()\n\nFurther arguments:" +
+        rows_text(job_parameters(), sheet_keys());
+    module.def(
+        "sheet",
+        [](const py::object& input, const py::object& output, const py::object& beside,
+           const py::object& cells, const py::object& columns, const py::object& width,
+           const py::object& on_existing, const py::object& progress, const py::object& stop,
+           const py::kwargs& settings) {
+            const auto number = [](const py::object& value, const char* name) {
+                return argument_of<int>(value, name, "an integer");
+            };
+            return sheet(path_of(input, "input"), path_of(output, "output"),
+                         beside.is_none() ? "" : path_of(beside, "beside"), number(cells, "cells"),
+                         number(columns, "columns"), number(width, "width"), on_existing,
+                         {progress, stop}, settings);
+        },
+        py::arg("input"), py::arg("output"), py::kw_only(), py::arg("beside") = py::none(),
+        py::arg("cells") = 60, py::arg("columns") = 0, py::arg("width") = 240,
+        py::arg("on_existing") = "fail", py::arg("progress") = py::none(),
+        py::arg("stop") = py::none(), sheet_text.c_str());
+    module.def(
+        "_frame_list",
+        [](const py::object& input, const py::kwargs& settings) {
+            return frame_list(path_of(input, "input"), settings);
+        },
+        py::arg("input"), "For frames().");
+}
+
+void add_experiments(py::module_& module) {
+    const std::string common =
+        "input: \"A.####.exr\"\noutput: folder of the report\ncamera: a dict or a camera file\n"
+        "truth: ground truth \"both.####.exr\"\n";
+    const std::string ends =
+        "set: values of the chains, as for Chain()\nprogress: called with a dict (what, done, "
+        "total, elapsed_s); returns False to end\nstop: a threading.Event that ends it\n"
+        "device: a Device\n\nFurther arguments:";
+    const std::string ab_text =
+        "Compares two chains on a sequence, as `postchain ab`: writes the report, and returns its "
+        "report.json\nas a dict, with \"page\", the path of index.html.\n\n"
+        "a, b: chains, or what Chain() takes\n" +
+        common + ends + rows_text(experiment::ab_parameters(), ab_keys()) +
+        rows_text(job_parameters(), experiment_input_keys());
+    module.def(
+        "ab",
+        [](const py::object& a, const py::object& b, const py::object& input,
+           const py::object& output, const py::object& camera, const py::object& truth,
+           const py::object& set, const py::object& progress, const py::object& stop,
+           const py::object& device, const py::kwargs& settings) {
+            return ab(a, b, path_of(input, "input"), path_of(output, "output"), camera, truth, set,
+                      {progress, stop}, device_of(device), settings);
+        },
+        py::arg("a"), py::arg("b"), py::arg("input"), py::arg("output"),
+        py::arg("camera") = py::none(), py::kw_only(), py::arg("truth") = py::none(),
+        py::arg("set") = py::none(), py::arg("progress") = py::none(), py::arg("stop") = py::none(),
+        py::arg("device") = py::none(), ab_text.c_str());
+    const std::string bench_text =
+        "Measures error and time of a chain, or of each variant of a sweep, as `postchain bench`: "
+        "writes the\nreport, and returns its report.json as a dict, with \"page\" and \"met\", "
+        "whether `under` is met.\n\nchain: a Chain, or what Chain() takes\n" +
+        common +
+        "sweep: values to try, all combinations: {\"motion_blur.samples\": [5, 9, 13]}\n"
+        "under: picks the cheapest variant within limits: {\"flip\": 0.1}\n" +
+        ends + rows_text(experiment::bench_parameters(), bench_keys()) +
+        rows_text(job_parameters(), experiment_input_keys());
+    module.def(
+        "bench",
+        [](const py::object& chain, const py::object& input, const py::object& output,
+           const py::object& camera, const py::object& truth, const py::object& sweep,
+           const py::object& under, const py::object& set, const py::object& progress,
+           const py::object& stop, const py::object& device, const py::kwargs& settings) {
+            return bench(chain, path_of(input, "input"), path_of(output, "output"), camera, truth,
+                         sweep, under, set, {progress, stop}, device_of(device), settings);
+        },
+        py::arg("chain"), py::arg("input"), py::arg("output"), py::arg("camera") = py::none(),
+        py::kw_only(), py::arg("truth") = py::none(), py::arg("sweep") = py::none(),
+        py::arg("under") = py::none(), py::arg("set") = py::none(),
+        py::arg("progress") = py::none(), py::arg("stop") = py::none(),
+        py::arg("device") = py::none(), bench_text.c_str());
+    module.def(
+        "study",
+        [](const py::object& file, const py::object& output, const py::object& chunk,
+           const py::object& on_existing, const py::object& progress, const py::object& stop,
+           const py::object& device) {
+            return study(path_of(file, "file"), path_of(output, "output"),
+                         chunk.is_none() ? "" : argument_of<std::string>(chunk, "chunk", "\"2/4\""),
+                         on_existing, {progress, stop}, device_of(device));
+        },
+        py::arg("file"), py::arg("output"), py::kw_only(), py::arg("chunk") = py::none(),
+        py::arg("on_existing") = "skip", py::arg("progress") = py::none(),
+        py::arg("stop") = py::none(), py::arg("device") = py::none(),
+        "ab or bench over several scenes, as `postchain study`: writes the report, and returns its "
+        "report.json\nas a dict, with \"page\". While other processes still work on tasks: "
+        "{\"results\", \"tasks\"}.\n\n"
+        "file: of the study, YAML or JSON\noutput: folder of the study, which several processes "
+        "may share\nchunk: a part of the tasks, \"2/4\"\n"
+        "on_existing: \"skip\" keeps results, \"fail\", or \"overwrite\"\n"
+        "progress, stop, device: as of ab()");
 }
 
 void add_measurements(py::module_& module) {
@@ -113,12 +265,17 @@ void add_measurements(py::module_& module) {
         "pixels_per_degree: of visual angle, for FLIP";
     module.def(
         "diff",
-        [](const py::object& reference, const py::object& test,
-           const std::vector<std::string>& names, const std::string& map,
-           const std::optional<double>& over, double pixels_per_degree,
-           const std::string& tone_mapper, const py::kwargs& settings) {
-            return diff(reference, test, {names, map, over, pixels_per_degree, tone_mapper},
-                        settings);
+        [](const py::object& reference, const py::object& test, const py::object& names,
+           const py::object& map, const py::object& over, const py::object& pixels_per_degree,
+           const py::object& tone_mapper, const py::kwargs& settings) {
+            using Words = std::vector<std::string>;
+            const DiffRequest request{
+                argument_of<Words>(names, "metrics", "a list of names"),
+                argument_of<std::string>(map, "map", "a name"),
+                argument_of<std::optional<double>>(over, "over", "a number"),
+                argument_of<double>(pixels_per_degree, "pixels_per_degree", "a number"),
+                argument_of<std::string>(tone_mapper, "tone_mapper", "a name")};
+            return diff(reference, test, request, settings);
         },
         py::arg("reference"), py::arg("test"), py::kw_only(),
         py::arg("metrics") = std::vector<std::string>(), py::arg("map") = "",
@@ -137,18 +294,21 @@ void add_measurements(py::module_& module) {
         "progress: called with a dict; returns False to end";
     module.def(
         "scene",
-        [](const std::string& name, const py::object& folder, std::pair<int, int> size,
-           const py::object& frames, int truth_samples, bool behind, bool deep,
-           const std::string& on_existing, const py::object& camera, const std::string& device,
-           const py::object& progress, const py::object& stop) {
+        [](const py::object& name, const py::object& folder, const py::object& size,
+           const py::object& frames, const py::object& truth_samples, const py::object& behind,
+           const py::object& deep, const py::object& on_existing, const py::object& camera,
+           const py::object& device, const py::object& progress, const py::object& stop) {
             scenes::SceneRequest request;
-            request.name = name;
+            request.name = argument_of<std::string>(name, "name", "a name");
             request.folder = path_of(folder, "folder");
-            std::tie(request.width, request.height) = size;
-            request.truth_samples = truth_samples;
-            request.behind = behind;
-            request.deep = deep;
-            write_scene(std::move(request), frames, on_existing, camera, device, {progress, stop});
+            std::tie(request.width, request.height) =
+                argument_of<std::pair<int, int>>(size, "size", "width and height");
+            request.truth_samples = argument_of<int>(truth_samples, "truth_samples", "an integer");
+            request.behind = argument_of<bool>(behind, "behind", "True or False");
+            request.deep = argument_of<bool>(deep, "deep", "True or False");
+            write_scene(std::move(request), frames,
+                        argument_of<std::string>(on_existing, "on_existing", "fail or overwrite"),
+                        camera, py::str(device), {progress, stop});
         },
         py::arg("name"), py::arg("folder"), py::kw_only(),
         py::arg("size") = std::pair<int, int>(640, 360), py::arg("frames") = "1",
@@ -179,7 +339,8 @@ void add_tune(py::module_& module) {
         "progress: called with a dict (what, done, total, elapsed_s); returns False to end\n"
         "stop: a threading.Event that ends it\n"
         "device: a Device\n\nFurther arguments:" +
-        tune_rows_text() + rows_text(&tune_input_keys());
+        rows_text(tune::tune_parameters(), tune_keys()) +
+        rows_text(job_parameters(), tune_input_keys());
     module.def(
         "tune",
         [](const py::object& input, const py::object& camera, const py::object& truth,
@@ -206,6 +367,8 @@ PYBIND11_MODULE(_postchain, module) {
     python::add_frame(module);
     python::add_chain(module);
     python::add_sequences(module);
+    python::add_files(module);
+    python::add_experiments(module);
     python::add_measurements(module);
     python::add_tune(module);
     module.def(

@@ -9,9 +9,6 @@ import textwrap
 
 from postchain._postchain import _tables
 
-ARGUMENTS = {"input", "output", "camera"}  # settings that are arguments of their own
-
-
 def literal(words):
     return f"Literal[{', '.join(repr(word) for word in words)}]".replace("'", '"')
 
@@ -63,9 +60,13 @@ def setting(key, schema):
 
 
 def settings(tables, groups):
-    keys = set().union(*(tables[group] for group in groups))
-    rows = [setting(key, row) for key, row in {**tables["tune"], **tables["settings"]}.items()
-            if key in keys and key not in ARGUMENTS]
+    """A group is a table of rows of its own, or keys of the job's settings."""
+    rows = {}
+    for group in groups:
+        found = tables[group]
+        rows.update(found if isinstance(found, dict) else
+                    {key: row for key, row in tables["settings"].items() if key in found})
+    rows = [setting(key, row) for key, row in rows.items()]
     return textwrap.indent(",\n".join(rows), " " * 12)
 
 

@@ -180,7 +180,7 @@ py::dict diff(const py::object& reference, const py::object& test, const DiffReq
     const bool many = a.pictures.size() > 1;
     const metrics::CompareSettings settings = compare_settings(request, many, tde);
     const sequence::SourceSettings source =
-        job_settings("diff", "frame.exr", "", py::none(), values, &file_keys()).source;
+        job_settings("diff", "frame.exr", "", py::none(), values, file_keys()).source;
     std::vector<Comparer::Frame> frames;
     const Status status = in_background("diff", [&](Call& call) -> Status {
         Comparer comparer(source, request, settings, tde);

@@ -10,6 +10,7 @@
 #include "tools/sequence/run/inspect_frame.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace py = pybind11;
 
@@ -60,7 +61,8 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
                       const py::object& camera, const Callbacks& callbacks,
                       const std::shared_ptr<Device>& device, const py::kwargs& values) {
     callbacks.check();
-    sequence::RunSettings settings = job_settings("run_sequence", input, output, camera, values);
+    sequence::RunSettings settings =
+        job_settings("run_sequence", input, output, camera, values, run_keys());
     if (chain.is_file) settings.other_inputs.push_back({chain.name, "the chain file"});
     for (auto& picture : io::inputs_of(chain.chain.camera))
         settings.other_inputs.push_back(std::move(picture));
@@ -94,7 +96,8 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
 
 py::list plan_sequence(const ChainObject& chain, const std::string& input, const py::object& camera,
                        const py::kwargs& values) {
-    const sequence::RunSettings settings = job_settings("plan_sequence", input, "", camera, values);
+    const sequence::RunSettings settings =
+        job_settings("plan_sequence", input, "", camera, values, plan_sequence_keys());
     std::vector<io::Json> frames;
     const Status status = in_background("plan_sequence", [&](Call& call) -> Status {
         Status failure;
@@ -115,6 +118,23 @@ py::list plan_sequence(const ChainObject& chain, const std::string& input, const
     return plans;
 }
 
+py::tuple frame_list(const std::string& input, const py::kwargs& values) {
+    std::set<std::string> keys = read_keys();
+    keys.insert("frames");
+    const sequence::RunSettings settings =
+        job_settings("frames", input, "", py::none(), values, keys);
+    const io::FrameList list = value_of(io::find_frames(settings.input, settings.frames));
+    if (!list.missing.empty())
+        raise(Status(StatusCode::input, concat(settings.input.color().format(list.missing.front()),
+                                               ": frame is not on disk; give frames= that exist")));
+    std::vector<int> on_disk;
+    for (const auto& [number, files] :
+         value_of(io::find_frames(sequence::input_of_neighbors(settings.input), std::nullopt))
+             .files)
+        on_disk.push_back(number);
+    return py::make_tuple(list.frames, on_disk, settings.source.cuts);
+}
+
 py::object inspect(const std::string& input, const py::object& camera, const py::kwargs& values) {
     std::error_code error;
     if (std::filesystem::is_directory(input, error)) {
@@ -124,7 +144,8 @@ py::object inspect(const std::string& input, const py::object& camera, const py:
                         "camera and settings");
         return python_of(value_of(sequence::inspect_folder(input)));
     }
-    const sequence::RunSettings settings = job_settings("inspect", input, "", camera, values);
+    const sequence::RunSettings settings =
+        job_settings("inspect", input, "", camera, values, inspect_keys());
     std::vector<std::string> warnings;
     auto json = in_background("inspect", [&](Call& call) -> Result<io::Json> {
         ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));

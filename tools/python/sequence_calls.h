@@ -35,6 +35,11 @@ pybind11::dict run_sequence(const ChainObject& chain, const std::string& input,
 pybind11::list plan_sequence(const ChainObject& chain, const std::string& input,
                              const pybind11::object& camera, const pybind11::kwargs& settings);
 
+// For frames(): the numbers of the frames that are wanted, of those on disk, and of those that a
+// cut follows. `settings`: frames, and keys of read_keys(). Raises if a wanted frame is not on
+// disk.
+pybind11::tuple frame_list(const std::string& input, const pybind11::kwargs& settings);
+
 // As `inspect --json`: of a folder {"folder", "sequences"}, of frames {"frames": [...],
 // "sequence"}.
 pybind11::object inspect(const std::string& input, const pybind11::object& camera,

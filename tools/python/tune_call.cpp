@@ -92,6 +92,9 @@ const std::set<std::string>& tune_input_keys() {
 py::dict tune(const TuneRequest& request, const Callbacks& callbacks,
               const std::shared_ptr<Device>& device, py::kwargs values) {
     callbacks.check();
+    std::set<std::string> keys = tune_keys();
+    keys.insert(tune_input_keys().begin(), tune_input_keys().end());
+    check_keys("tune", values, keys);
     tune::TuneSettings settings = settings_of(request, taken(values, tune_keys()));
     if (const auto goal = tune::goal_of(settings); !goal.ok()) raise(goal.status());
     std::vector<tune::Start> starts;
@@ -105,7 +108,7 @@ py::dict tune(const TuneRequest& request, const Callbacks& callbacks,
         starts.push_back({chain->name, chain->chain.clone()});
     }
     experiment::complete(settings, {.run = job_settings("tune", request.input, "", request.camera,
-                                                        values, &tune_input_keys()),
+                                                        values, tune_input_keys()),
                                     .input = request.input,
                                     .chain_files = {},
                                     .cameras = std::move(cameras),

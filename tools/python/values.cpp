@@ -17,7 +17,9 @@ namespace {
 py::object plain_value(const py::object& value) {
     if (py::hasattr(value, "__fspath__")) return value.attr("__fspath__")();
     if (py::hasattr(value, "tolist")) return value.attr("tolist")();
-    throw py::type_error("a " + type_of(value) + " has no place in a chain or camera");
+    refuse("chain or camera",
+           concat("a ", type_of(value),
+                  " has no place in it; give numbers, strings, lists and dicts"));
 }
 
 // NumPy's arrays have __index__ too, which fails unless they hold one number.
@@ -99,7 +101,7 @@ ParameterValue parameter_value(const py::handle& value, const Parameter& row) {
             break;
         case ParameterType::point:
             if (py::isinstance<py::sequence>(value) && py::len(value) == 2)
-                return value.cast<std::array<double, 2>>();
+                return argument_of<std::array<double, 2>>(value, row.key, "two numbers");
             break;
         case ParameterType::choice:
             return word_of(value, row.key);
@@ -114,10 +116,9 @@ void set_rows(const ParameterTable& table, ParameterRef parameters, const py::kw
     for (const auto& [name, value] : values) {
         const std::string key = py::str(name);
         if (value.is_none()) continue;
-        const Parameter* row = table.find(key);
-        const Status status =
-            table.set(parameters, key, row ? parameter_value(value, *row) : ParameterValue());
-        if (!status.ok()) refuse(row ? place + ": " + key : place, status.message());
+        const Parameter& row = *table.find(key);
+        const Status status = table.set(parameters, key, parameter_value(value, row));
+        if (!status.ok()) refuse(place + ": " + key, status.message());
     }
 }
 

@@ -3,10 +3,14 @@
 
 #include <pybind11/pybind11.h>
 
+#include <pybind11/stl.h>
+
+#include <array>
 #include <string>
 
 #include "chain/base/parameter.h"
 #include "config/camera_file.h"
+#include "tools/python/errors.h"
 #include "tools/sequence/files/json.h"
 
 namespace postchain::python {
@@ -31,8 +35,18 @@ std::string path_of(const pybind11::handle& value, const std::string& place);
 // are joined by commas (range(1, 9), ["diffuse", "specular"]). Raises.
 ParameterValue parameter_value(const pybind11::handle& value, const Parameter& row);
 
-// Sets rows from keyword arguments; None leaves a row as it is. `place` begins the messages. Raises
-// UsageError for an unknown key or a wrong value.
+// The value of an argument as this type. Raises UsageError "size: is a str; give two integers".
+template <class T>
+T argument_of(const pybind11::handle& value, const std::string& name, const char* expected) {
+    try {
+        return value.cast<T>();
+    } catch (const pybind11::cast_error&) {
+        raise_usage(name, ": is a ", type_of(value), "; give ", expected);
+    }
+}
+
+// Sets rows from keyword arguments; None leaves a row as it is. `place` begins the messages. All
+// are keys of the table. Raises UsageError for a wrong value.
 void set_rows(const ParameterTable& table, ParameterRef parameters, const pybind11::kwargs& values,
               const std::string& place);
 

@@ -22,21 +22,6 @@ using io::Json;
 using sequence::CheckedOutput;
 using sequence::OutputState;
 
-constexpr OutputState kStates[] = {OutputState::whole, OutputState::missing, OutputState::damaged,
-                                   OutputState::other, OutputState::foreign};
-
-Json json_of(const CheckedOutput& one) {
-    Json json = {{"frame", one.frame}, {"output", one.path}, {"state", name_of(one.state)}};
-    if (!one.why.empty()) json["why"] = one.why;
-    if (one.bytes > 0) json["bytes"] = one.bytes;
-    if (!one.settings.empty()) json["settings"] = one.settings;
-    if (one.sidecar.is_object())
-        for (const char* key : {"outcome", "held_from", "times_ms", "warnings", "renderer"})
-            if (const auto found = one.sidecar.find(key); found != one.sidecar.end())
-                json[key] = *found;
-    return json;
-}
-
 double seconds_of(const CheckedOutput& one) {
     double ms = 0;
     if (const auto times = one.sidecar.find("times_ms");
@@ -67,7 +52,7 @@ void print_table(const std::vector<Sequence>& sequences) {
     std::printf("%8s %8s %8s %8s %8s %10s %10s  %s\n", "whole", "missing", "damaged", "other",
                 "foreign", "MB", "seconds", "output");
     for (const Sequence& one : sequences) {
-        for (const OutputState state : kStates) {
+        for (const OutputState state : sequence::kOutputStates) {
             const auto found = one.frames.find(state);
             std::printf("%8zu ", found == one.frames.end() ? 0 : found->second.size());
         }
@@ -93,12 +78,8 @@ Result<int> check_subcommand(const Options& options, const CheckOptions& check) 
         ASSIGN_OR_RETURN(const auto pattern, io::PathPattern::parse(text));
         ASSIGN_OR_RETURN(const auto outputs, sequence::check_outputs(pattern, frames, check.like));
         sequences.push_back(summary_of(text, outputs));
-        Json list = Json::array(), counts = Json::object();
-        for (const CheckedOutput& one : outputs) list.push_back(json_of(one));
-        for (const OutputState state : kStates)
-            counts[name_of(state)] = sequences.back().frames[state].size();
         whole = whole && sequences.back().frames[OutputState::whole].size() == outputs.size();
-        all.push_back({{"output", text}, {"counts", counts}, {"frames", list}});
+        all.push_back(sequence::checked_json(text, outputs));
     }
     for (Sequence& one : sequences)
         std::erase_if(one.frames, [](const auto& state) { return state.second.empty(); });

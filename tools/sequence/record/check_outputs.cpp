@@ -188,4 +188,28 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
     return outputs;
 }
 
+namespace {
+
+Json json_of(const CheckedOutput& one) {
+    Json json = {{"frame", one.frame}, {"output", one.path}, {"state", name_of(one.state)}};
+    if (!one.why.empty()) json["why"] = one.why;
+    if (one.bytes > 0) json["bytes"] = one.bytes;
+    if (!one.settings.empty()) json["settings"] = one.settings;
+    if (one.sidecar.is_object())
+        for (const char* key : {"outcome", "held_from", "times_ms", "warnings", "renderer"})
+            if (const auto found = one.sidecar.find(key); found != one.sidecar.end())
+                json[key] = *found;
+    return json;
+}
+
+}  // namespace
+
+Json checked_json(const std::string& pattern, const std::vector<CheckedOutput>& outputs) {
+    Json list = Json::array(), counts = Json::object();
+    for (const OutputState state : kOutputStates)
+        counts[name_of(state)] = std::ranges::count(outputs, state, &CheckedOutput::state);
+    for (const CheckedOutput& one : outputs) list.push_back(json_of(one));
+    return {{"output", pattern}, {"counts", counts}, {"frames", list}};
+}
+
 }  // namespace postchain::sequence

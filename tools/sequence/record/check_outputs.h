@@ -18,6 +18,9 @@ enum class OutputState {
     other,    // made by another version, chain or settings than most of the sequence
     foreign,  // not an output of `run`, or that of another frame
 };
+inline constexpr OutputState kOutputStates[] = {OutputState::whole, OutputState::missing,
+                                                OutputState::damaged, OutputState::other,
+                                                OutputState::foreign};
 const char* name_of(OutputState state);
 
 struct CheckedOutput {
@@ -37,5 +40,8 @@ struct CheckedOutput {
 Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
                                                  const std::optional<io::FrameRange>& frames,
                                                  const std::string& like);
+
+// A sequence as `check --json` prints it: {"output": pattern, "counts": by state, "frames": [...]}.
+io::Json checked_json(const std::string& pattern, const std::vector<CheckedOutput>& outputs);
 
 }  // namespace postchain::sequence

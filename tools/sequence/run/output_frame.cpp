@@ -278,4 +278,18 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
     return settings.sidecar ? write_sidecar(report, settings, files) : Status();
 }
 
+Result<io::WriteReport> write_view(const std::string& path, const FrameHeader& header,
+                                   SourceFrame& source, FilteredView& view,
+                                   const RunSettings& settings, const io::OutputFiles& files) {
+    FrameReport report;
+    report.output = path;
+    report.window = source.input.window;
+    RETURN_IF_ERROR(check_output(header, report, settings));
+    std::deque<ImageF> images;
+    const auto layers = layers_to_write(source, view, images);
+    io::WriteOptions options = write_options(report, settings, "");
+    options.attributes.clear();
+    return write_image(path, source, view.color, layers, settings, files, std::move(options));
+}
+
 }  // namespace postchain::sequence

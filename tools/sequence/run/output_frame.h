@@ -21,4 +21,11 @@ Status check_output(const FrameHeader& header, const FrameReport& report,
 Status write_frame(const Chain& chain, const RunSettings& settings, const io::OutputFiles& files,
                    FrameInFlight& frame);
 
+// Writes an image of a frame that some program made of it, with the layers that the frame filters:
+// without record, preview and sidecar. `source`: read with io::Keep::all; it and `view` are
+// modified. Errors: those of check_output() and write_frame().
+Result<io::WriteReport> write_view(const std::string& path, const FrameHeader& header,
+                                   SourceFrame& source, FilteredView& view,
+                                   const RunSettings& settings, const io::OutputFiles& files);
+
 }  // namespace postchain::sequence

@@ -184,12 +184,20 @@ void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet p
 
 Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::string& path,
                                 const OpenedFrame& frame) {
+    const std::map<Role, std::string> files = {{Role::color, path}};
+    const io::FileStamp stamp = io::FileStamp::of(path);
+    ASSIGN_OR_RETURN(auto header,
+                     open_source_frame(settings_of_behind(settings), files, frame.number));
+    ASSIGN_OR_RETURN(auto behind, behind_of(std::move(header), frame));
+    behind.files = files;
+    behind.stamps.push_back(stamp);
+    return behind;
+}
+
+Result<OpenedFrame> behind_of(FrameHeader header, const OpenedFrame& frame) {
+    const std::string path = header.files.color_file().path();
     OpenedFrame behind;
     behind.number = frame.number;
-    behind.files = {{Role::color, path}};
-    behind.stamps.push_back(io::FileStamp::of(path));
-    ASSIGN_OR_RETURN(auto header,
-                     open_source_frame(settings_of_behind(settings), behind.files, frame.number));
     if (!header.match.view.empty() && header.match.view != frame.header.match.view)
         return Status(StatusCode::input,
                       concat(path, ": the layer behind has no view ", frame.header.match.view));

@@ -1,0 +1,120 @@
+"""ab(), bench(), study(), check() and sheet() against the command."""
+import json
+import threading
+
+import postchain
+import pytest
+from conftest import BLUR, CAMERA, FXAA, command
+
+SETTINGS = {"repeats": 1, "page_frames": 1, "stability_frames": 0}
+OPTIONS = ["--repeats", 1, "--page-frames", 1, "--stability-frames", 0]
+
+
+@pytest.fixture(scope="module")
+def chains(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("chains")
+    (folder / "blur.yaml").write_text(json.dumps(BLUR))
+    (folder / "fxaa.yaml").write_text(json.dumps(FXAA))
+    return folder
+
+
+def metrics_of(report):
+    return [{name: one["mean"] for name, one in variant["metrics"].items() if name != "time_ms"}
+            for variant in report["variants"]]
+
+
+def test_ab(frames, chains, tmp_path):
+    pattern, camera = frames / "frame.####.exr", frames / "camera.json"
+    command("ab", chains / "blur.yaml", chains / "fxaa.yaml", "-i", pattern, "--camera", camera,
+            "--truth", pattern, "--frames", "1-2", "-o", tmp_path / "a", *OPTIONS)
+    expected = json.loads((tmp_path / "a" / "report.json").read_text())
+    seen = []
+    found = postchain.ab(chains / "blur.yaml", postchain.Chain(FXAA), pattern, tmp_path / "b",
+                         camera, truth=pattern, frames="1-2", progress=seen.append, **SETTINGS)
+    assert metrics_of(found) == metrics_of(expected) and found["kind"] == "ab"
+    assert found["page"] == str(tmp_path / "b" / "index.html")
+    assert (tmp_path / "b" / "index.html").exists() and seen[-1]["total"] > 0
+    written = json.loads((tmp_path / "b" / "report.json").read_text())
+    assert written == {key: value for key, value in found.items() if key != "page"}
+    with pytest.raises(postchain.OutputError, match="on_existing='overwrite'"):
+        postchain.ab(BLUR, FXAA, pattern, tmp_path / "b", camera, **SETTINGS)
+    with pytest.raises(TypeError, match="'repeat'; did you mean 'repeats'"):
+        postchain.ab(BLUR, FXAA, pattern, tmp_path / "c", repeat=1)
+    with pytest.raises(postchain.CanceledError):
+        postchain.ab(BLUR, FXAA, pattern, tmp_path / "c", camera, progress=lambda now: False)
+
+
+def test_bench(frames, chains, tmp_path):
+    pattern, camera = frames / "frame.####.exr", frames / "camera.json"
+    command("bench", chains / "blur.yaml", "-i", pattern, "--camera", camera, "--truth", pattern,
+            "--frames", 2, "--sweep", "motion_blur.samples=5,9", "-o", tmp_path / "a", *OPTIONS)
+    expected = json.loads((tmp_path / "a" / "report.json").read_text())
+    found = postchain.bench(chains / "blur.yaml", pattern, tmp_path / "b", camera, truth=pattern,
+                            frames=2, sweep={"motion_blur.samples": [5, 9]}, under={"flip": 1},
+                            **SETTINGS)
+    assert metrics_of(found) == metrics_of(expected) and len(found["variants"]) == 2
+    assert found["met"] and (tmp_path / "b" / "under_flip.yaml").exists()
+    # Results are kept, as by the command.
+    again = postchain.bench(chains / "blur.yaml", pattern, tmp_path / "b", camera, truth=pattern,
+                            frames=2, sweep={"motion_blur.samples": [5, 9]}, **SETTINGS)
+    assert metrics_of(again) == metrics_of(found)
+    with pytest.raises(postchain.UsageError, match="sweep: is a list; give a dict"):
+        postchain.bench(BLUR, pattern, tmp_path / "c", sweep=["samples=5"])
+    with pytest.raises(postchain.UsageError, match="under: no metric .fl1p.; did you mean"):
+        postchain.bench(BLUR, pattern, tmp_path / "c", under={"fl1p": 1})
+
+
+def test_study(frames, chains, tmp_path):
+    study = tmp_path / "study.yaml"
+    study.write_text(json.dumps({
+        "postchain_study": 1, "title": "test", "kind": "ab",
+        "chains": {"blur": str(chains / "blur.yaml"), "fxaa": str(chains / "fxaa.yaml")},
+        "questions": [["blur", "fxaa"]],
+        "settings": {"repeats": 1, "page_frames": 1, "stability_frames": 0},
+        "scenes": [{"name": "square", "input": str(frames / "frame.####.exr"),
+                    "camera": str(frames / "camera.json"),
+                    "truth": str(frames / "frame.####.exr")}]}))
+    command("study", study, "-o", tmp_path / "a")
+    expected = json.loads((tmp_path / "a" / "report.json").read_text())
+    found = postchain.study(study, tmp_path / "b")
+    page = found.pop("page")
+    for report in (found, expected):
+        report.pop("revisions")  # of module and command, which may not be built at once
+    assert found == expected and page == str(tmp_path / "b" / "index.html")
+    event = threading.Event()
+    event.set()
+    with pytest.raises(postchain.CanceledError):
+        postchain.study(study, tmp_path / "c", stop=event)
+    (tmp_path / "bad.yaml").write_text("postchain_study: 1")
+    with pytest.raises(postchain.UsageError):
+        postchain.study(tmp_path / "bad.yaml", tmp_path / "d")
+
+
+def test_check(frames, tmp_path):
+    pattern = tmp_path / "out.####.exr"
+    postchain.run_sequence(FXAA, frames / "frame.####.exr", pattern)
+    assert postchain.check(pattern) == json.loads(command("check", pattern, "--json"))
+    assert postchain.check(pattern)["whole"]
+    (tmp_path / "out.0002.exr").unlink()
+    found = postchain.check([pattern], frames="1-4")
+    assert found == json.loads(command("check", pattern, "--frames", "1-4", "--json", code=1))
+    assert not found["whole"] and found["sequences"][0]["counts"]["missing"] == 2
+    with pytest.raises(postchain.InputError, match="like: .*nothing.exr"):
+        postchain.check(pattern, like=tmp_path / "nothing.exr")
+
+
+def test_sheet(frames, tmp_path):
+    pattern = frames / "frame.####.exr"
+    command("sheet", pattern, "-o", tmp_path / "a.png", "--width", 32, "--beside", pattern,
+            "--frames", "1-3")
+    found = postchain.sheet(pattern, tmp_path / "b.png", width=32, beside=pattern, frames="1-3")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert found == {"frames": 3, "of": 3, "absent": 0}
+    with pytest.raises(postchain.OutputError, match="on_existing='overwrite'"):
+        postchain.sheet(pattern, tmp_path / "b.png")
+    with pytest.raises(TypeError, match="'png'"):
+        postchain.sheet(pattern, tmp_path / "c.png", png=True)
+    with pytest.raises(postchain.UsageError, match="width: 9 is not in 16..4096"):
+        postchain.sheet(pattern, tmp_path / "c.png", width=9)
+    with pytest.raises(postchain.UsageError, match="does not end in .png"):
+        postchain.sheet(pattern, tmp_path / "c.jpg")

@@ -1,0 +1,50 @@
+// postchain.ab(), bench(), study(), check() and sheet(): the subcommands of these names.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tools/python/device.h"
+#include "tools/python/sequence_calls.h"
+
+namespace postchain::python {
+
+// Keys of the rows of ab, bench and study, without those that are arguments; and those of the input
+// and of planning that they take too.
+const std::set<std::string>& ab_keys();
+const std::set<std::string>& bench_keys();
+const std::set<std::string>& experiment_input_keys();
+const std::set<std::string>& sheet_keys();  // of the job's rows
+
+// Each returns its report as a dict, with the report's page as "page". Raises; warns.
+pybind11::dict ab(const pybind11::object& a, const pybind11::object& b, const std::string& input,
+                  const std::string& output, const pybind11::object& camera,
+                  const pybind11::object& truth, const pybind11::object& set,
+                  const Callbacks& callbacks, const std::shared_ptr<Device>& device,
+                  pybind11::kwargs values);
+// `sweeps`: a dict of keys and values to try; `under`: of metrics and limits.
+pybind11::dict bench(const pybind11::object& chain, const std::string& input,
+                     const std::string& output, const pybind11::object& camera,
+                     const pybind11::object& truth, const pybind11::object& sweeps,
+                     const pybind11::object& under, const pybind11::object& set,
+                     const Callbacks& callbacks, const std::shared_ptr<Device>& device,
+                     pybind11::kwargs values);
+// `chunk`: empty: all tasks. Without the results of other processes {"results", "tasks"}.
+pybind11::dict study(const std::string& file, const std::string& output, const std::string& chunk,
+                     const pybind11::object& on_existing, const Callbacks& callbacks,
+                     const std::shared_ptr<Device>& device);
+
+// As `check --json`.
+pybind11::dict check(const std::vector<std::string>& outputs, const pybind11::object& frames,
+                     const std::string& like);
+
+// {"frames", "of", "absent"}.
+pybind11::dict sheet(const std::string& input, const std::string& output, const std::string& beside,
+                     int cells, int columns, int width, const pybind11::object& on_existing,
+                     const Callbacks& callbacks, const pybind11::kwargs& values);
+
+}  // namespace postchain::python

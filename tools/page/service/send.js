@@ -5,6 +5,7 @@ import { ranges } from "../shared/words.js";
 import { address, get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
 import { activeKey, chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
+import { next_version, offer } from "./existing.js";
 import { left_out } from "./job.js";
 import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
@@ -36,6 +37,8 @@ function fill() {
         filled = { input, more };
         output.value = "";
         frames.value = more?.frames ?? "";
+        by_id("send-error").textContent = "";
+        by_id("existing").replaceChildren();
     }
     if (!output.value || output.value === suggested) output.value = suggested = suggestion();
     frames.placeholder = ranges(model.page_frames).replaceAll(" ", "");
@@ -56,17 +59,20 @@ function request(which) {
         ...(by_id("which").value.trim() && { frames: by_id("which").value.trim() }) };
 }
 
-async function submit(event) {
-    event.preventDefault();
-    const button = by_id("submit"), error = by_id("send-error");
+// more: keys that replace those of the form.
+async function submit(more = {}) {
+    const button = by_id("submit"), error = by_id("send-error"), choices = by_id("existing");
     button.disabled = true;
     error.textContent = "";
+    choices.replaceChildren();
+    const body = { ...request(activeKey()), ...more };
     try {
-        const job = await post("v1/jobs", request(activeKey()));
+        const job = await post("v1/jobs", body);
         page.jobs.add_job(job);
         await page.open_job(job.id);
     } catch (refusal) {
         error.textContent = refusal.lines?.().join("\n") ?? refusal.message;
+        choices.replaceChildren(...await offer(refusal, body, submit));
     }
     button.disabled = false;
 }
@@ -99,12 +105,15 @@ page.edit_job = async (job) => {
     compare(false);
     setChain(name, value, "a");
     state.set({ frame });
-    await show_shot(found, camera, { send: others, show, output, frames });
+    await show_shot(found, camera, { send: others, show, output: await next_version(output), frames });
     page.show_tab("shots");
 };
 
 export function start_send() {
-    by_id("send").addEventListener("submit", submit);
+    by_id("send").addEventListener("submit", (event) => {
+        event.preventDefault();
+        submit();
+    });
     by_id("settings").addEventListener("click", () => page.new_job({ ...request("a"),
         ...(isCompared() && { kind: "ab", ...chain_key("b", "chain_b"),
             output: by_id("output").value.replace(/[^/]*$/, "report"), mkdir: undefined }) }));

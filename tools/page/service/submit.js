@@ -3,6 +3,7 @@ import { by_id, h } from "../shared/dom.js";
 import { get, post } from "./api.js";
 import { canEdit, field } from "./form.js";
 import { chainOf, chainTitle, isCompared, shippedNames } from "./chains.js";
+import { offer } from "./existing.js";
 import { left_out } from "./job.js";
 import { page } from "./page.js";
 
@@ -73,11 +74,11 @@ function form() {
     const error = h("div", { role: "alert" });
     const button = h("button", { class: "primary" }, "Submit");
     const plan = h("button", { type: "button" }, "Plan only");
-    const planned = h("div");
-    const ready = () => ({ kind, ...body });
+    const planned = h("div"), choices = h("div", { class: "buttons" });
     const attempt = async (who, what) => {
         error.replaceChildren();
         planned.replaceChildren();
+        choices.replaceChildren();
         who.disabled = true;
         try {
             await what();
@@ -89,9 +90,17 @@ function form() {
             for (const one of document.querySelectorAll("#new .field"))
                 one.classList.toggle("bad", refusal.errors.some((e) =>
                     e.path === one.dataset.key || e.path.startsWith(`${one.dataset.key}[`)));
+            choices.replaceChildren(...await offer(refusal, { kind, ...body }, submit));
         }
         who.disabled = false;
     };
+    // more: keys that replace those of the form.
+    const submit = (more = {}) => attempt(button, async () => {
+        const job = await post("v1/jobs", { kind, ...body, ...more });
+        page.jobs.add_job(job);
+        by_id("new").close();
+        page.open_job(job.id);
+    });
     plan.addEventListener("click", () => attempt(plan, async () => {
         const asked = Object.entries(body).filter(([key]) =>
             key !== "priority" && own.properties[key]?.["x-group"] !== "output");
@@ -99,12 +108,7 @@ function form() {
     }));
     const made = h("form", { onsubmit: (event) => {
         event.preventDefault();
-        attempt(button, async () => {
-            const job = await post("v1/jobs", ready());
-            page.jobs.add_job(job);
-            by_id("new").close();
-            page.open_job(job.id);
-        });
+        submit();
     } },
     h("div", { class: "fields" },
         h("fieldset", { class: "field wide" }, h("legend", { class: "label" }, "What to do"),
@@ -121,7 +125,7 @@ function form() {
             keys.filter((key) => !kFirst.includes(key)).map((key) => make(key)))),
     h("div", { class: "buttons" }, button, kind === "run" ? plan : null,
         h("button", { type: "button", onclick: () => by_id("new").close() }, "Close")),
-    error, planned);
+    error, choices, planned);
     return made;
 }
 

@@ -212,9 +212,10 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
             return Added{Added::Result::over_limit, {}, why};
         database.run(
-            "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames) "
-            "VALUES(?, 'queued', ?, ?, ?, ?, ?, ?)",
-            name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames);
+            "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames, output) "
+            "VALUES(?, 'queued', ?, ?, ?, ?, ?, ?, ?)",
+            name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames,
+            job.output);
         const int64_t id = database.last_id();
         add_event(id, "queued", {{"kind", name_of(job.kind)}, {"priority", job.priority}});
         return Added{Added::Result::made, *job_where(database, "id = ?", id), ""};
@@ -245,6 +246,17 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
                              search_condition(words.size(), 5), " ORDER BY id DESC LIMIT ?3"),
                       state, last, int64_t(limit), owner, words),
             job_of);
+    });
+}
+
+Result<std::vector<Job>> JobStore::writers(const std::string& output) const {
+    return look([&](Database& database) {
+        return all(Statement(database,
+                             concat(kJob,
+                                    "WHERE state IN ('queued', 'running') AND output = ? AND "
+                                    "output <> '' ORDER BY id"),
+                             output),
+                   job_of);
     });
 }
 

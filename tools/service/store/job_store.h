@@ -47,8 +47,9 @@ struct NewJob {
     JobKind kind = JobKind::run;
     std::string body;
     int priority = 0;
-    std::string key = {};  // may be empty
-    int frames = 0;        // 0 = not known yet
+    std::string key = {};     // may be empty
+    int frames = 0;           // 0 = not known yet
+    std::string output = {};  // the pattern or folder that it writes, resolved; empty = not known
 };
 
 struct Added {
@@ -87,6 +88,8 @@ class JobStore final : public StoreFile {
     Result<std::vector<Job>> jobs(const std::string& state, const std::string& before, size_t limit,
                                   const std::string& owner = "",
                                   const std::string& search = "") const;
+    // Unfinished jobs with this NewJob::output, oldest first.
+    Result<std::vector<Job>> writers(const std::string& output) const;
     // The places of waiting jobs, in the order in which next() would return them.
     Result<QueuePlaces> places() const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;

@@ -348,13 +348,23 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                                     : user.name + "\n" + idempotency_key;
         // An accepted body is not checked again.
         const auto earlier = stored(state_->store->job_of_key(key));
-        if (earlier && earlier->body == body && earlier->owner == user.name)
-            return state_->shown(*earlier);
-        const Submission job = taken(check_submission(body, state_->reader_of(user),
-                                                      state_->settings.remote.queue != nullptr));
+        const auto other_body = [](const Job& job) {
+            return Problem{Problem::Kind::conflict, "job " + job.id +
+                                                        " has this Idempotency-Key and another "
+                                                        "body; use a new key"};
+        };
+        if (earlier && (earlier->body != body || earlier->owner != user.name))
+            throw other_body(*earlier);
+        if (earlier) return state_->shown(*earlier);
+        const JobReader reader = state_->reader_of(user);
+        const Submission job =
+            taken(check_submission(body, reader, state_->settings.remote.queue != nullptr));
         check_priority(user, job.priority);
-        Added added = stored(state_->store->add({job.kind, body, job.priority, key, job.frames},
-                                                state_->settings.max_queue, user));
+        for (const Job& other : stored(state_->store->writers(job.output)))
+            if (auto refused = same_output(body, job, other, reader)) throw std::move(*refused);
+        Added added =
+            stored(state_->store->add({job.kind, body, job.priority, key, job.frames, job.output},
+                                      state_->settings.max_queue, user));
         switch (added.result) {
             case Added::Result::made:
                 *created = true;
@@ -364,9 +374,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             case Added::Result::same:
                 break;
             case Added::Result::other_body:
-                throw Problem{Problem::Kind::conflict,
-                              "job " + added.job.id +
-                                  " has this Idempotency-Key and another body; use a new key"};
+                throw other_body(added.job);
             case Added::Result::over_limit:
             case Added::Result::full:
                 throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};

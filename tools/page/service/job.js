@@ -166,6 +166,9 @@ const load_frames = settle(async () => {
     show_frame();
 }, 300);
 
+/** After the service was away. */
+export const reload_job = () => job && load_frames();
+
 /** An event: a finished frame is entered without a request. */
 export function frame_event(type, id, data) {
     if (id !== job?.id) return;

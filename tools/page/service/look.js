@@ -74,6 +74,9 @@ export async function look(subject) {
     page.looked?.();
 }
 
+/** After the service was away: asks again for what failed meanwhile. */
+export const look_again = () => model.subject && look(model.subject);
+
 /** New states of the frames of the job that is looked at. */
 export function update_frames(frames, jobState) {
     const before = entry_of(state.get("frame"))?.state;

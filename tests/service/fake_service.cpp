@@ -269,9 +269,9 @@ Answer<std::string> Service::plan(const User&, const std::string& body) {
     return std::string("{\"frame\": 1}");
 }
 
-Answer<Diagnostics> Service::check_chain(const std::string& body) const {
+Answer<CheckedChain> Service::check_chain(const std::string& body) const {
     if (!Json::accept(body)) return Problem{Problem::Kind::invalid, "no JSON", {}, 0};
-    return Diagnostics{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}};
+    return CheckedChain{{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}}, {}};
 }
 
 std::string Service::passes() const {

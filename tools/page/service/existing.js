@@ -26,9 +26,13 @@ export async function next_version(output) {
     return `${start}_v${String(last + 1).padStart(version?.length ?? 3, "0")}${rest}`;
 }
 
+/** What exists, without the API's remedies; undefined: the refusal has another reason. */
+export const what_exists = (refusal) => refusal.errors?.find((one) =>
+    one.path === "on_existing")?.message.split("; ")[0];
+
 /** Buttons if `refusal` is about what exists: again(more) submits `body` with other keys. */
 export async function offer(refusal, body, again) {
-    if (!refusal.errors?.some((one) => one.path === "on_existing")) return [];
+    if (!what_exists(refusal)) return [];
     const version = await next_version(body.output);
     const button = (label, more, title) => h("button", { type: "button", title,
         onclick: () => again(more) }, label);

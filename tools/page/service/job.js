@@ -52,6 +52,7 @@ function actions() {
             await remove(`${path}/record`);
             page.jobs.drop_job(job.id);
             page.leave_job();
+            await look(null);
         }, { title: "From the list; its outputs stay" }));
     }
     return list;
@@ -75,8 +76,12 @@ function begin() {
         h("p", { class: "help" }, [`job ${job.id}`, job.owner, job.priority
             ? `priority ${job.priority}` : ""].filter(Boolean).join(" \u00b7 ")),
         parts.progress, parts.line, parts.message, parts.actions, parts.error, parts.frame,
+        ...["chain_text", "chain_b_text"].filter((key) => job.request?.[key]).map((key) =>
+            h("details", {}, h("summary", {}, key === "chain_text" ? "Chain" : "Chain B"),
+                h("pre", { tabindex: 0 }, job.request[key]))),
         h("details", {}, h("summary", {}, "Request"),
-            h("pre", { tabindex: 0 }, JSON.stringify(job.request, null, 2))));
+            h("pre", { tabindex: 0 }, JSON.stringify({ ...job.request, chain_text: undefined,
+                chain_b_text: undefined }, null, 2))));
     by_id("job").hidden = false;
     by_id("chain").hidden = true;
 }

@@ -19,6 +19,9 @@ export function shotOf(job) {
     return path.split("/").slice(-2).join("/").replace(/[._-]?(#+|@+|%0?\d*d|\$F\d*)?\.\w+$/, "");
 }
 
+/** "out/best.####.exr": what it writes. */
+export const outputOf = (job) => job.request?.output ?? "";
+
 /** "fast", "ab fast / paper" */
 export function workOf(job) {
     const word = (chain) => (typeof chain === "string" ? basename(chain) : "own chain");
@@ -28,10 +31,10 @@ export function workOf(job) {
         job.kind === "ab" ? `/ ${word(chain_b)}` : ""].filter(Boolean).join(" ");
 }
 
-/** "34 of 100 frames, 2 failed, 1 min left" */
-export function progressOf(job) {
+/** "34 of 100 frames, 2 failed, 1 min left"; short: without "frames". */
+export function progressOf(job, short = false) {
     const parts = [];
-    if (job.frames) parts.push(`${job.done} of ${job.frames} frames`);
+    if (job.frames) parts.push(`${job.done} of ${job.frames}${short ? "" : " frames"}`);
     if (job.failed) parts.push(`${job.failed} failed`);
     if (job.state === "running" && job.remaining_s > 0)
         parts.push(`${duration(job.remaining_s)} left`);

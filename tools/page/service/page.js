@@ -22,7 +22,7 @@ export const state = new State({
 // previews.
 export const model = {
     // The size of the whole frame; `sized` resolves when it is known.
-    width: 16, height: 9, sized: null, subject: null, sources: [], page_frames: [], maps: kErrorMaps,
+    width: 16, height: 9, sized: null, subject: null, measure: "difference", sources: [], page_frames: [], maps: kErrorMaps,
     get compared() { return state.get("show") === "b" ? "A" : "before"; },
     source: (key) => model.sources.find((one) => one.key === key),
     error_map: (source, frame, map) =>

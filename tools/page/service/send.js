@@ -4,8 +4,9 @@ import { by_id, h } from "../shared/dom.js";
 import { ranges } from "../shared/words.js";
 import { address, get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
-import { activeKey, chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
-import { next_version, offer } from "./existing.js";
+import { activeKey, chainOf, check_text, compare, isCompared, setChain, shippedName,
+    whenChainsChange } from "./chains.js";
+import { next_version, offer, what_exists } from "./existing.js";
 import { left_out } from "./job.js";
 import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
@@ -71,7 +72,7 @@ async function submit(more = {}) {
         page.jobs.add_job(job);
         await page.open_job(job.id);
     } catch (refusal) {
-        error.textContent = refusal.lines?.().join("\n") ?? refusal.message;
+        error.textContent = what_exists(refusal) ?? refusal.lines?.().join("\n") ?? refusal.message;
         choices.replaceChildren(...await offer(refusal, body, submit));
     }
     button.disabled = false;
@@ -80,18 +81,12 @@ async function submit(more = {}) {
 /** A job's frames and chain with live previews. */
 page.edit_job = async (job) => {
     const { kind, chain, chain_text, input, camera = "", output, frames, ...others } = job.request;
-    let name = `job ${job.id}`, value = chain;
+    let name = `job ${job.id}`, value = chain, text = chain_text;
     if (typeof chain === "string")
-        [{ name, chain: value }] = (await get(address("v1/chains",
+        [{ name, chain: value, text }] = (await get(address("v1/chains",
             /[./]/.test(chain) ? { file: chain } : {}))).chains
             .filter((one) => one.name === chain);
-    if (chain_text !== undefined) {
-        try {
-            value = JSON.parse(chain_text);
-        } catch {
-            throw new Error("The chain of this job is not JSON: use Duplicate.");
-        }
-    }
+    if (chain_text !== undefined) value = (await check_text(chain_text)).chain ?? undefined;
     const frame = state.get("frame");
     // Further keys are sent again; those of reading and planning count for previews too.
     const { properties } = (await get("v1/schema/job")).oneOf.find((one) => one.title === "run");
@@ -103,7 +98,7 @@ page.edit_job = async (job) => {
     if (!found) throw new Error(`${input}: no such frames`);
     page.leave_job();
     compare(false);
-    setChain(name, value, "a");
+    setChain({ name, value, text }, "a");
     state.set({ frame });
     await show_shot(found, camera, { send: others, show, output: await next_version(output), frames });
     page.show_tab("shots");

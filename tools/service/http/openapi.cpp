@@ -92,6 +92,10 @@ Json schemas(Json job) {
            {{"type", "integer"}, {"minimum", -kMaxPriority}, {"maximum", kMaxPriority}}}}},
         {"required", {"priority"}},
         {"additionalProperties", false}};
+    Json checked = list_of("diagnostics", "Diagnostic");
+    checked["properties"]["chain"] = {
+        {"type", {"object", "null"}},
+        {"description", "values of the text; null if it is not an object with a list of passes"}};
     const Json chain_text = {{"type", "object"},
                              {"properties", {{"text", text("text of a chain file")}}},
                              {"required", {"text"}}};
@@ -108,7 +112,7 @@ Json schemas(Json job) {
             {"Frames", list_of("frames", "Frame")},
             {"FrameDetail", schema_of(frame_detail_fields())},
             {"Diagnostic", schema_of(diagnostic_fields())},
-            {"Diagnostics", list_of("diagnostics", "Diagnostic")},
+            {"CheckedChain", checked},
             {"Problem", problem}};
 }
 

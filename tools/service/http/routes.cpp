@@ -478,13 +478,14 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
          .operation = "checkChain",
          .summary = "Checks the text of a chain file",
          .handle = replies([&](const Call& call) {
-             return reply_to(service.check_chain(call.request.body), [](const Diagnostics& found) {
-                 return json_reply(200, "{\"diagnostics\": " + json_of(found) + "}");
+             return reply_to(service.check_chain(call.request.body), [](const CheckedChain& found) {
+                 return json_reply(200, "{\"diagnostics\": " + json_of(found.diagnostics) +
+                                            ", \"chain\": " + io::json_text(found.values) + "}");
              });
          }),
          .body = "ChainText",
          .refusals = {422},
-         .schema = "Diagnostics"});
+         .schema = "CheckedChain"});
 }
 
 // ---------------------------------- the service itself: page, session, schemas, health, counters

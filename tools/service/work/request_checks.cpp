@@ -199,7 +199,7 @@ Answer<std::string> plan_of(const std::string& body, const JobReader& reader) {
     }
 }
 
-Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& registry) {
+Answer<CheckedChain> check_chain_text(const std::string& body, const PassRegistry& registry) {
     TextTree tree = read_json_body(body);
     const TextNode* text = tree.root.find("text");
     if (!has_errors(tree.diagnostics) && !(text && is_string(*text)))
@@ -207,7 +207,8 @@ Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& re
             .error(text ? *text : tree.root, "text", "missing, or not a chain file's text");
     if (has_errors(tree.diagnostics))
         return refusal(Problem::Kind::invalid, std::move(tree.diagnostics));
-    return parse_chain(text->text, "chain", registry).diagnostics;
+    return CheckedChain{parse_chain(text->text, "chain", registry).diagnostics,
+                        chain_values(text->text)};
 }
 
 }  // namespace postchain::service

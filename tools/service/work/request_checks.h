@@ -37,6 +37,6 @@ Answer<int> read_priority(const std::string& body, const Roots& roots);
 Answer<std::string> plan_of(const std::string& body, const JobReader& reader);
 
 // `body`: {"text": ...}.
-Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& registry);
+Answer<CheckedChain> check_chain_text(const std::string& body, const PassRegistry& registry);
 
 }  // namespace postchain::service

@@ -546,8 +546,8 @@ Answer<std::string> Service::plan(const User& user, const std::string& body) {
     return answer([&] { return taken(plan_of(body, state_->reader_of(user))); });
 }
 
-Answer<Diagnostics> Service::check_chain(const std::string& body) const {
-    return chain_faults(body, state_->registry);
+Answer<CheckedChain> Service::check_chain(const std::string& body) const {
+    return check_chain_text(body, state_->registry);
 }
 
 std::string Service::passes() const {

@@ -85,6 +85,11 @@ struct ResultFile {
     uint64_t bytes = 0;
 };
 
+struct CheckedChain {
+    Diagnostics diagnostics;  // none = the text is valid
+    io::Json values;          // of the text; null if it is not an object with a list of passes
+};
+
 struct JobQuery {
     std::string state, owner;  // empty = any
     std::string search = {};   // words that all occur in a job's names, paths, state or message
@@ -168,9 +173,8 @@ class Service {
 
     // JSON, as `postchain plan --json`.
     Answer<std::string> plan(const User& user, const std::string& body);
-    // Diagnostics of a chain file's text, for the editor; none = it is valid. `body`: {"text":
-    // ...}.
-    Answer<Diagnostics> check_chain(const std::string& body) const;
+    // A chain file's text, for the editor. `body`: {"text": ...}.
+    Answer<CheckedChain> check_chain(const std::string& body) const;
     std::string passes() const;        // JSON, as `postchain passes --json`
     std::string chain_schema() const;  // as `postchain schema`
     io::Json job_schema() const;       // JSON Schema of a body of submit()

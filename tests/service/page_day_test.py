@@ -141,6 +141,7 @@ class Day(OnTheService):
                               "one.naturalWidth)")
             self.assertTrue(self.browser.run("return document.getElementById('failure-box').hidden;"))
         finally:
+            self.browser.open("about:blank")  # it would ask for events again
             server.stop()
         self.browser.errors()  # of the time without a service
 

@@ -5,6 +5,8 @@ import http.client
 import io
 import json
 import os
+import re
+import time
 import unittest
 import zipfile
 
@@ -282,6 +284,22 @@ class Files(Attacked):
         status, headers, page = self.server.ask("GET", target + "?pictures=apart")
         self.assertEqual([status, page], [200, b"<p>report</p>"])
         self.assertIn("sandbox", headers["content-security-policy"])
+
+
+class Waiting(Attacked):
+    settings = ["max_waiting=8", "picture=60000"]
+
+    def test_readiness_does_not_wait(self):
+        """Every place of a waiting request is taken: health and readiness are answered all the same."""
+        clients = self.previews(8)
+        wait_until(lambda: self.server.ask("GET", "/v1/jobs")[0] == 429)
+        begun = time.monotonic()
+        for target in ("/readyz", "/healthz") * 20:
+            self.assertEqual(self.server.ask("GET", target)[0], 200, target)
+        self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 429)
+        self.assertLess(time.monotonic() - begun, 30)  # before the first preview has ended
+        for client in clients:
+            client.close()
 
 
 class FewDescriptors(Attacked):

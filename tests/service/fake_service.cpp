@@ -283,7 +283,7 @@ std::string Service::chain_schema() const {
 io::Json Service::job_schema() const {
     return {{"type", "object"}};
 }
-Health Service::health() {
+Health Service::health() const {
     const std::lock_guard lock(state_->mutex);
     return {true, true, true, true, state_->draining, "fake", ""};
 }

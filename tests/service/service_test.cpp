@@ -429,7 +429,7 @@ TEST_F(Jobs, HealthSaysWhatIsWrong) {
     EXPECT_FALSE(health.renderer.empty());
     EXPECT_EQ(health.why, "");
     fs::remove_all(root());
-    EXPECT_FALSE(service_->health().disk);
+    EXPECT_TRUE(wait_for([&] { return !service_->health().disk; }));
     EXPECT_NE(service_->health().why, "");
 }
 

@@ -493,7 +493,7 @@ constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src "
     "'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-Reply readiness(Service& service, const Call& call) {
+Reply readiness(const Service& service, const Call& call) {
     const Health health = service.health();
     const bool ready =
         health.gl && health.disk && health.queue && health.progress && !health.draining;
@@ -583,7 +583,8 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
          .operation = "getReadiness",
          .summary = "200 if the service accepts jobs and they make progress, otherwise 503",
          .handle = replies([&](const Call& call) { return readiness(service, call); }),
-         .open = true});
+         .open = true,
+         .at_once = true});
     routes.push_back({.path = "/metrics",
                       .operation = "getMetrics",
                       .summary = "Prometheus text format",

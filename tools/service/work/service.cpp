@@ -19,6 +19,7 @@
 #include "tools/service/work/counters.h"
 #include "tools/service/work/device_gate.h"
 #include "tools/service/work/disk_check.h"
+#include "tools/service/work/health_watch.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
@@ -161,7 +162,8 @@ struct Service::State {
           counters(settings.version),
           thumbnails(1, kMaxThumbnails),
           previews(device, registry, gate),
-          disks(std::move(folders)) {}
+          disks(std::move(folders)),
+          watch([this] { return look(); }) {}
 
     const ServiceSettings settings;
     const PassRegistry& registry;
@@ -177,12 +179,17 @@ struct Service::State {
     std::atomic<bool> draining = false;
     std::mutex listener_mutex;
     std::function<void(const Event&)> listener;
+    // On the thread of `watch`.
+    std::chrono::steady_clock::time_point device_tested = {};
+    Status device_state = {};
+    HealthWatch watch;  // the last member: it uses the others
 
     // A job of the store with the remaining time of the running job, or its place in the queue.
     Job shown(Job job, const QueuePlaces& places) const;
     Job shown(Job job) const;
 
     void hear(const Event& event);
+    WatchedHealth look();
 
     // The following throw a Problem.
     Job known(const std::string& id) const;
@@ -217,6 +224,20 @@ void Service::State::hear(const Event& event) {
     log_event(event, *store, counters, settings.log);
     const std::lock_guard lock(listener_mutex);
     if (listener) listener(event);
+}
+
+WatchedHealth Service::State::look() {
+    constexpr auto kDevicePeriod = std::chrono::seconds(10);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - device_tested > kDevicePeriod) {
+        // A preview may take long; then the device's last known state stays.
+        if (auto tested = previews.test()) device_state = std::move(*tested);
+        device_tested = now;
+    }
+    const auto counts = store->counts();
+    const auto queued = counts.find(JobState::queued);
+    return {device_state, store->in_place(), disks.fault(),
+            queued == counts.end() ? 0 : queued->second};
 }
 
 Job Service::State::known(const std::string& id) const {
@@ -282,7 +303,8 @@ Service::~Service() {
 size_t Service::end() {
     state_->draining = true;
     const size_t lost = state_->backend ? state_->backend->end() : 0;
-    return lost + state_->previews.end() + state_->thumbnails.end() + state_->disks.end();
+    return lost + state_->watch.end() + state_->previews.end() + state_->thumbnails.end() +
+           state_->disks.end();
 }
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
@@ -315,6 +337,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     for (const Status& status : {state->thumbnails.begin(), state->previews.begin(),
                                  state->disks.begin(), state->backend->begin()})
         if (!status.ok()) return status;
+    RETURN_IF_ERROR(state->watch.begin());
     return std::unique_ptr<Service>(new Service(std::move(state)));
 } catch (...) {
     return status_of_exception("the service");
@@ -562,35 +585,30 @@ io::Json Service::job_schema() const {
     return service::job_schema(state_->reader.run_table());
 }
 
-Health Service::health() {
-    // A preview may take long; then the answer is the last known state.
-    const std::optional<Status> tested = state_->previews.test();
+Health Service::health() const {
+    int64_t late_s = 0;
+    const WatchedHealth watched = state_->watch.last(late_s);
     const BackendState backend = state_->backend->state();
-    const Status status = tested.value_or(Status());
     Health health;
     const auto say = [&](const std::string& text) {
         if (!text.empty()) health.why += (health.why.empty() ? "" : "; ") + text;
     };
     health.renderer = backend.renderer;
     health.draining = state_->draining;
-    health.gl = backend.works && status.ok();
-    say(status.ok() ? backend.trouble : status.message());
-    health.progress =
-        alive() && (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
-    if (!health.progress && backend.trouble.empty())
+    health.gl = backend.works && watched.device.ok();
+    say(watched.device.ok() ? backend.trouble : watched.device.message());
+    health.progress = late_s == 0 && alive() &&
+                      (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
+    if (late_s > 0) say(concat("the service's disks have not answered for ", late_s, " s"));
+    if (!health.progress && late_s == 0 && backend.trouble.empty())
         say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
     if (backend.lost > 0)
         say(concat(backend.lost == 1 ? "1 thread hangs" : concat(backend.lost, " threads hang"),
                    " in a disk or a device"));
-    const Status in_place = state_->store->in_place();
-    say(in_place.message());
-    const std::string fault = state_->disks.fault();
-    say(fault);
-    health.disk = in_place.ok() && fault.empty();
-    const auto counts = state_->store->counts();
-    const auto queued = counts.find(JobState::queued);
-    health.queue =
-        !health.draining && (queued == counts.end() || queued->second < state_->settings.max_queue);
+    say(watched.store.message());
+    say(watched.disks);
+    health.disk = watched.store.ok() && watched.disks.empty();
+    health.queue = !health.draining && watched.queued < state_->settings.max_queue;
     if (health.draining)
         say("the service is shutting down");
     else if (!health.queue)

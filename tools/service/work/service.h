@@ -178,8 +178,8 @@ class Service {
     std::string passes() const;        // JSON, as `postchain passes --json`
     std::string chain_schema() const;  // as `postchain schema`
     io::Json job_schema() const;       // JSON Schema of a body of submit()
-    Health health();
-    std::string metrics() const;  // Prometheus text format
+    Health health() const;             // waits for nothing; at most some seconds old
+    std::string metrics() const;       // Prometheus text format
 
   private:
     struct State;

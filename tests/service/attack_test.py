@@ -11,7 +11,7 @@ import unittest
 import zipfile
 
 from attacked import Attacked, GET, POST, PROGRAM
-from server import Events, parse, read_all, statuses, wait_until
+from server import Events, Server, parse, read_all, statuses, wait_until
 
 
 CHUNKED = POST + "Transfer-Encoding: chunked\r\n"
@@ -300,6 +300,53 @@ class Waiting(Attacked):
         self.assertLess(time.monotonic() - begun, 30)  # before the first preview has ended
         for client in clients:
             client.close()
+
+
+class SlowReaders(Attacked):
+    settings = ["picture_bytes=8000000", "max_unsent=32000000", "picture=0"]
+
+    def test_unread_replies_are_bounded(self):
+        """20 clients that ask for a picture of 8 MB each and do not read it."""
+        before = self.server.memory_kib()
+        clients = self.previews(20)
+        refused = r'postchain_http_replies_total\{status="503"\} (\d+)'
+        wait_until(lambda: sum(map(int, re.findall(
+            refused, self.server.ask("GET", "/metrics")[2].decode()))) >= 16)
+        self.assertLess(self.server.memory_kib() - before, 60_000)
+        # Small replies are sent, and large ones to a client that reads, when the others are gone.
+        self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 200)
+        for client in clients:
+            client.close()
+        wait_until(lambda: self.metric("http_unsent_bytes") == 0)
+        status, _, body = self.server.ask("POST", "/v1/preview", {})
+        self.assertEqual((status, len(body)), (200, 8_000_000))
+
+
+class Pages(Attacked):
+    settings = ["frame=0"]
+
+    def test_lists_are_short(self):
+        job = self.server.submit({"padding": "x" * 500_000})
+        listed = self.server.get("/v1/jobs")["jobs"][0]
+        self.assertNotIn("request", listed)
+        self.assertEqual(len(self.server.get(f"/v1/jobs/{job}")["request"]["padding"]), 500_000)
+
+    def test_frames_come_in_pages(self):
+        server = Server([PROGRAM, "frame=1"])
+        try:
+            job = server.submit({})
+            server.ended(job)
+            frames, start = [], 0
+            while start is not None:
+                page = server.get(f"/v1/jobs/{job}/frames?limit=3&from={start}")
+                self.assertLessEqual(len(page["frames"]), 3)
+                frames += page["frames"]
+                start = page["next"]
+            self.assertEqual([one["frame"] for one in frames], [1, 2, 3, 4])
+            for query in ("limit=0", "limit=5001", "limit=x", "from=-1"):
+                self.assertEqual(server.ask("GET", f"/v1/jobs/{job}/frames?{query}")[0], 400, query)
+        finally:
+            server.stop()
 
 
 class FewDescriptors(Attacked):

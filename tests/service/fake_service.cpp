@@ -148,12 +148,13 @@ Answer<Job> Service::job(const std::string& id) const {
     return no_job();
 }
 
-Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
+Answer<std::vector<JobFrame>> Service::frames(const std::string& id, size_t from,
+                                              size_t limit) const {
     const std::lock_guard lock(state_->mutex);
     const Job* job = state_->find(id);
     if (!job) return no_job();
     std::vector<JobFrame> frames;
-    for (int i = 1; i <= job->frames; ++i)
+    for (int i = int(from) + 1; i <= job->frames && frames.size() < limit; ++i)
         frames.push_back({i, i <= job->done ? FrameState::written : FrameState::waiting, 1,
                           "out.exr", "", 12.5, "{\"frame\": 1}"});
     return frames;

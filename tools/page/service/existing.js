@@ -20,7 +20,7 @@ export async function next_version(output) {
         get(address("v1/browse", { folder: folder.replace(/\/$/, "") || "." })).catch(() => null),
         get(address("v1/jobs", { search: start, limit: 500 })).catch(() => null)]);
     const names = [output, ...[...here?.sequences ?? [], ...here?.folders ?? []].map((one) => one.path),
-        ...(jobs?.jobs ?? []).map((one) => one.request?.output)];
+        ...(jobs?.jobs ?? []).map((one) => one.about.output)];
     const last = Math.max(...names.filter((name) => typeof name === "string").map(parts_of)
         .filter((one) => one.start === start).map((one) => Number(one.version ?? 1)));
     return `${start}_v${String(last + 1).padStart(version?.length ?? 3, "0")}${rest}`;

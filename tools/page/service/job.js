@@ -2,7 +2,7 @@
 // frame took.
 import { by_id, h, settle } from "../shared/dom.js";
 import { clock, duration, milliseconds } from "../shared/words.js";
-import { change, get, jobPath, post, remove } from "./api.js";
+import { change, get, get_frames, jobPath, post, remove } from "./api.js";
 import { update_film } from "./film.js";
 import { basename, nameOf, progressOf } from "./job_words.js";
 import { look, update_frames } from "./look.js";
@@ -108,14 +108,14 @@ export async function open_job(id, frame) {
     const mine = ++asked;
     let found;
     try {
-        found = await Promise.all([get(jobPath(id)), get(`${jobPath(id)}/frames`)]);
+        found = await Promise.all([get(jobPath(id)), get_frames(id)]);
         if (mine !== asked) return undefined;  // another one was opened since
     } catch (error) {
         return page.fail(error.status === 404 ? new Error(`There is no job ${id}.`) : error);
     }
     close_report();
     job = found[0];
-    frames = found[1].frames;
+    frames = found[1];
     begin();
     draw();
     page.jobs.draw_jobs();
@@ -143,12 +143,12 @@ page.leave_job = () => {
     page.jobs.draw_jobs();
 };
 
-/** A new state of some job. */
+/** A new state of some job, perhaps of a list: without its request. */
 export function job_changed(now) {
     if (now.id !== job?.id) return;
     const ended = now.state !== job.state;
     fails = ended && now.state === "failed";
-    job = now;
+    job = { ...job, ...now };
     draw();
     if (ended) {
         load_frames();
@@ -159,10 +159,10 @@ export function job_changed(now) {
 const load_frames = settle(async () => {
     if (!job) return;
     const { id } = job;
-    const reply = await get(`${jobPath(id)}/frames`).catch(() => null);
-    if (!reply || id !== job?.id) return;
+    const all = await get_frames(id).catch(() => null);
+    if (!all || id !== job?.id) return;
     const first = !frames.length;
-    frames = reply.frames;
+    frames = all;
     if (fails) state.set({ frame: first_bad()?.frame ?? state.get("frame") });
     fails = false;
     if (first && frames.length) await look(subject());

@@ -5,27 +5,26 @@ export const basename = (text) => String(text || "").split("/").pop();
 
 /** "run balanced: shot.####.exr" */
 export function nameOf(job) {
-    const request = job.request || {};
-    const chain = typeof request.chain === "string" ? basename(request.chain) : "own chain";
-    const other = typeof request.chain_b === "string" ? ` / ${basename(request.chain_b)}` : "";
-    return `${job.kind} ${chain}${other}: ${basename(request.input)}`;
+    const { chain, chain_b, input } = job.about;
+    const other = chain_b ? ` / ${basename(chain_b)}` : "";
+    return `${job.kind} ${chain ? basename(chain) : "own chain"}${other}: ${basename(input)}`;
 }
 
 /** "wheels/sharp": what the job is about, for a list. */
 export function shotOf(job) {
-    const { input, study } = job.request || {};
-    if (typeof study === "string") return study;
+    const { input, study } = job.about;
+    if (study) return study;
     const path = String(input || job.kind).replace(/^color=([^,]*).*/, "$1");
     return path.split("/").slice(-2).join("/").replace(/[._-]?(#+|@+|%0?\d*d|\$F\d*)?\.\w+$/, "");
 }
 
 /** "out/best.####.exr": what it writes. */
-export const outputOf = (job) => job.request?.output ?? "";
+export const outputOf = (job) => job.about.output ?? "";
 
 /** "fast", "ab fast / paper" */
 export function workOf(job) {
     const word = (chain) => (typeof chain === "string" ? basename(chain) : "own chain");
-    const { chain, chain_b } = job.request || {};
+    const { chain, chain_b } = job.about;
     if (job.kind === "study") return "study";
     return [job.kind === "run" ? "" : job.kind, word(chain),
         job.kind === "ab" ? `/ ${word(chain_b)}` : ""].filter(Boolean).join(" ");

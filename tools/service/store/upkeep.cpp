@@ -22,7 +22,8 @@ CREATE TABLE jobs(
   exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
   begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0,
   owner TEXT NOT NULL DEFAULT '', bytes INTEGER NOT NULL DEFAULT 0,
-  remote TEXT NOT NULL DEFAULT '', output TEXT NOT NULL DEFAULT '');
+  remote TEXT NOT NULL DEFAULT '', output TEXT NOT NULL DEFAULT '',
+  about TEXT NOT NULL DEFAULT '{}');
 CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
 CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
 CREATE TABLE frames(

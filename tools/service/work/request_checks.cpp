@@ -63,6 +63,17 @@ Status check_existing(const std::vector<sequence::FrameTask>& tasks,
                          "; set on_existing: overwrite or skip, or name another output"));
 }
 
+// Job::about of a body. Long texts are cut.
+std::string about_of(const std::string& body, const Roots& roots) {
+    constexpr size_t kLongest = 300;  // bytes
+    const RequestBody text(body, roots);
+    io::Json about = io::Json::object();
+    for (const char* key : {"input", "output", "chain", "chain_b", "study"})
+        if (const TextNode* node = text.find(key); node && is_string(*node))
+            about[key] = node->text.substr(0, kLongest);
+    return io::json_text(about);
+}
+
 // A message of the command in terms of a request: "--on-existing skip" becomes "on_existing: skip".
 std::string in_terms_of_request(std::string message, const ParameterTable& table) {
     for (const Parameter& row : table.rows()) {
@@ -96,6 +107,7 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     }
     const JobRequest& job = std::get<JobRequest>(read);
     Submission submission{job.kind, job.priority, 0, job.warnings};
+    submission.about = about_of(body, reader.roots());
     if (remote && job.kind != JobKind::run)
         return fault_at(body, reader.roots(), "kind",
                         concat("this service hands its jobs to another queue, which runs only "

@@ -18,6 +18,7 @@ struct Submission {
     std::vector<std::string> warnings;
     std::string output = {};        // the pattern or folder that it writes; empty: others may, too
     std::vector<int> written = {};  // frames of a run whose outputs must not exist
+    std::string about = {};         // Job::about
 };
 
 // Problems: those of JobReader::job(); (invalid) input frames are missing, there is no output

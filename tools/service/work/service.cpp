@@ -385,9 +385,9 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         check_priority(user, job.priority);
         for (const Job& other : stored(state_->store->writers(job.output)))
             if (auto refused = same_output(body, job, other, reader)) throw std::move(*refused);
-        Added added =
-            stored(state_->store->add({job.kind, body, job.priority, key, job.frames, job.output},
-                                      state_->settings.max_queue, user));
+        Added added = stored(state_->store->add(
+            {job.kind, body, job.priority, key, job.frames, job.output, job.about},
+            state_->settings.max_queue, user));
         switch (added.result) {
             case Added::Result::made:
                 *created = true;
@@ -420,10 +420,11 @@ Answer<Job> Service::job(const std::string& id) const {
     return answer([&] { return state_->known(id); });
 }
 
-Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
+Answer<std::vector<JobFrame>> Service::frames(const std::string& id, size_t from,
+                                              size_t limit) const {
     return answer([&] {
         state_->known(id);
-        auto frames = stored(state_->store->frames(id));
+        auto frames = stored(state_->store->frames(id, from, limit));
         for (JobFrame& frame : frames) frame.output = state_->settings.roots.shown(frame.output);
         return frames;
     });

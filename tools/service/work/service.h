@@ -128,10 +128,12 @@ class Service {
     // same body, returns that job. `created` tells whether the job is new.
     Answer<Job> submit(const User& user, const std::string& body,
                        const std::string& idempotency_key, bool* created);
-    Answer<std::vector<Job>> jobs(const JobQuery& query) const;  // newest first
+    // Without their bodies, newest first.
+    Answer<std::vector<Job>> jobs(const JobQuery& query) const;
     Answer<Job> job(const std::string& id) const;
-    // In the order of the job, without their sidecars.
-    Answer<std::vector<JobFrame>> frames(const std::string& id) const;
+    // In the order of the job, without their sidecars: at most `limit`, from the place `from` (0 =
+    // the first).
+    Answer<std::vector<JobFrame>> frames(const std::string& id, size_t from, size_t limit) const;
     Answer<JobFrame> frame(const std::string& id, int number) const;  // with its sidecar
     // The following change a job of the user, or any job if the user is an administrator.
     Answer<Job> cancel(const User& user, const std::string& id);

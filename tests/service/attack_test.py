@@ -5,11 +5,13 @@ import http.client
 import io
 import json
 import os
+import re
+import time
 import unittest
 import zipfile
 
 from attacked import Attacked, GET, POST, PROGRAM
-from server import Events, parse, read_all, statuses, wait_until
+from server import Events, Server, parse, read_all, statuses, wait_until
 
 
 CHUNKED = POST + "Transfer-Encoding: chunked\r\n"
@@ -282,6 +284,72 @@ class Files(Attacked):
         status, headers, page = self.server.ask("GET", target + "?pictures=apart")
         self.assertEqual([status, page], [200, b"<p>report</p>"])
         self.assertIn("sandbox", headers["content-security-policy"])
+
+
+class Waiting(Attacked):
+    settings = ["max_waiting=8", "picture=60000"]
+
+    def test_readiness_does_not_wait(self):
+        """Every place of a waiting request is taken: health and readiness are answered all the same."""
+        clients = self.previews(8)
+        wait_until(lambda: self.server.ask("GET", "/v1/jobs")[0] == 429)
+        begun = time.monotonic()
+        for target in ("/readyz", "/healthz") * 20:
+            self.assertEqual(self.server.ask("GET", target)[0], 200, target)
+        self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 429)
+        self.assertLess(time.monotonic() - begun, 30)  # before the first preview has ended
+        for client in clients:
+            client.close()
+
+
+class SlowReaders(Attacked):
+    settings = ["picture_bytes=8000000", "max_unsent=32000000", "picture=0"]
+
+    def test_unread_replies_are_bounded(self):
+        """20 clients that ask for a picture of 8 MB each and do not read it."""
+        clients = self.previews(20)
+
+        def value(name):
+            found = re.search(rf"^postchain_http_{name} (\S+)",
+                              self.server.ask("GET", "/metrics")[2].decode(), re.M)
+            return float(found[1]) if found else 0
+        wait_until(lambda: value(r'replies_total\{status="503"\}') >= 18)
+        # Half of the budget, for one address.
+        self.assertEqual(value("unsent_bytes"), 16_000_000)
+        # Small replies are sent, and large ones to a client that reads, when the others are gone.
+        self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 200)
+        for client in clients:
+            client.close()
+        wait_until(lambda: value("unsent_bytes") == 0)
+        status, _, body = self.server.ask("POST", "/v1/preview", {})
+        self.assertEqual((status, len(body)), (200, 8_000_000))
+
+
+class Pages(Attacked):
+    settings = ["frame=0"]
+
+    def test_lists_are_short(self):
+        job = self.server.submit({"padding": "x" * 500_000})
+        listed = self.server.get("/v1/jobs")["jobs"][0]
+        self.assertNotIn("request", listed)
+        self.assertEqual(len(self.server.get(f"/v1/jobs/{job}")["request"]["padding"]), 500_000)
+
+    def test_frames_come_in_pages(self):
+        server = Server([PROGRAM, "frame=1"])
+        try:
+            job = server.submit({})
+            server.ended(job)
+            frames, start = [], 0
+            while start is not None:
+                page = server.get(f"/v1/jobs/{job}/frames?limit=3&from={start}")
+                self.assertLessEqual(len(page["frames"]), 3)
+                frames += page["frames"]
+                start = page["next"]
+            self.assertEqual([one["frame"] for one in frames], [1, 2, 3, 4])
+            for query in ("limit=0", "limit=5001", "limit=x", "from=-1"):
+                self.assertEqual(server.ask("GET", f"/v1/jobs/{job}/frames?{query}")[0], 400, query)
+        finally:
+            server.stop()
 
 
 class FewDescriptors(Attacked):

@@ -148,12 +148,13 @@ Answer<Job> Service::job(const std::string& id) const {
     return no_job();
 }
 
-Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
+Answer<std::vector<JobFrame>> Service::frames(const std::string& id, size_t from,
+                                              size_t limit) const {
     const std::lock_guard lock(state_->mutex);
     const Job* job = state_->find(id);
     if (!job) return no_job();
     std::vector<JobFrame> frames;
-    for (int i = 1; i <= job->frames; ++i)
+    for (int i = int(from) + 1; i <= job->frames && frames.size() < limit; ++i)
         frames.push_back({i, i <= job->done ? FrameState::written : FrameState::waiting, 1,
                           "out.exr", "", 12.5, "{\"frame\": 1}"});
     return frames;
@@ -269,9 +270,9 @@ Answer<std::string> Service::plan(const User&, const std::string& body) {
     return std::string("{\"frame\": 1}");
 }
 
-Answer<Diagnostics> Service::check_chain(const std::string& body) const {
+Answer<CheckedChain> Service::check_chain(const std::string& body) const {
     if (!Json::accept(body)) return Problem{Problem::Kind::invalid, "no JSON", {}, 0};
-    return Diagnostics{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}};
+    return CheckedChain{{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}}, {}};
 }
 
 std::string Service::passes() const {
@@ -283,7 +284,7 @@ std::string Service::chain_schema() const {
 io::Json Service::job_schema() const {
     return {{"type", "object"}};
 }
-Health Service::health() {
+Health Service::health() const {
     const std::lock_guard lock(state_->mutex);
     return {true, true, true, true, state_->draining, "fake", ""};
 }

@@ -131,12 +131,12 @@ class Jobs(OnTheService):
         self.assertIn("128", json.dumps(self.chain()))
         # Also when its frame has been planned.
         self.browser.run("await postchain.model.sized;")
-        self.browser.wait("document.getElementById('output').value === 'out/best.####.exr'")
+        self.browser.wait("document.getElementById('output').value === 'out/best_v002.####.exr'")
         # Its other keys count for previews, as far as they take them, and for the next job.
         values = ["joint_blur.samples=1023"]
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
             "frames": None, "send": {"on_existing": "overwrite", "set": values},
-            "show": {"set": values}, "output": "out/best.####.exr"})
+            "show": {"set": values}, "output": "out/best_v002.####.exr"})
         self.browser.run("document.querySelector('#entries [data-path]').click();")
         self.browser.wait("!postchain.model.subject.more")
         self.browser.wait("document.getElementById('output').value.startsWith('long/out/')")

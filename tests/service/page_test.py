@@ -116,7 +116,7 @@ class Picture(OnTheService):
                          [16, 17])  # motion blur takes odd numbers
         self.slide("Quality", 2)
         self.browser.wait("JSON.parse(localStorage.getItem('postchain-chains')).a.text"
-                          ".includes('\"starts\": 8')")
+                          ".includes('starts: 8')")
         # Behind "more": a form made from the schema, and the text with its faults.
         self.browser.run("for (const d of document.querySelectorAll('#chain > details, .pass details'))"
                          " d.open = true;")
@@ -126,7 +126,7 @@ class Picture(OnTheService):
             const input = document.getElementById(label.htmlFor);
             input.value = "99999";
             input.dispatchEvent(new Event("change"));""")
-        self.assertIn('"max_blur_px": 99999', self.browser.run(names))
+        self.assertIn("max_blur_px: 99999", self.browser.run(names))
         self.browser.wait("document.querySelector('.diagnostics .error')")
         message = self.text(".diagnostics .error")
         line = int(self.text(".gutter .error-line"))
@@ -135,7 +135,7 @@ class Picture(OnTheService):
         self.click(".diagnostics .error")
         self.assertEqual(self.browser.run("const t = document.activeElement; return t.value.slice(0, "
                                           "t.selectionStart).split('\\n').length;"), line)
-        # A text that is YAML has no forms, and is checked too.
+        # A text that is typed is checked too.
         self.browser.run("""
             const area = document.querySelector("#text textarea");
             area.value = "postchain: 1\\npasses:\\n  - fxaa: {preset: 99}\\n";

@@ -80,10 +80,15 @@ TEST_F(Results, PlansAndChains) {
     const auto checked = [&](const char* text) {
         return got(service_->check_chain(json{{"text", text}}.dump()));
     };
-    EXPECT_TRUE(checked("postchain: 1\npasses: [fxaa]\n").empty());
-    const Diagnostics faults = checked("postchain: 1\npasses: [fxa]\n");
-    ASSERT_EQ(faults.size(), 1u);
-    EXPECT_EQ(faults[0].line, 2);
+    const CheckedChain good = checked("# mine\npostchain: 1\npasses: [fxaa: {preset: 12}]\n");
+    EXPECT_TRUE(good.diagnostics.empty());
+    EXPECT_EQ(json::parse(io::json_text(good.values)),
+              json::parse(R"({"postchain": 1, "passes": [{"fxaa": {"preset": 12}}]})"));
+    const CheckedChain bad = checked("postchain: 1\npasses: [fxa]\n");
+    ASSERT_EQ(bad.diagnostics.size(), 1u);
+    EXPECT_EQ(bad.diagnostics[0].line, 2);
+    EXPECT_EQ(bad.values["passes"][0], "fxa");
+    EXPECT_TRUE(checked("passes: 5").values.is_null());
     for (const char* body : {"{\"text\": 5}", "{\"txt\": \"\"}", "[]", "text: a"})
         EXPECT_EQ(problem_of(service_->check_chain(body)).diagnostics.size(), 1u) << body;
     EXPECT_TRUE(json::parse(service_->passes()).is_object());

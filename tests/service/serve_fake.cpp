@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
         {"max_connections", [&](long v) { settings.max_connections = size_t(v); }},
         {"max_connections_per_address",
          [&](long v) { settings.max_connections_per_address = size_t(v); }},
+        {"max_unsent", [&](long v) { settings.max_unsent = size_t(v); }},
         {"max_waiting", [&](long v) { settings.max_waiting = size_t(v); }},
         {"kept_events", [&](long v) { settings.kept_events = size_t(v); }},
         {"header", [&](long v) { settings.header = ms(v); }},

@@ -86,7 +86,7 @@ class OnTheService(unittest.TestCase):
 
     def chain(self, which="a"):
         kept = json.loads(self.browser.run("return localStorage.getItem('postchain-chains');"))
-        return json.loads(kept[which]["text"])
+        return kept[which]["value"]
 
     def value(self, key, x, y):
         return self.browser.run("const v = postchain.viewer.values(postchain.model.source(args[0]), "
@@ -105,7 +105,7 @@ class OnTheService(unittest.TestCase):
             "on_existing": "overwrite", **body})
 
     def done(self, job, state="done"):
-        self.browser.wait("document.querySelector(`#job .state.${args[0]}`)", state)
+        self.browser.wait("document.querySelector(`#job:not([hidden]) .state.${args[0]}`)", state)
 
 
 def run():

@@ -84,12 +84,16 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     EXPECT_EQ(fs::last_write_time(out(2)), time) << "was written again";
 }
 
-// An input that cannot be read, and an output that exists.
+// An input that cannot be read, and an output that has come into being since the submission.
 TEST_F(Jobs, FramesThatFailAreQuarantinedAndTheOthersAreDone) {
     std::ofstream(root("in.0003.exr"), std::ios::binary) << "no EXR";
-    std::ofstream(out(4)) << "mine";
-    open();
+    hold();
+    const std::string before = submit(in_folder(held_body(R"(, "frames": "5")"), "before"));
+    ASSERT_TRUE(waits());
     const std::string id = submit(body());
+    std::ofstream(out(4)) << "mine";
+    HeldPass::held = false;
+    done(before);
     const Job job = ended(id);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 1);
@@ -111,11 +115,47 @@ TEST_F(Jobs, FramesThatFailAreQuarantinedAndTheOthersAreDone) {
     EXPECT_EQ(job.created_ms, done(id).created_ms);
     EXPECT_EQ(frames(id)[2].state, FrameState::written);
     EXPECT_EQ(fs::last_write_time(out(1)), time);
-    // All outputs exist now.
-    EXPECT_EQ(ran(body()).exit_code, 5);
-    const Job stopped = ran(body(R"(, "on_error": "stop")"));
-    EXPECT_EQ(stopped.exit_code, 5);
-    EXPECT_THAT(frames(stopped.id), ::testing::IsEmpty());
+}
+
+// Refused before it is queued, unless it says what becomes of them.
+TEST_F(Jobs, OutputsThatExistOrThatAnotherJobWillWrite) {
+    const auto why = [this](const std::string& body) {
+        const Problem problem = refused(body);
+        EXPECT_EQ(problem.kind, Problem::Kind::invalid);
+        EXPECT_EQ(problem.diagnostics.at(0).path, "on_existing");
+        EXPECT_THAT(problem.detail, Not(HasSubstr(root())));
+        return problem.detail;
+    };
+    std::ofstream(out(4)) << "mine";
+    fs::create_symlink("nowhere", out(5));
+    hold();
+    for (const char* more : {"", R"(, "on_error": "stop")", R"(, "on_existing": "fail")"})
+        EXPECT_THAT(why(body(more)),
+                    HasSubstr("2 of 6 outputs exist already: out/o.0004.exr and others"));
+    EXPECT_THAT(why(body(R"(, "frames": "4")")), HasSubstr("1 of 1 output exists already: "));
+    // Its sidecar.
+    std::ofstream(out(6) + ".json") << "{}";
+    EXPECT_THAT(why(body(R"(, "frames": "6")")), HasSubstr("out/o.0006.exr.json"));
+    done(submit(body(R"(, "frames": "6", "sidecar": false)")));
+    // A job that runs, and one that waits.
+    const std::string runs = submit(held_body(R"(, "frames": "1-3")"));
+    ASSERT_TRUE(waits());
+    EXPECT_THAT(why(body(R"(, "frames": "2-3")")),
+                HasSubstr(concat("job ", runs, " is going to write frame 2 to the same file")));
+    const std::string ab = R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
+        "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1",
+        "repeats": 1, "output": )";
+    const std::string report = submit(ab + R"("report"})");
+    EXPECT_THAT(why(ab + R"("out/../report"})"), HasSubstr("is going to write this report"));
+    const std::string all = submit(body(R"(, "on_existing": "overwrite")"));
+    HeldPass::held = false;
+    done(runs);
+    done(report);
+    EXPECT_EQ(done(all).done, 6);
+    EXPECT_THAT(why(ab + R"("report"})"), HasSubstr("report"));
+    done(submit(ab + R"("report", "on_existing": "overwrite"})"));
+    // Files that are not frames of the input.
+    done(submit(body(R"(, "frames": "5-8", "missing": "skip", "on_existing": "skip")")));
 }
 
 // Frame 3 needs a missing shader; the others do not.
@@ -367,7 +407,7 @@ TEST_F(Jobs, KeysAndAFullQueue) {
     const Job first = got(with_key(next, true));
     EXPECT_EQ(first.place, 1);
     // Keys are their user's own: this is another job.
-    const Problem full = problem_of(with_key(next, false, "ben"));
+    const Problem full = problem_of(with_key(in_folder(body(), "bens"), false, "ben"));
     EXPECT_EQ(full.kind, Problem::Kind::busy);
     EXPECT_GT(full.retry_after_s, 0);
     // Also with a full queue, and if its files have been removed since.
@@ -389,7 +429,7 @@ TEST_F(Jobs, HealthSaysWhatIsWrong) {
     EXPECT_FALSE(health.renderer.empty());
     EXPECT_EQ(health.why, "");
     fs::remove_all(root());
-    EXPECT_FALSE(service_->health().disk);
+    EXPECT_TRUE(wait_for([&] { return !service_->health().disk; }));
     EXPECT_NE(service_->health().why, "");
 }
 

@@ -62,7 +62,7 @@ class ServiceTest : public testing::Test {
     service::Problem refused(const std::string& body, const std::string& user = "");
     service::Job job(const std::string& id) const { return got(service_->job(id)); }
     std::vector<service::JobFrame> frames(const std::string& id) const {
-        return got(service_->frames(id));
+        return got(service_->frames(id, 0, 1000));
     }
     service::Job ended(const std::string& id) const;  // waits
     // The end of a job of this body. done() fails the test if its state is another one.

@@ -135,6 +135,11 @@ Status remove_report(const std::string& folder) {
     return remove_files(folder, [&](const std::string& name) { return names.contains(name); });
 }
 
+Status check_folder(const ExperimentSettings& settings) {
+    const auto files = files_of(settings);
+    return files.ok() ? files->check() : files.status();
+}
+
 Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings) {
     auto files = files_of(settings);
     if (!files.ok()) return files;

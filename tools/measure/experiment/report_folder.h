@@ -21,6 +21,9 @@ inline constexpr const char* kAssetsMark = ".postchain-assets";
 // is inside a folder; (output).
 Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings);
 
+// The refusals of prepare_folder(), without a change on disk.
+Status check_folder(const ExperimentSettings& settings);
+
 // Removes a report's files: the images that its report.json lists (otherwise those with names of
 // that form), results, ground truth and texts. Other files and the mark stay. Errors (output).
 Status remove_report(const std::string& folder);

@@ -27,8 +27,8 @@ export function add_crops(page, more) {
     if (!model.sources.some((s) => s.frames.length)) return;
     const rows = h("div", { class: "crops" });
     const all = model.sources.filter((s) => s.frames.length).length <= kMaxTiles;
-    more.append(panel("Crops", ["Regions where the error is largest, and those you choose: ",
-        h("kbd", {}, "Shift"), " + drag on the picture. Same exposure, tone curve and error map ",
+    more.append(panel("Crops", [`Regions where the ${model.measure} is largest, and those you choose: `,
+        h("kbd", {}, "Shift"), ` + drag on the picture. Same exposure, tone curve and ${model.measure} map `,
         "as above. ", all ? "" : "Shown: truth, the last two, and the Pareto set."], rows));
 
     let tiles = [];

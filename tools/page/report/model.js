@@ -61,6 +61,7 @@ export function model_of(report, store) {
     // The reference of metrics and error maps (docs/report.md): without ground truth two chains are
     // compared with each other.
     model.reference_kind = report.reference;
+    model.measure = report.reference === "a" ? "difference" : "error";
     const kept = store.maps();
     model.maps = kMaps.filter(({ key }) => kept.includes(key))
         .map((map) => ({ name: metric_name(map.key), ...map, ...store.scales[map.key] }));

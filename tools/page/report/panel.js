@@ -10,7 +10,7 @@ export const panel = (title, about, ...rest) =>
     section("panel wide", title, about && h("p", { class: "about" }, about), ...rest);
 
 export const kRelMse = "relMSE misleads if a bright edge is slightly out of place: on a dark " +
-    "surface the error is divided by almost nothing, and a few such pixels decide the mean. It " +
+    "surface the difference is divided by almost nothing, and a few such pixels decide the mean. It " +
     "is never marked as worse; read HDR-FLIP and PSNR.";
 
 export const kWorse = "Underlined in red: worse than the unfiltered input.";

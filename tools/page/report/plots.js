@@ -235,7 +235,7 @@ export function add_frames_plot(page, more) {
     const about = h("p", { class: "about" });
     const legend = h("div", { class: "legend" });
     const alone = !more.querySelector(".pareto");
-    more.append(section(alone ? "panel wide" : "panel", "Error over frames", about, legend, box));
+    more.append(section(alone ? "panel wide" : "panel", model.measure === "error" ? "Error over frames" : "Difference over frames", about, legend, box));
     let plot;
 
     const color = (key) => color_of(key === state.get("show") ? "accent"

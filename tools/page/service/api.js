@@ -38,6 +38,16 @@ export const address = (path, query) => `${path}?${new URLSearchParams(
 export const jobPath = (id) => `v1/jobs/${encodeURIComponent(id)}`;
 
 export const get = async (path) => (await request("GET", path)).json();
+/** All frames of a job, which come in pages. */
+export async function get_frames(id) {
+    const frames = [];
+    for (let from = 0; from !== null;) {
+        const reply = await get(address(`${jobPath(id)}/frames`, { from, limit: 5000 }));
+        frames.push(...reply.frames);
+        from = reply.next;
+    }
+    return frames;
+}
 export const getText = async (path) => (await request("GET", path)).text();
 export const post = async (path, body) =>
     (await request("POST", path, body === undefined ? undefined : JSON.stringify(body))).json();

@@ -1,12 +1,14 @@
 // The chains A and B: text, the values that it has, and the six that matter first.
-import { address, get } from "./api.js";
+import { address, get, post } from "./api.js";
+import { comments_of, yaml_of } from "./yaml.js";
 
 const kKept = "postchain-chains";
 export const kTiers = ["fast", "balanced", "best"];
 const kLens = { shutter_frames: ["shutter_frames", "shutter_angle_deg"], f_stop: ["f_stop"],
     focus_distance: ["focus_distance", "focus_at"] };
 
-const chains = { a: null, b: null };   // {name, text, value}; value: undefined if it is not JSON
+// {name, text, value}; value: undefined while the service has not read the text, or if it is no chain.
+const chains = { a: null, b: null };
 let shipped = [], schema = null, active = "a", compared = false;
 const listeners = [];
 
@@ -16,28 +18,17 @@ export const activeKey = () => active;
 export const isCompared = () => compared;
 export const chainSchema = () => schema;
 export const shippedNames = () => shipped.map((one) => one.name);
-/** f(why): "value" of a chain, "chosen" or "compared". */
+/** f(why): "value" of a chain, "read" (the values of its text are known), "chosen" or "compared". */
 export const whenChainsChange = (f) => listeners.push(f);
 const tell = (why) => {
     keep();
     for (const f of listeners) f(why);
 };
 
-const write = (value) => `${JSON.stringify(value, null, 2)}\n`;
-function parse(text) {
-    try {
-        const value = JSON.parse(text);
-        return value && Array.isArray(value.passes) ? value : undefined;
-    } catch {
-        return undefined;
-    }
-}
-
 function keep() {
     try {
         localStorage.setItem(kKept, JSON.stringify({ compared, active,
-            ...Object.fromEntries(Object.entries(chains).map(([key, { name, text }]) =>
-                [key, { name, text }])) }));
+            ...chains }));
     } catch { /* not kept: nothing depends on it */ }
 }
 function kept() {
@@ -53,7 +44,7 @@ export async function loadChains() {
         get("v1/chains").then((reply) => reply.chains), get("v1/schema")]);
     const old = kept();
     for (const [key, name] of [["a", "balanced"], ["b", "fast"]]) {
-        if (old[key]?.text) chains[key] = { ...old[key], value: parse(old[key].text) };
+        if (old[key]?.text) chains[key] = { ...old[key] };
         else chains[key] = of_shipped(name);
     }
     compared = Boolean(old.compared);
@@ -62,7 +53,7 @@ export async function loadChains() {
 
 function of_shipped(name) {
     const one = shipped.find((chain) => chain.name === name) ?? shipped[0];
-    return { name: one.name, text: write(one.chain), value: structuredClone(one.chain) };
+    return { name: one.name, text: one.text, value: structuredClone(one.chain) };
 }
 
 export function choose(which) {
@@ -76,20 +67,28 @@ export function compare(on) {
 }
 
 export function setText(text) {
-    chains[active] = { name: chains[active].name, text, value: parse(text) };
+    chains[active] = { name: chains[active].name, text, value: undefined };
     tell("value");
+}
+/** The faults of a text. Values that it has become those of the chains with this text. */
+export async function check_text(text) {
+    const { diagnostics, chain } = await post("v1/chain/check", { text });
+    const unread = Object.values(chains).filter((one) => one.text === text && !one.value && chain);
+    for (const one of unread) one.value = structuredClone(chain);
+    if (unread.length) tell("read");
+    return { diagnostics, chain };
 }
 /** Another value of the active chain, made from a copy of the present one. */
 export function edit(work) {
-    const { name, value } = chains[active];
+    const { name, value, text } = chains[active];
     if (!value) return;
     const copy = structuredClone(value);
     work(copy);
-    chains[active] = { name, value: copy, text: write(copy) };
+    chains[active] = { name, value: copy, text: comments_of(text) + yaml_of(copy) };
     tell("value");
 }
-export function setChain(name, value, which = active) {
-    chains[which] = { name, value: structuredClone(value), text: write(value) };
+export function setChain({ name, value, text = yaml_of(value) }, which = active) {
+    chains[which] = { name, text, value: structuredClone(value) };
     tell("value");
 }
 
@@ -98,9 +97,10 @@ export async function load_chain(name) {
     const one = shipped.find((chain) => chain.name === name)
         ?? (await get(address("v1/chains", { file: name }))).chains[0];
     const camera = activeChain().value?.camera;
-    const value = structuredClone(one.chain);
-    if (camera) value.camera = { ...camera, ...value.camera };
-    setChain(name, value);
+    if (!camera) return setChain({ name, value: one.chain, text: one.text });
+    const { postchain, ...rest } = one.chain;
+    const value = { postchain, ...rest, camera: { ...camera, ...rest.camera } };
+    return setChain({ name, value, text: comments_of(one.text) + yaml_of(value) });
 }
 
 export const passName = (pass) => (typeof pass === "string" ? pass : Object.keys(pass)[0]);

@@ -1,12 +1,11 @@
 // The rest of a chain, behind "more": passes as forms made from the schema, and the text. The text is
-// submitted; the forms write it, and follow it while it is JSON.
+// submitted; the forms write it, and follow it when the service has read it.
 import { by_id, h, new_id, settle } from "../shared/dom.js";
-import { post } from "./api.js";
-import { activeChain, chainSchema, edit, passName, passValues, setText,
+import { activeChain, chainSchema, check_text, edit, passName, passValues, setText,
     whenChainsChange } from "./chains.js";
 import { canEdit, field } from "./form.js";
 
-let parts = null, opened = new Set(), written = "", drawnText = "";
+let parts = null, opened = new Set(), written = "", drawn;  // drawn: the values that the forms show
 
 function fieldsOf(properties, values, change) {
     return h("div", { class: "fields" }, Object.entries(properties)
@@ -23,8 +22,10 @@ const words = (values) => Object.entries(values)
 
 // A change by a form, which shows it already.
 function from_form(work) {
-    edit(work);
-    drawnText = activeChain().text;
+    edit((chain) => {
+        work(chain);
+        drawn = JSON.stringify(chain);
+    });
 }
 
 function passCard(pass, index, count) {
@@ -55,11 +56,10 @@ function passCard(pass, index, count) {
 
 function drawForms() {
     const chain = activeChain().value;
-    drawnText = activeChain().text;
+    drawn = JSON.stringify(chain);
     if (!chain) {
         parts.forms.replaceChildren(h("p", { class: "message" },
-            "This text is not JSON, so there are no forms for it. It is still checked and can be run "
-            + "(chain files are YAML, which includes JSON)."));
+            "The text has no list of passes yet."));
         return;
     }
     const names = Object.keys(chainSchema().$defs).filter((key) => key.startsWith("pass."))
@@ -107,8 +107,9 @@ const check = settle(async () => {
     const { text } = activeChain();
     let found;
     try {
-        found = (await post("v1/chain/check", { text })).diagnostics;
+        found = (await check_text(text)).diagnostics;
     } catch (error) {
+        if (activeChain().text !== text) return;
         parts.diagnostics.replaceChildren(h("li", { class: "error" }, error.message));
         return;
     }
@@ -119,11 +120,13 @@ const check = settle(async () => {
     }, `${one.line ? `line ${one.line}: ` : ""}${one.path ? `${one.path}: ` : ""}${one.message}`)))));
 }, 500);
 
-function changed() {
-    const { text } = activeChain();
+function changed(why) {
+    const { text, value } = activeChain();
+    if (JSON.stringify(value) !== drawn) drawForms();
+    if (why === "read") return;
     if (text !== written) parts.text.value = text;
     written = text;
-    if (text !== drawnText) drawForms();
+    if (why === "chosen") parts.diagnostics.replaceChildren();  // those of the other chain
     drawGutter();
     check();
 }

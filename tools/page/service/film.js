@@ -6,8 +6,10 @@ import { is_bad, is_finished } from "./pictures.js";
 
 const kCell = 112;   // CSS pixels
 const kAhead = 2;    // cells outside the sight
-const kWords = { waiting: "waiting", written: "written", skipped: "kept", missing: "missing",
+const kWords = { written: "written", skipped: "kept", missing: "missing",
     quarantined: "failed" };
+
+const kLeft = { canceled: "canceled", failed: "left" };  // by the job that did not filter it
 
 const cells = new Map();  // frame -> {box, image, word, source}
 const strip = () => by_id("film");
@@ -34,7 +36,7 @@ function cell_of(entry) {
 
 function fill(cell, entry, index) {
     const chosen = entry.frame === state.get("frame");
-    const word = kWords[entry.state] ?? "";
+    const word = kWords[entry.state] ?? (entry.state && (kLeft[model.subject.state] ?? "waiting")) ?? "";
     cell.box.style.left = `${index * kCell}px`;
     cell.box.className = `cell ${entry.state ?? ""}`;
     cell.word.className = entry.state ? `state ${entry.state}` : "";

@@ -2,7 +2,7 @@
 // frame took.
 import { by_id, h, settle } from "../shared/dom.js";
 import { clock, duration, milliseconds } from "../shared/words.js";
-import { change, get, jobPath, post, remove } from "./api.js";
+import { change, get, get_frames, jobPath, post, remove } from "./api.js";
 import { update_film } from "./film.js";
 import { basename, nameOf, progressOf } from "./job_words.js";
 import { look, update_frames } from "./look.js";
@@ -52,6 +52,7 @@ function actions() {
             await remove(`${path}/record`);
             page.jobs.drop_job(job.id);
             page.leave_job();
+            await look(null);
         }, { title: "From the list; its outputs stay" }));
     }
     return list;
@@ -75,8 +76,12 @@ function begin() {
         h("p", { class: "help" }, [`job ${job.id}`, job.owner, job.priority
             ? `priority ${job.priority}` : ""].filter(Boolean).join(" \u00b7 ")),
         parts.progress, parts.line, parts.message, parts.actions, parts.error, parts.frame,
+        ...["chain_text", "chain_b_text"].filter((key) => job.request?.[key]).map((key) =>
+            h("details", {}, h("summary", {}, key === "chain_text" ? "Chain" : "Chain B"),
+                h("pre", { tabindex: 0 }, job.request[key]))),
         h("details", {}, h("summary", {}, "Request"),
-            h("pre", { tabindex: 0 }, JSON.stringify(job.request, null, 2))));
+            h("pre", { tabindex: 0 }, JSON.stringify({ ...job.request, chain_text: undefined,
+                chain_b_text: undefined }, null, 2))));
     by_id("job").hidden = false;
     by_id("chain").hidden = true;
 }
@@ -103,14 +108,14 @@ export async function open_job(id, frame) {
     const mine = ++asked;
     let found;
     try {
-        found = await Promise.all([get(jobPath(id)), get(`${jobPath(id)}/frames`)]);
+        found = await Promise.all([get(jobPath(id)), get_frames(id)]);
         if (mine !== asked) return undefined;  // another one was opened since
     } catch (error) {
         return page.fail(error.status === 404 ? new Error(`There is no job ${id}.`) : error);
     }
     close_report();
     job = found[0];
-    frames = found[1].frames;
+    frames = found[1];
     begin();
     draw();
     page.jobs.draw_jobs();
@@ -138,12 +143,12 @@ page.leave_job = () => {
     page.jobs.draw_jobs();
 };
 
-/** A new state of some job. */
+/** A new state of some job, perhaps of a list: without its request. */
 export function job_changed(now) {
     if (now.id !== job?.id) return;
     const ended = now.state !== job.state;
     fails = ended && now.state === "failed";
-    job = now;
+    job = { ...job, ...now };
     draw();
     if (ended) {
         load_frames();
@@ -154,10 +159,10 @@ export function job_changed(now) {
 const load_frames = settle(async () => {
     if (!job) return;
     const { id } = job;
-    const reply = await get(`${jobPath(id)}/frames`).catch(() => null);
-    if (!reply || id !== job?.id) return;
+    const all = await get_frames(id).catch(() => null);
+    if (!all || id !== job?.id) return;
     const first = !frames.length;
-    frames = reply.frames;
+    frames = all;
     if (fails) state.set({ frame: first_bad()?.frame ?? state.get("frame") });
     fails = false;
     if (first && frames.length) await look(subject());
@@ -165,6 +170,9 @@ const load_frames = settle(async () => {
     update_film();
     show_frame();
 }, 300);
+
+/** After the service was away. */
+export const reload_job = () => job && load_frames();
 
 /** An event: a finished frame is entered without a request. */
 export function frame_event(type, id, data) {

@@ -8,7 +8,7 @@ import { overlay } from "../viewer/overlay.js";
 import { half_to_float } from "../viewer/tone.js";
 import { Viewer } from "../viewer/viewer.js";
 import { post } from "./api.js";
-import { chainOf, chainTitle, isCompared, setLens, whenChainsChange } from "./chains.js";
+import { activeChain, chainTitle, isCompared, setLens, whenChainsChange } from "./chains.js";
 import { model, page, state } from "./page.js";
 import { is_bad, is_finished, Pictures } from "./pictures.js";
 
@@ -74,6 +74,9 @@ export async function look(subject) {
     page.looked?.();
 }
 
+/** After the service was away: asks again for what failed meanwhile. */
+export const look_again = () => model.subject && look(model.subject);
+
 /** New states of the frames of the job that is looked at. */
 export function update_frames(frames, jobState) {
     const before = entry_of(state.get("frame"))?.state;
@@ -100,16 +103,18 @@ function mark_sources() {
         button.setAttribute("aria-pressed", button.dataset.key === state.get("show"));
 }
 
-// The plan has the size of the frames, and the values of lens and shutter that no chain sets.
+// The plan of the chain that is edited: the size of the frames, and the values of lens and shutter that
+// no chain sets.
 async function ask_plan() {
     const { subject } = model;
     if (subject.job) return size_of_job(subject);
-    const frames = String(state.get("frame"));
-    const body = { ...subject.more?.show, input: subject.input, frames, chain_text: chainOf("a").text,
+    const frames = String(state.get("frame")), { text } = activeChain();
+    const is_old = () => model.subject !== subject || activeChain().text !== text;
+    const body = { ...subject.more?.show, input: subject.input, frames, chain_text: text,
         ...(subject.camera && { camera: subject.camera }) };
     try {
         const reply = (await post("v1/plan", body)).frames[0];
-        if (model.subject !== subject) return;
+        if (is_old()) return pictures.known ? undefined : take_size(subject, frames);
         if (reply?.plan) {
             plan = reply.plan;
             model.width = plan.width;
@@ -119,9 +124,8 @@ async function ask_plan() {
         }
         page.planned?.(reply, "");
     } catch (error) {
-        if (model.subject !== subject) return;
-        page.planned?.(null, error.lines?.().join("\n") ?? error.message);
-        await take_size(subject, frames);
+        if (!is_old()) page.planned?.(null, error.lines?.().join("\n") ?? error.message);
+        if (model.subject === subject) await take_size(subject, frames);
     }
     return undefined;
 }
@@ -151,7 +155,12 @@ const refine = settle(async () => {
 }, kRest);
 
 function chains_changed(why) {
-    if (why === "chosen" || !model.subject) return;
+    if (why === "read" || !model.subject) return;
+    if (why === "chosen") {
+        plan = null;  // of the other chain
+        page.planned?.(null, "");
+        return refine();
+    }
     refresh_sources();
     if (why === "compared") state.set(isCompared() ? { show: "b", last: "a" }
         : { show: "a", last: "before" });
@@ -211,7 +220,9 @@ function show_fault() {
     const fault = by_id("fault");
     fault.hidden = !model.subject?.job || !entry || is_finished(entry);
     if (fault.hidden) return;
-    const what = { waiting: "waits to be filtered", quarantined: "failed", missing: "is not on disk" };
+    const what = { quarantined: "failed", missing: "is not on disk",
+        waiting: { canceled: "was not filtered: the job is canceled",
+            failed: "was not filtered: the job ended before" }[model.subject.state] ?? "waits to be filtered" };
     fault.className = entry.state === "waiting" ? "" : "bad";
     fault.textContent = `Frame ${entry.frame} ${what[entry.state] ?? entry.state}${
         entry.message ? `: ${entry.message}` : "."}`;

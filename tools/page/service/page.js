@@ -15,14 +15,14 @@ export const state = new State({
     wipe: number_between(0, 1), zoom: number_between(0, 64), x: number_between(-1e5, 1e5),
     y: number_between(-1e5, 1e5),
 }, { shot: "", camera: "", job: "", frame: 0, show: "a", last: "before", ev: 0, tone: "display",
-    map: "difference", pin: false, wipe: 0.5, zoom: 0, x: 0, y: 0 });
+    map: "difference", pin: false, wipe: 0.5, zoom: 0, x: 0, y: 0 }, ["shot", "job"]);
 
 // The picture of the viewer, in the form of a report's model. `subject` is what is looked at:
 // {name, input, camera, frames: [{frame, state, message}], more, job}; job: undefined for live
 // previews.
 export const model = {
     // The size of the whole frame; `sized` resolves when it is known.
-    width: 16, height: 9, sized: null, subject: null, sources: [], page_frames: [], maps: kErrorMaps,
+    width: 16, height: 9, sized: null, subject: null, measure: "difference", sources: [], page_frames: [], maps: kErrorMaps,
     get compared() { return state.get("show") === "b" ? "A" : "before"; },
     source: (key) => model.sources.find((one) => one.key === key),
     error_map: (source, frame, map) =>

@@ -4,7 +4,9 @@ import { by_id, h } from "../shared/dom.js";
 import { ranges } from "../shared/words.js";
 import { address, get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
-import { activeKey, chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
+import { activeKey, chainOf, check_text, compare, isCompared, setChain, shippedName,
+    whenChainsChange } from "./chains.js";
+import { next_version, offer, what_exists } from "./existing.js";
 import { left_out } from "./job.js";
 import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
@@ -36,6 +38,8 @@ function fill() {
         filled = { input, more };
         output.value = "";
         frames.value = more?.frames ?? "";
+        by_id("send-error").textContent = "";
+        by_id("existing").replaceChildren();
     }
     if (!output.value || output.value === suggested) output.value = suggested = suggestion();
     frames.placeholder = ranges(model.page_frames).replaceAll(" ", "");
@@ -56,17 +60,20 @@ function request(which) {
         ...(by_id("which").value.trim() && { frames: by_id("which").value.trim() }) };
 }
 
-async function submit(event) {
-    event.preventDefault();
-    const button = by_id("submit"), error = by_id("send-error");
+// more: keys that replace those of the form.
+async function submit(more = {}) {
+    const button = by_id("submit"), error = by_id("send-error"), choices = by_id("existing");
     button.disabled = true;
     error.textContent = "";
+    choices.replaceChildren();
+    const body = { ...request(activeKey()), ...more };
     try {
-        const job = await post("v1/jobs", request(activeKey()));
+        const job = await post("v1/jobs", body);
         page.jobs.add_job(job);
         await page.open_job(job.id);
     } catch (refusal) {
-        error.textContent = refusal.lines?.().join("\n") ?? refusal.message;
+        error.textContent = what_exists(refusal) ?? refusal.lines?.().join("\n") ?? refusal.message;
+        choices.replaceChildren(...await offer(refusal, body, submit));
     }
     button.disabled = false;
 }
@@ -74,18 +81,12 @@ async function submit(event) {
 /** A job's frames and chain with live previews. */
 page.edit_job = async (job) => {
     const { kind, chain, chain_text, input, camera = "", output, frames, ...others } = job.request;
-    let name = `job ${job.id}`, value = chain;
+    let name = `job ${job.id}`, value = chain, text = chain_text;
     if (typeof chain === "string")
-        [{ name, chain: value }] = (await get(address("v1/chains",
+        [{ name, chain: value, text }] = (await get(address("v1/chains",
             /[./]/.test(chain) ? { file: chain } : {}))).chains
             .filter((one) => one.name === chain);
-    if (chain_text !== undefined) {
-        try {
-            value = JSON.parse(chain_text);
-        } catch {
-            throw new Error("The chain of this job is not JSON: use Duplicate.");
-        }
-    }
+    if (chain_text !== undefined) value = (await check_text(chain_text)).chain ?? undefined;
     const frame = state.get("frame");
     // Further keys are sent again; those of reading and planning count for previews too.
     const { properties } = (await get("v1/schema/job")).oneOf.find((one) => one.title === "run");
@@ -97,14 +98,17 @@ page.edit_job = async (job) => {
     if (!found) throw new Error(`${input}: no such frames`);
     page.leave_job();
     compare(false);
-    setChain(name, value, "a");
+    setChain({ name, value, text }, "a");
     state.set({ frame });
-    await show_shot(found, camera, { send: others, show, output, frames });
+    await show_shot(found, camera, { send: others, show, output: await next_version(output), frames });
     page.show_tab("shots");
 };
 
 export function start_send() {
-    by_id("send").addEventListener("submit", submit);
+    by_id("send").addEventListener("submit", (event) => {
+        event.preventDefault();
+        submit();
+    });
     by_id("settings").addEventListener("click", () => page.new_job({ ...request("a"),
         ...(isCompared() && { kind: "ab", ...chain_key("b", "chain_b"),
             output: by_id("output").value.replace(/[^/]*$/, "report"), mkdir: undefined }) }));

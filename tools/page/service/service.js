@@ -6,9 +6,9 @@ import { folder, open_folder, open_shot, start_browse } from "./browse.js";
 import { loadChains } from "./chains.js";
 import { start_editor } from "./editor.js";
 import { start_film } from "./film.js";
-import { open_job, shown_job, start_job } from "./job.js";
+import { open_job, reload_job, shown_job, start_job } from "./job.js";
 import { job_event, refresh_jobs, start_jobs } from "./jobs.js";
-import { look, start_look } from "./look.js";
+import { look, look_again, start_look } from "./look.js";
 import { page, state } from "./page.js";
 import { start_report } from "./report_frame.js";
 import { start_send } from "./send.js";
@@ -46,6 +46,8 @@ function connect() {
             if (lost) {
                 page.clear_failure();
                 refresh_jobs();
+                reload_job();
+                look_again();
             }
             lost = false;
             readiness();
@@ -65,15 +67,21 @@ page.show_tab = (name) => {
     }
 };
 
-// Opens the shot or job that the address names.
+// Opens the shot or job that the address names, or closes what is open.
 async function follow_address() {
     const job = state.get("job"), shot = state.get("shot"), frame = state.get("frame");
-    if (job) {
-        await open_folder("");
-        return open_job(job, frame || undefined);
-    }
-    if (shot) return open_shot(shot, state.get("camera"), frame);
-    return open_folder("");
+    if (shot && !job) return open_shot(shot, state.get("camera"), frame);
+    if (!folder()) await open_folder("");
+    if (job) return open_job(job, frame || undefined);
+    page.leave_job();
+    page.show_tab("shots");
+    return look(null);
+}
+
+// What is looked at, as the address names it.
+function shown_address() {
+    const { subject } = page.model, job = shown_job() ?? "";
+    return { job, shot: job ? "" : subject?.input ?? "", camera: job ? "" : subject?.camera ?? "" };
 }
 
 function first_start() {
@@ -89,10 +97,10 @@ function first_start() {
     start_send();
     page.show_tab("shots");
     look(null);
-    // Another address typed or followed.
+    // Another address typed or followed, Back and Forward.
     addEventListener("hashchange", () => {
-        const job = state.get("job"), shot = state.get("shot"), { subject } = page.model;
-        if (job ? job !== shown_job() : shot && shot !== subject?.input) follow_address();
+        if (Object.entries(shown_address()).some(([key, value]) => state.get(key) !== value))
+            follow_address();
     });
 }
 

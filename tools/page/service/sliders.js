@@ -111,8 +111,7 @@ export function start_sliders() {
         if (isCompared()) choose("b");
     });
     by_id("swap").addEventListener("click", () => {
-        const { name, value } = activeChain();
-        if (value) setChain(name, value, activeKey() === "a" ? "b" : "a");
+        if (activeChain().value) setChain(activeChain(), activeKey() === "a" ? "b" : "a");
         if (!isCompared()) compare(true);
     });
     whenChainsChange(draw);

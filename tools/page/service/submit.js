@@ -3,8 +3,10 @@ import { by_id, h } from "../shared/dom.js";
 import { get, post } from "./api.js";
 import { canEdit, field } from "./form.js";
 import { chainOf, chainTitle, isCompared, shippedNames } from "./chains.js";
+import { offer, what_exists } from "./existing.js";
 import { left_out } from "./job.js";
 import { page } from "./page.js";
+import { yaml_of } from "./yaml.js";
 
 const kFirst = ["study", "input", "output", "frames", "camera", "truth", "sweep", "under", "on_existing",
     "priority"];
@@ -12,9 +14,23 @@ const kElsewhere = ["kind", "chain", "chain_text", "chain_b", "chain_b_text"];
 const kExamples = { study: "shots/order.yaml", input: "shots/a.####.exr", output: "out/a.####.exr", frames: "1-100",
     camera: "shots/camera.json" };
 const kWords = { study: "Study file", input: "Frames to read", output: "Frames to write", frames: "Which frames",
-    camera: "Camera file", truth: "Ground truth", priority: "Priority" };
+    camera: "Camera file", truth: "Ground truth", priority: "Priority", on_existing: "If outputs exist",
+    sweep: "Parameters to vary", under: "Error limits" };
+// Of ab, bench and study.
+const kReport = { words: { output: "Folder of the report", on_existing: "If the folder has a report" },
+    examples: { output: "out/report" } };
 
 let schema = null, kind = "run", body = {};
+let other_output;  // of the kinds that write frames while the form is of one that writes a report; and back
+const writes_report = () => kind !== "run";
+
+function change_kind(word) {
+    const before = writes_report();
+    kind = word;
+    if (writes_report() === before) return;
+    [body.output, other_output] = [other_output, body.output];
+    if (body.output === undefined) delete body.output;
+}
 
 const kindSchema = () => schema.oneOf.find((one) => one.title === kind) || schema.oneOf[0];
 
@@ -28,7 +44,7 @@ function chainField(key, label) {
         placeholder: "chains/shot.yaml", spellcheck: "false" });
     // A chain of the job that is duplicated, as an object or a text.
     const own_text = body[`${key}_text`] ?? (typeof body[key] === "object"
-        ? `${JSON.stringify(body[key], null, 2)}\n` : undefined);
+        ? yaml_of(body[key]) : undefined);
     const change = () => {
         path.hidden = select.value !== "=file";
         delete body[key];
@@ -63,7 +79,9 @@ function form() {
         else body[key] = value;
     };
     const make = (key, wide = false) => field(key, own.properties[key], body[key], change(key), {
-        required: required.has(key), label: kWords[key], placeholder: kExamples[key], wide });
+        required: required.has(key), wide,
+        label: (writes_report() && kReport.words[key]) || kWords[key],
+        placeholder: (writes_report() && kReport.examples[key]) || kExamples[key] });
     const keys = Object.keys(own.properties).filter((key) => !kElsewhere.includes(key)
         && canEdit(own.properties[key]));
     for (const key of Object.keys(body))
@@ -73,25 +91,34 @@ function form() {
     const error = h("div", { role: "alert" });
     const button = h("button", { class: "primary" }, "Submit");
     const plan = h("button", { type: "button" }, "Plan only");
-    const planned = h("div");
-    const ready = () => ({ kind, ...body });
+    const planned = h("div"), choices = h("div", { class: "buttons" });
     const attempt = async (who, what) => {
         error.replaceChildren();
         planned.replaceChildren();
+        choices.replaceChildren();
         who.disabled = true;
         try {
             await what();
         } catch (refusal) {
-            error.replaceChildren(refusal.errors.length
+            const short = what_exists(refusal);
+            error.replaceChildren(refusal.errors.length && !short
                 ? h("ul", {}, refusal.errors.map((one) => h("li", { class: "error" },
                     `${one.path ? `${one.path}: ` : ""}${one.message}`)))
-                : h("p", { class: "error" }, refusal.message));
+                : h("p", { class: "error" }, short ?? refusal.message));
             for (const one of document.querySelectorAll("#new .field"))
                 one.classList.toggle("bad", refusal.errors.some((e) =>
                     e.path === one.dataset.key || e.path.startsWith(`${one.dataset.key}[`)));
+            choices.replaceChildren(...await offer(refusal, { kind, ...body }, submit));
         }
         who.disabled = false;
     };
+    // more: keys that replace those of the form.
+    const submit = (more = {}) => attempt(button, async () => {
+        const job = await post("v1/jobs", { kind, ...body, ...more });
+        page.jobs.add_job(job);
+        by_id("new").close();
+        page.open_job(job.id);
+    });
     plan.addEventListener("click", () => attempt(plan, async () => {
         const asked = Object.entries(body).filter(([key]) =>
             key !== "priority" && own.properties[key]?.["x-group"] !== "output");
@@ -99,19 +126,14 @@ function form() {
     }));
     const made = h("form", { onsubmit: (event) => {
         event.preventDefault();
-        attempt(button, async () => {
-            const job = await post("v1/jobs", ready());
-            page.jobs.add_job(job);
-            by_id("new").close();
-            page.open_job(job.id);
-        });
+        submit();
     } },
     h("div", { class: "fields" },
         h("fieldset", { class: "field wide" }, h("legend", { class: "label" }, "What to do"),
             h("div", { class: "choices" }, [["run", "filter the frames"],
                 ["ab", "compare two chains"], ["bench", "error against run time"], ["study", "both over several scenes"]].map(([word, what]) =>
                 h("label", {}, h("input", { type: "radio", name: "kind", value: word,
-                    checked: word === kind, autofocus: word === kind, onchange: () => { kind = word; draw(); } }),
+                    checked: word === kind, autofocus: word === kind, onchange: () => { change_kind(word); draw(); } }),
                 `${word}: ${what}`)))),
         kind === "study" ? null : chainField("chain", kind === "ab" ? "Chain A" : "Chain"),
         kind === "ab" ? chainField("chain_b", "Chain B") : null,
@@ -121,7 +143,7 @@ function form() {
             keys.filter((key) => !kFirst.includes(key)).map((key) => make(key)))),
     h("div", { class: "buttons" }, button, kind === "run" ? plan : null,
         h("button", { type: "button", onclick: () => by_id("new").close() }, "Close")),
-    error, planned);
+    error, choices, planned);
     return made;
 }
 
@@ -150,6 +172,7 @@ function draw() {
 export async function new_job(request) {
     schema = schema || await get("v1/schema/job");
     ({ kind = "run", ...body } = structuredClone(request));
+    other_output = undefined;
     draw();
     by_id("new").showModal();
 }

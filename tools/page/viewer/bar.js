@@ -54,7 +54,9 @@ export function fill_bar(page) {
     tone.addEventListener("change", () => state.set({ tone: tone.value }));
     state.watch(["tone"], () => (tone.value = state.get("tone")));
 
+    // Without ground truth a map shows a difference, not an error.
     const map = by_id("map");
+    map.labels[0].textContent = model.measure === "error" ? "Error map" : "Difference map";
     by_id("maps").hidden = !model.maps.length;
     map.append(...model.maps.map((m) => h("option", { value: m.key, title: m.help }, m.name)));
     map.addEventListener("change", () => state.set({ map: map.value }));

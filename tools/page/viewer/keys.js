@@ -3,12 +3,12 @@
 import { by_id, h, limit } from "../shared/dom.js";
 
 // The keys of every viewer, and what they do.
-const kKeys = [
+const keys_of = ({ measure }) => [
     [["Space"], "flip the last two"],
     [["W"], "wipe between the last two: on, off"],
-    [["D"], "hold: error map"],
-    [["E"], "error map on, off"],
-    [["M"], "next error map"],
+    [["D"], `hold: ${measure} map`],
+    [["E"], `${measure} map on, off`],
+    [["M"], `next ${measure} map`],
     [["[", "]"], "exposure down, up by half a stop"],
     [["R"], "exposure back to 0"],
     [[",", "."], "frame before, next frame"],
@@ -23,7 +23,7 @@ const kKeys = [
 export function bind_keys(page, rows, more) {
     const { model, state } = page;
     const dialog = by_id("help");
-    by_id("keys").append(...[...rows, ...kKeys].map(([keys, what]) => h("tr", {},
+    by_id("keys").append(...[...rows, ...keys_of(model)].map(([keys, what]) => h("tr", {},
         h("td", {}, keys.flatMap((key, i) => [
             i ? (keys[0] === "1" ? " \u2026 " : keys[0] === "Shift" || keys[0] === "Alt" ? " + " : " ") : "",
             h("kbd", {}, key)])), h("td", {}, what))));

@@ -21,18 +21,25 @@ export const one_of_numbers = (list) => ({
 });
 
 export class State {
-    constructor(fields, defaults) {
+    // places: members that name what is looked at. The browser's Back leads to their former values.
+    constructor(fields, defaults, places = []) {
         this.fields = fields;
         this.defaults = defaults;
         this.listeners = [];
         this.values = { ...defaults, ...this.#read() };
+        this.#place = () => JSON.stringify(places.map((key) => this.values[key]));
+        this.#written_place = this.#place();
         this.#write_later = settle(() => this.write(), 200);
         addEventListener("hashchange", () => {
-            if (location.hash.slice(1) !== this.written)
-                this.set({ ...defaults, ...this.#read() });
+            if (location.hash.slice(1) === this.written) return;
+            this.written = location.hash.slice(1);
+            this.set({ ...defaults, ...this.#read() });
+            this.#written_place = this.#place();
         });
     }
     #write_later;
+    #place;
+    #written_place;
 
     #read() {
         const values = {};
@@ -53,8 +60,12 @@ export class State {
     }
 
     write() {
-        this.written = this.hash();
-        history.replaceState(null, "", `#${this.written}`);
+        const hash = this.hash(), place = this.#place();
+        if (hash === this.written) return;  // a write would end a Back or Forward that is under way
+        this.written = hash;
+        const way = place === this.#written_place ? "replaceState" : "pushState";
+        history[way](null, "", `#${this.written}`);
+        this.#written_place = place;
     }
 
     get(key) { return this.values[key]; }

@@ -22,19 +22,19 @@ const unit = (v) => limit(v, 0, 1);
 // Index = `tone` of view.frag. Arguments: linear value times 2^EV, not negative; result 0..1.
 export const kTones = [
     {
-        key: "display", name: "x/(1+x), \u03b3 2.2",
-        help: "the display transform of PSNR and SSIM: (x/(1+x))^(1/2.2)",
+        key: "display", name: "Soft (Reinhard)",
+        help: "highlights roll off gently; the display transform of PSNR and SSIM: (x/(1+x))^(1/2.2)",
         curve: (x) => (x === Infinity ? 1 : (x / (1 + x)) ** (1 / 2.2)),
     },
     {
-        key: "aces", name: "ACES",
-        help: "the tone mapper of HDR-FLIP (Narkowicz' fit of ACES), then sRGB",
+        key: "aces", name: "Filmic (ACES)",
+        help: "contrast as of film; the tone mapper of HDR-FLIP (Narkowicz' fit of ACES), then sRGB",
         curve: (x) => {
             const v = 0.6 * Math.min(x, 1e6);
             return srgb(unit((v * (2.51 * v + 0.03)) / (v * (2.43 * v + 0.59) + 0.14)));
         },
     },
-    { key: "srgb", name: "sRGB, clipped", help: "no tone mapping: sRGB, clipped at 1",
+    { key: "srgb", name: "None (sRGB)", help: "no tone curve: sRGB, clipped at 1",
         curve: (x) => srgb(unit(x)) },
 ];
 

@@ -21,6 +21,7 @@ using boost::system::error_code;
 constexpr size_t kBatch = 100;            // events per write
 constexpr size_t kLongestTarget = 4096;   // bytes
 constexpr size_t kReadAhead = 64 * 1024;  // buffered bytes in addition to a header
+constexpr size_t kSmall = 64 * 1024;      // bytes of a reply that is always sent
 constexpr std::chrono::milliseconds kLinger{2000};
 constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
 constexpr auto kPatience = std::chrono::seconds(20);
@@ -181,7 +182,39 @@ void Connection::watch_client() {
         });
 }
 
+void Connection::hold() {
+    release();
+    held_ = content_.size();
+    shared_.unsent += held_;
+    shared_.unsent_of[address_] += held_;
+    shared_.traffic.unsent.Set(double(shared_.unsent));
+}
+
+void Connection::release() {
+    if (held_ == 0) return;
+    shared_.unsent -= held_;
+    if (const auto found = shared_.unsent_of.find(address_);
+        found != shared_.unsent_of.end() && (found->second -= held_) == 0)
+        shared_.unsent_of.erase(found);
+    shared_.traffic.unsent.Set(double(shared_.unsent));
+    held_ = 0;
+}
+
+// One address may take half of the budget, unless it is a proxy's, and always one reply.
+bool Connection::is_over_budget(size_t bytes) const {
+    const size_t most = shared_.settings.max_unsent;
+    if (bytes <= kSmall) return false;
+    if (shared_.unsent > 0 && shared_.unsent + bytes > most) return true;
+    const auto of = shared_.unsent_of.find(address_);
+    return of != shared_.unsent_of.end() && of->second + bytes > most / 2 &&
+           !shared_.api.guard().trusts(address_);
+}
+
 void Connection::reply(Reply answer) {
+    if (request_.method != "HEAD" && is_over_budget(answer.body.size())) {
+        answer = problem(503, "too many replies wait to be read; try again soon");
+        answer.headers.emplace_back("Retry-After", "5");
+    }
     shared_.traffic.replies.Add({{"status", std::to_string(answer.status)}}).Increment();
     if (shared_.settings.log)
         shared_.settings.log(concat(address_, " ", request_.method, " ", request_.target, " ",
@@ -193,6 +226,7 @@ void Connection::reply(Reply answer) {
     head_ = head_of(answer, keep_);
     source_ = request_.method == "HEAD" ? nullptr : answer.source;
     content_ = request_.method == "HEAD" ? "" : std::move(answer.body);
+    hold();
     state_ = State::writing;
     // One more second per 64 KiB, for large images.
     deadline_in(shared_.settings.write + std::chrono::seconds(content_.size() >> 16));
@@ -201,7 +235,11 @@ void Connection::reply(Reply answer) {
         socket_, buffers,
         [self = shared_from_this(), wanted = answer.events](const error_code& error, size_t) {
             if (self->state_ == State::closed) return;
-            if (!error && wanted) return self->listen(*wanted);
+            if (!error && wanted) {
+                self->content_ = {};
+                self->release();
+                return self->listen(*wanted);
+            }
             if (!error && self->source_) return self->send_source();
             self->on_written(error);
         });
@@ -210,6 +248,7 @@ void Connection::reply(Reply answer) {
 void Connection::on_written(const error_code& error) {
     if (error) return abandon();
     content_ = {};
+    release();
     if (keep_ && !finish_) return read_header();
     linger();
 }
@@ -218,6 +257,7 @@ void Connection::on_written(const error_code& error) {
 void Connection::send_source() {
     state_ = State::sending;
     content_ = {};
+    release();
     deadline_in(shared_.settings.working);
     const bool taken = shared_.disk_pool.run([self = shared_from_this(), source = source_] {
         auto part = source->next();
@@ -230,6 +270,7 @@ void Connection::send_source() {
                 return self->on_written({});
             }
             self->content_ = std::move(*part);
+            self->hold();
             self->deadline_in(self->shared_.settings.write);
             asio::async_write(self->socket_, asio::buffer(self->content_),
                               [self](const error_code& error, size_t) {
@@ -366,6 +407,7 @@ void Connection::abandon() {
     if (state_ == State::closed) return;
     if (state_ == State::listening) shared_.traffic.listeners.Decrement();
     if (request_.left) *request_.left = true;
+    release();
     state_ = State::closed;
     error_code ignored;
     socket_.close(ignored);

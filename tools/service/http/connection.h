@@ -42,6 +42,8 @@ struct Traffic {
         gauge("postchain_http_listeners", "Connections that listen to events.");
     prometheus::Gauge& waiting =
         gauge("postchain_http_waiting_requests", "Requests that wait for an answer.");
+    prometheus::Gauge& unsent =
+        gauge("postchain_http_unsent_bytes", "Bytes of replies that clients have not read.");
     prometheus::Counter& accepted =
         counters("postchain_http_accepted_total", "Connections accepted.").Add({});
     prometheus::Counter& turned_away =
@@ -67,6 +69,8 @@ struct Shared {
     EventLog events;
     std::set<std::shared_ptr<Connection>> connections;
     std::map<std::string, size_t> per_address;
+    size_t unsent = 0;  // bytes of content_ of all connections, and of those of each address
+    std::map<std::string, size_t> unsent_of;
     bool closing = false;
     std::atomic<uint64_t> beats = 0;
     Traffic traffic;
@@ -106,6 +110,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void send_events();
     void send_batch(EventBatch batch);
     void linger();
+    // Counts the bytes of content_ from now on; release() ends that.
+    void hold();
+    void release();
+    bool is_over_budget(size_t bytes) const;
     void deadline_in(std::chrono::milliseconds time) { deadline_ = Clock::now() + time; }
 
     Shared& shared_;
@@ -123,6 +131,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     bool finish_ = false;                 // finish() was called
     std::string head_;                    // of the current reply
     std::string content_;
+    size_t held_ = 0;  // bytes of content_ that count as unsent
     // Listeners only.
     std::string job_;
     int64_t sent_ = 0;       // id of the last event sent

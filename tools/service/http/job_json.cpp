@@ -72,7 +72,7 @@ const std::vector<Field<Diagnostic>>& diagnostic_fields() {
     return fields;
 }
 
-const std::vector<Field<Job>>& job_fields() {
+const std::vector<Field<Job>>& listed_job_fields() {
     static const std::vector<Field<Job>> fields = {
         field("id", about("string", "id of the job"), &Job::id),
         field("kind", about_words(kJobKinds, "kind of the job"), &Job::kind),
@@ -96,10 +96,20 @@ const std::vector<Field<Job>>& job_fields() {
               &Job::exit_code),
         field("verdict", about("string", "result of ab, bench and study in one line"),
               &Job::verdict),
-        {"request",
-         {{"description", "the submitted job"}},
-         [](const Job& j) { return parsed(j.body); }},
+        {"about", about("object", "strings of the request: input, output, chain, chain_b, study"),
+         [](const Job& j) { return parsed(j.about); }},
     };
+    return fields;
+}
+
+const std::vector<Field<Job>>& job_fields() {
+    static const std::vector<Field<Job>> fields = [] {
+        std::vector<Field<Job>> all = listed_job_fields();
+        all.push_back({"request", {{"description", "the submitted job"}}, [](const Job& j) {
+                           return parsed(j.body);
+                       }});
+        return all;
+    }();
     return fields;
 }
 

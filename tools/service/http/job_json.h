@@ -19,7 +19,8 @@ struct Field {
 };
 
 const std::vector<Field<Diagnostic>>& diagnostic_fields();
-const std::vector<Field<Job>>& job_fields();
+const std::vector<Field<Job>>& listed_job_fields();         // in lists
+const std::vector<Field<Job>>& job_fields();                // the same with the request
 const std::vector<Field<JobFrame>>& frame_fields();         // in lists
 const std::vector<Field<JobFrame>>& frame_detail_fields();  // the same with the sidecar
 

@@ -30,9 +30,12 @@ Json integer(const char* description) {
 
 Json schemas(Json job) {
     job.erase("$schema");  // for documents of their own
-    Json jobs = list_of("jobs", "Job");
+    Json jobs = list_of("jobs", "ListedJob");
     jobs["properties"]["next"] = {{"type", {"string", "null"}},
                                   {"description", "value of `before` for the next jobs"}};
+    Json frames = list_of("frames", "Frame");
+    frames["properties"]["next"] = {{"type", {"integer", "null"}},
+                                    {"description", "value of `from` for the next frames"}};
     const Json problem = {{"type", "object"},
                           {"properties",
                            {{"type", text("about:blank")},
@@ -92,6 +95,10 @@ Json schemas(Json job) {
            {{"type", "integer"}, {"minimum", -kMaxPriority}, {"maximum", kMaxPriority}}}}},
         {"required", {"priority"}},
         {"additionalProperties", false}};
+    Json checked = list_of("diagnostics", "Diagnostic");
+    checked["properties"]["chain"] = {
+        {"type", {"object", "null"}},
+        {"description", "values of the text; null if it is not an object with a list of passes"}};
     const Json chain_text = {{"type", "object"},
                              {"properties", {{"text", text("text of a chain file")}}},
                              {"required", {"text"}}};
@@ -103,12 +110,13 @@ Json schemas(Json job) {
             {"Folder", folder},
             {"Chains", named({{"chains", items(chain)}})},
             {"Job", schema_of(job_fields())},
+            {"ListedJob", schema_of(listed_job_fields())},
             {"Jobs", jobs},
             {"Frame", schema_of(frame_fields())},
-            {"Frames", list_of("frames", "Frame")},
+            {"Frames", frames},
             {"FrameDetail", schema_of(frame_detail_fields())},
             {"Diagnostic", schema_of(diagnostic_fields())},
-            {"Diagnostics", list_of("diagnostics", "Diagnostic")},
+            {"CheckedChain", checked},
             {"Problem", problem}};
 }
 

@@ -97,7 +97,7 @@ Reply list(const Service& service, const Call& call) {
         const bool more = jobs.size() > most;
         if (more) jobs.pop_back();
         Json list = Json::array();
-        for (const Job& job : jobs) list.push_back(json_of(job, job_fields()));
+        for (const Job& job : jobs) list.push_back(json_of(job, listed_job_fields()));
         const Json next = more ? Json(jobs.back().id) : Json();
         return json_reply(200, io::json_text({{"jobs", list}, {"next", next}}));
     });
@@ -180,6 +180,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
 }
 
 // --------------------------------------------- results: frames, events, images, reports, outputs
+constexpr size_t kFrames = 1000, kMaxFrames = 5000;  // per reply
 constexpr const char* kNoFrame = "the frame is not a number";
 constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is not the number of an event";
 
@@ -229,11 +230,22 @@ Reply all_events(const Call& call) {
 }
 
 Reply frames(const Service& service, const Call& call) {
-    return reply_to(service.frames(call.values[0]), [](const std::vector<JobFrame>& frames) {
-        Json list = Json::array();
-        for (const JobFrame& frame : frames) list.push_back(json_of(frame, frame_fields()));
-        return json_reply(200, io::json_text({{"frames", list}}));
-    });
+    const std::string limit = call.query("limit"), start = call.query("from");
+    const auto most = limit.empty() ? std::optional(kFrames) : number_of<size_t>(limit);
+    const auto from = start.empty() ? std::optional(size_t(0)) : number_of<size_t>(start);
+    if (!most || *most < 1 || *most > kMaxFrames)
+        return problem(400, concat("limit is not an integer in 1..", kMaxFrames));
+    if (!from) return problem(400, "from is not the place of a frame");
+    return reply_to(service.frames(call.values[0], *from, *most + 1),
+                    [most = *most, from = *from](std::vector<JobFrame> frames) {
+                        const bool more = frames.size() > most;
+                        if (more) frames.pop_back();
+                        Json list = Json::array();
+                        for (const JobFrame& frame : frames)
+                            list.push_back(json_of(frame, frame_fields()));
+                        const Json next = more ? Json(from + most) : Json();
+                        return json_reply(200, io::json_text({{"frames", list}, {"next", next}}));
+                    });
 }
 
 Reply frame(const Service& service, const Call& call) {
@@ -302,11 +314,15 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
         return replies([&service, reply](const Call& call) { return reply(service, call); });
     };
     const QueryParameter after = {"after", "an event's id, instead of the header Last-Event-ID"};
-    routes.push_back({.path = "/v1/jobs/{id}/frames",
-                      .operation = "listFrames",
-                      .summary = "Frames of a job",
-                      .handle = read(frames),
-                      .schema = "Frames"});
+    routes.push_back(
+        {.path = "/v1/jobs/{id}/frames",
+         .operation = "listFrames",
+         .summary = "Frames of a job, in its order",
+         .handle = read(frames),
+         .queries =
+             {{"from", "how many frames to leave out before; default 0", {}, "[0-9]{1,9}"},
+              {"limit", "maximum number of frames, 1 to 5000; default 1000", {}, "[0-9]{1,9}"}},
+         .schema = "Frames"});
     routes.push_back({.path = "/v1/jobs/{id}/frames/{n}",
                       .operation = "getFrame",
                       .summary = "A frame of a job, with its sidecar",
@@ -478,13 +494,14 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
          .operation = "checkChain",
          .summary = "Checks the text of a chain file",
          .handle = replies([&](const Call& call) {
-             return reply_to(service.check_chain(call.request.body), [](const Diagnostics& found) {
-                 return json_reply(200, "{\"diagnostics\": " + json_of(found) + "}");
+             return reply_to(service.check_chain(call.request.body), [](const CheckedChain& found) {
+                 return json_reply(200, "{\"diagnostics\": " + json_of(found.diagnostics) +
+                                            ", \"chain\": " + io::json_text(found.values) + "}");
              });
          }),
          .body = "ChainText",
          .refusals = {422},
-         .schema = "Diagnostics"});
+         .schema = "CheckedChain"});
 }
 
 // ---------------------------------- the service itself: page, session, schemas, health, counters
@@ -492,7 +509,7 @@ constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src "
     "'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-Reply readiness(Service& service, const Call& call) {
+Reply readiness(const Service& service, const Call& call) {
     const Health health = service.health();
     const bool ready =
         health.gl && health.disk && health.queue && health.progress && !health.draining;
@@ -582,7 +599,8 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
          .operation = "getReadiness",
          .summary = "200 if the service accepts jobs and they make progress, otherwise 503",
          .handle = replies([&](const Call& call) { return readiness(service, call); }),
-         .open = true});
+         .open = true,
+         .at_once = true});
     routes.push_back({.path = "/metrics",
                       .operation = "getMetrics",
                       .summary = "Prometheus text format",

@@ -46,7 +46,8 @@ struct Job {
     JobState state = JobState::queued;
     int priority = 0;        // -kMaxPriority..kMaxPriority, larger first; then by arrival
     std::string owner;       // a user's name; empty without a file of users
-    std::string body;        // the request as received
+    std::string body;        // the request as received; empty in lists
+    std::string about;       // JSON: input, output, chains and study of the request, as in lists
     std::string message;     // reason of a failure, or notes
     int64_t created_ms = 0;  // milliseconds since 1970-01-01 UTC; 0 = not yet
     int64_t started_ms = 0;

@@ -16,7 +16,10 @@ namespace {
 // The queries of job_of() and frame_of(), up to WHERE.
 constexpr const char* kJob =
     "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
-    "done, failed, exit_code, verdict, owner, bytes FROM jobs ";
+    "done, failed, exit_code, verdict, owner, bytes, about FROM jobs ";
+constexpr const char* kListedJob =
+    "SELECT id, kind, state, priority, '', message, created_ms, started_ms, ended_ms, frames, "
+    "done, failed, exit_code, verdict, owner, bytes, about FROM jobs ";
 constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
 
@@ -70,6 +73,7 @@ Job job_of(const Statement& row) {
     job.verdict = row.text(13);
     job.owner = row.text(14);
     job.bytes = row.integer(15);
+    job.about = row.text(16);
     return job;
 }
 
@@ -212,9 +216,10 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
             return Added{Added::Result::over_limit, {}, why};
         database.run(
-            "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames) "
-            "VALUES(?, 'queued', ?, ?, ?, ?, ?, ?)",
-            name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames);
+            "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames, output, "
+            "about) VALUES(?, 'queued', ?, ?, ?, ?, ?, ?, ?, ?)",
+            name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames,
+            job.output, job.about);
         const int64_t id = database.last_id();
         add_event(id, "queued", {{"kind", name_of(job.kind)}, {"priority", job.priority}});
         return Added{Added::Result::made, *job_where(database, "id = ?", id), ""};
@@ -239,12 +244,23 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
         const int64_t last = before.empty() ? 0 : std::max<int64_t>(number_of(before), 1);
         return all(
             Statement(database,
-                      concat(kJob,
+                      concat(kListedJob,
                              "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) AND (?4 "
                              "= '' OR owner = ?4)",
                              search_condition(words.size(), 5), " ORDER BY id DESC LIMIT ?3"),
                       state, last, int64_t(limit), owner, words),
             job_of);
+    });
+}
+
+Result<std::vector<Job>> JobStore::writers(const std::string& output) const {
+    return look([&](Database& database) {
+        return all(Statement(database,
+                             concat(kJob,
+                                    "WHERE state IN ('queued', 'running') AND output = ? AND "
+                                    "output <> '' ORDER BY id"),
+                             output),
+                   job_of);
     });
 }
 
@@ -442,7 +458,7 @@ Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
         // A queued one follows when it has started again.
         return all(
             Statement(database, query + "WHERE remote <> '' AND state <> 'queued' ORDER BY id"),
-            [](const Statement& row) { return std::pair(job_of(row), row.text(16)); });
+            [](const Statement& row) { return std::pair(job_of(row), row.text(17)); });
     });
 }
 
@@ -458,9 +474,15 @@ Status JobStore::say(const std::string& id, const std::string& type, const io::J
 
 // ---------------------------------------------------------------------------------------- frames
 Result<std::vector<JobFrame>> JobStore::frames(const std::string& id) const {
+    return frames(id, 0, size_t(std::numeric_limits<int64_t>::max()));
+}
+
+Result<std::vector<JobFrame>> JobStore::frames(const std::string& id, size_t from,
+                                               size_t limit) const {
     return look([&](Database& database) {
         return all(
-            Statement(database, concat(kFrame, "WHERE job = ? ORDER BY place"), number_of(id)),
+            Statement(database, concat(kFrame, "WHERE job = ? ORDER BY place LIMIT ? OFFSET ?"),
+                      number_of(id), int64_t(limit), int64_t(from)),
             frame_of);
     });
 }

@@ -47,8 +47,10 @@ struct NewJob {
     JobKind kind = JobKind::run;
     std::string body;
     int priority = 0;
-    std::string key = {};  // may be empty
-    int frames = 0;        // 0 = not known yet
+    std::string key = {};     // may be empty
+    int frames = 0;           // 0 = not known yet
+    std::string output = {};  // the pattern or folder that it writes, resolved; empty = not known
+    std::string about = "{}";
 };
 
 struct Added {
@@ -82,11 +84,14 @@ class JobStore final : public StoreFile {
     Result<Added> add(const NewJob& job, size_t max_queue, const User& owner = User());
     Result<std::optional<Job>> job(const std::string& id) const;
     Result<std::optional<Job>> job_of_key(const std::string& key) const;
-    // Newest first; `state`, `before`, `owner` and `search` may be empty. `search`: words that all
-    // occur in a job's id, kind, state, owner, message, paths or chains, in any case (ASCII).
+    // Without their bodies, newest first; `state`, `before`, `owner` and `search` may be empty.
+    // `search`: words that all occur in a job's id, kind, state, owner, message, paths or chains,
+    // in any case (ASCII).
     Result<std::vector<Job>> jobs(const std::string& state, const std::string& before, size_t limit,
                                   const std::string& owner = "",
                                   const std::string& search = "") const;
+    // Unfinished jobs with this NewJob::output, oldest first.
+    Result<std::vector<Job>> writers(const std::string& output) const;
     // The places of waiting jobs, in the order in which next() would return them.
     Result<QueuePlaces> places() const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
@@ -131,6 +136,8 @@ class JobStore final : public StoreFile {
     // one finds the begun frames: docs/service.md, "After a crash". Frames are in the order of the
     // job.
     Result<std::vector<JobFrame>> frames(const std::string& id) const;
+    // At most `limit`, from the place `from` (0 = the first).
+    Result<std::vector<JobFrame>> frames(const std::string& id, size_t from, size_t limit) const;
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
     Result<FrameTally> tally(const std::string& id) const;
     Result<std::vector<FrameToDo>> to_do(const std::string& id) const;

@@ -9,7 +9,7 @@
 namespace postchain::service {
 namespace {
 
-constexpr int64_t kVersion = 3;  // earlier ones were never released
+constexpr int64_t kVersion = 4;  // earlier ones were never released
 constexpr int64_t kDayMs = 86'400'000;
 
 constexpr const char* kTables = R"sql(
@@ -22,7 +22,8 @@ CREATE TABLE jobs(
   exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
   begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0,
   owner TEXT NOT NULL DEFAULT '', bytes INTEGER NOT NULL DEFAULT 0,
-  remote TEXT NOT NULL DEFAULT '');
+  remote TEXT NOT NULL DEFAULT '', output TEXT NOT NULL DEFAULT '',
+  about TEXT NOT NULL DEFAULT '{}');
 CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
 CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
 CREATE TABLE frames(

@@ -140,6 +140,12 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
     return io::json_text(reply);
 }
 
+io::Json chain_values(const std::string& text) {
+    const TextNode root = read_text_tree(text, "chain").root;
+    const TextNode* passes = root.find("passes");
+    return passes && passes->is_list() ? json_of(root) : Json();
+}
+
 Answer<std::string> chains_of(const std::string& file, const Roots& roots) {
     Json list = Json::array();
     if (!file.empty()) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "chain/pass/pass.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/work/problem.h"
 
 namespace postchain::service {
@@ -11,6 +12,9 @@ namespace postchain::service {
 // JSON, as GET /v1/browse. `folder` is a path of a request; empty: the only root, or a list of the
 // roots. Problems: forbidden, not_found.
 Answer<std::string> browse(const std::string& folder, const Roots& roots);
+
+// The values of a chain file's text; null if it is not an object with a list of passes.
+io::Json chain_values(const std::string& text);
 
 // JSON, as GET /v1/chains: the shipped chains, or if `file` is not empty that chain file, each with
 // its text and its values. Problems: forbidden, not_found, invalid (not a chain file).

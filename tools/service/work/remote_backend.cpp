@@ -161,8 +161,11 @@ void RemoteBackend::poll_queue() {
     if (running.ok()) {
         for (const Job& job : *running) {
             if (ends()) return;
-            if (const auto remote = store_.remote(job.id); remote.ok() && remote->empty())
-                note(take(job));
+            const auto remote = store_.remote(job.id);
+            if (!remote.ok() || !remote->empty()) continue;
+            const auto whole = store_.job(job.id);  // with its body
+            note(whole.status());
+            if (whole.ok() && *whole) note(take(**whole));
         }
     }
     while (!ends()) {

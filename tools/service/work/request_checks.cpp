@@ -1,11 +1,15 @@
 #include "tools/service/work/request_checks.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "config/chain_file.h"
 #include "config/reporter.h"
+#include "tools/measure/experiment/report_folder.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/plan_sequence.h"
+#include "tools/sequence/run/run_files.h"
+#include "tools/service/work/browse.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/request_body.h"
 
@@ -36,6 +40,38 @@ int measured_frames(const JobRequest& job) {
     int frames = 0;
     for (const study::Task& task : study::tasks_of(job.study)) frames += of_scenes[task.scene];
     return frames;
+}
+
+// Errors (output): outputs exist.
+Status check_existing(const std::vector<sequence::FrameTask>& tasks,
+                      const sequence::RunSettings& run) {
+    int existing = 0;
+    std::string first;
+    for (const sequence::FrameTask& task : tasks)
+        for (const std::string& path : sequence::outputs_of(task, run)) {
+            std::error_code error;
+            if (task.files.empty() || !exists(std::filesystem::symlink_status(path, error)))
+                continue;
+            if (existing++ == 0) first = path;
+            break;
+        }
+    if (existing == 0) return Status();
+    return Status(StatusCode::output,
+                  concat(existing, " of ", tasks.size(),
+                         tasks.size() == 1 ? " output exists" : " outputs exist",
+                         " already: ", first, existing > 1 ? " and others" : "",
+                         "; set on_existing: overwrite or skip, or name another output"));
+}
+
+// Job::about of a body. Long texts are cut.
+std::string about_of(const std::string& body, const Roots& roots) {
+    constexpr size_t kLongest = 300;  // bytes
+    const RequestBody text(body, roots);
+    io::Json about = io::Json::object();
+    for (const char* key : {"input", "output", "chain", "chain_b", "study"})
+        if (const TextNode* node = text.find(key); node && is_string(*node))
+            about[key] = node->text.substr(0, kLongest);
+    return io::json_text(about);
 }
 
 // A message of the command in terms of a request: "--on-existing skip" becomes "on_existing: skip".
@@ -71,6 +107,7 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     }
     const JobRequest& job = std::get<JobRequest>(read);
     Submission submission{job.kind, job.priority, 0, job.warnings};
+    submission.about = about_of(body, reader.roots());
     if (remote && job.kind != JobKind::run)
         return fault_at(body, reader.roots(), "kind",
                         concat("this service hands its jobs to another queue, which runs only "
@@ -80,15 +117,21 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
         return fault_at(body, reader.roots(), "dump_stages",
                         "this service hands its jobs to another queue, whose tasks write no "
                         "stages; use `postchain run --dump-stages` or a service without --backend");
-    if (job.kind != JobKind::run) {
-        submission.frames = measured_frames(job);
-        return submission;
-    }
     const auto refuse = [&](const std::string& key, const Status& status) {
         return fault_at(
             body, reader.roots(), key,
             in_terms_of_request(reader.roots().shown_in(status.message()), reader.run_table()));
     };
+    if (job.kind != JobKind::run) {
+        submission.frames = measured_frames(job);
+        // Several jobs and commands may work on a study.
+        if (job.kind == JobKind::study || job.measured.on_existing != io::OnExisting::fail)
+            return submission;
+        if (const Status status = experiment::check_folder(job.measured); !status.ok())
+            return refuse("on_existing", status);
+        submission.output = job.measured.folder;
+        return submission;
+    }
     const auto tasks = tasks_of(job.run);
     if (!tasks.ok()) return refuse(job.run.frames ? "frames" : "input", tasks.status());
     submission.frames = int(tasks->size());
@@ -98,7 +141,31 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
         return refuse("output", Status(StatusCode::output,
                                        folder + ": folder does not exist; create it or use "
                                                 "--mkdir"));
+    if (job.run.on_existing != io::OnExisting::fail) return submission;
+    if (const Status status = check_existing(*tasks, job.run); !status.ok())
+        return refuse("on_existing", status);
+    submission.output = job.run.output.text();
+    for (const sequence::FrameTask& task : *tasks) submission.written.push_back(task.frame);
     return submission;
+}
+
+std::optional<Problem> same_output(const std::string& body, const Submission& job, const Job& other,
+                                   const JobReader& reader) {
+    const auto refuse = [&](const std::string& what) {
+        return fault_at(body, reader.roots(), "on_existing",
+                        concat("job ", other.id, " is going to write ", what,
+                               "; name another output, wait for it, or cancel it"));
+    };
+    if (job.kind != JobKind::run) return refuse("this report");
+    auto read = reader.job(other.body);
+    const JobRequest* request = std::get_if<JobRequest>(&read);
+    if (!request) return std::nullopt;  // it fails when it starts
+    const auto tasks = tasks_of(request->run);
+    if (!tasks.ok()) return std::nullopt;
+    for (const sequence::FrameTask& task : *tasks)
+        if (std::ranges::find(job.written, task.frame) != job.written.end())
+            return refuse(concat("frame ", task.frame, " to the same file"));
+    return std::nullopt;
 }
 
 Answer<int> read_priority(const std::string& body, const Roots& roots) {
@@ -144,7 +211,7 @@ Answer<std::string> plan_of(const std::string& body, const JobReader& reader) {
     }
 }
 
-Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& registry) {
+Answer<CheckedChain> check_chain_text(const std::string& body, const PassRegistry& registry) {
     TextTree tree = read_json_body(body);
     const TextNode* text = tree.root.find("text");
     if (!has_errors(tree.diagnostics) && !(text && is_string(*text)))
@@ -152,7 +219,8 @@ Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& re
             .error(text ? *text : tree.root, "text", "missing, or not a chain file's text");
     if (has_errors(tree.diagnostics))
         return refusal(Problem::Kind::invalid, std::move(tree.diagnostics));
-    return parse_chain(text->text, "chain", registry).diagnostics;
+    return CheckedChain{parse_chain(text->text, "chain", registry).diagnostics,
+                        chain_values(text->text)};
 }
 
 }  // namespace postchain::service

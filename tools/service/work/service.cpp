@@ -19,6 +19,7 @@
 #include "tools/service/work/counters.h"
 #include "tools/service/work/device_gate.h"
 #include "tools/service/work/disk_check.h"
+#include "tools/service/work/health_watch.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
@@ -161,7 +162,8 @@ struct Service::State {
           counters(settings.version),
           thumbnails(1, kMaxThumbnails),
           previews(device, registry, gate),
-          disks(std::move(folders)) {}
+          disks(std::move(folders)),
+          watch([this] { return look(); }) {}
 
     const ServiceSettings settings;
     const PassRegistry& registry;
@@ -177,12 +179,17 @@ struct Service::State {
     std::atomic<bool> draining = false;
     std::mutex listener_mutex;
     std::function<void(const Event&)> listener;
+    // On the thread of `watch`.
+    std::chrono::steady_clock::time_point device_tested = {};
+    Status device_state = {};
+    HealthWatch watch;  // the last member: it uses the others
 
     // A job of the store with the remaining time of the running job, or its place in the queue.
     Job shown(Job job, const QueuePlaces& places) const;
     Job shown(Job job) const;
 
     void hear(const Event& event);
+    WatchedHealth look();
 
     // The following throw a Problem.
     Job known(const std::string& id) const;
@@ -217,6 +224,20 @@ void Service::State::hear(const Event& event) {
     log_event(event, *store, counters, settings.log);
     const std::lock_guard lock(listener_mutex);
     if (listener) listener(event);
+}
+
+WatchedHealth Service::State::look() {
+    constexpr auto kDevicePeriod = std::chrono::seconds(10);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - device_tested > kDevicePeriod) {
+        // A preview may take long; then the device's last known state stays.
+        if (auto tested = previews.test()) device_state = std::move(*tested);
+        device_tested = now;
+    }
+    const auto counts = store->counts();
+    const auto queued = counts.find(JobState::queued);
+    return {device_state, store->in_place(), disks.fault(),
+            queued == counts.end() ? 0 : queued->second};
 }
 
 Job Service::State::known(const std::string& id) const {
@@ -282,7 +303,8 @@ Service::~Service() {
 size_t Service::end() {
     state_->draining = true;
     const size_t lost = state_->backend ? state_->backend->end() : 0;
-    return lost + state_->previews.end() + state_->thumbnails.end() + state_->disks.end();
+    return lost + state_->watch.end() + state_->previews.end() + state_->thumbnails.end() +
+           state_->disks.end();
 }
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
@@ -315,6 +337,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     for (const Status& status : {state->thumbnails.begin(), state->previews.begin(),
                                  state->disks.begin(), state->backend->begin()})
         if (!status.ok()) return status;
+    RETURN_IF_ERROR(state->watch.begin());
     return std::unique_ptr<Service>(new Service(std::move(state)));
 } catch (...) {
     return status_of_exception("the service");
@@ -348,13 +371,23 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                                     : user.name + "\n" + idempotency_key;
         // An accepted body is not checked again.
         const auto earlier = stored(state_->store->job_of_key(key));
-        if (earlier && earlier->body == body && earlier->owner == user.name)
-            return state_->shown(*earlier);
-        const Submission job = taken(check_submission(body, state_->reader_of(user),
-                                                      state_->settings.remote.queue != nullptr));
+        const auto other_body = [](const Job& job) {
+            return Problem{Problem::Kind::conflict, "job " + job.id +
+                                                        " has this Idempotency-Key and another "
+                                                        "body; use a new key"};
+        };
+        if (earlier && (earlier->body != body || earlier->owner != user.name))
+            throw other_body(*earlier);
+        if (earlier) return state_->shown(*earlier);
+        const JobReader reader = state_->reader_of(user);
+        const Submission job =
+            taken(check_submission(body, reader, state_->settings.remote.queue != nullptr));
         check_priority(user, job.priority);
-        Added added = stored(state_->store->add({job.kind, body, job.priority, key, job.frames},
-                                                state_->settings.max_queue, user));
+        for (const Job& other : stored(state_->store->writers(job.output)))
+            if (auto refused = same_output(body, job, other, reader)) throw std::move(*refused);
+        Added added = stored(state_->store->add(
+            {job.kind, body, job.priority, key, job.frames, job.output, job.about},
+            state_->settings.max_queue, user));
         switch (added.result) {
             case Added::Result::made:
                 *created = true;
@@ -364,9 +397,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             case Added::Result::same:
                 break;
             case Added::Result::other_body:
-                throw Problem{Problem::Kind::conflict,
-                              "job " + added.job.id +
-                                  " has this Idempotency-Key and another body; use a new key"};
+                throw other_body(added.job);
             case Added::Result::over_limit:
             case Added::Result::full:
                 throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
@@ -389,10 +420,11 @@ Answer<Job> Service::job(const std::string& id) const {
     return answer([&] { return state_->known(id); });
 }
 
-Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
+Answer<std::vector<JobFrame>> Service::frames(const std::string& id, size_t from,
+                                              size_t limit) const {
     return answer([&] {
         state_->known(id);
-        auto frames = stored(state_->store->frames(id));
+        auto frames = stored(state_->store->frames(id, from, limit));
         for (JobFrame& frame : frames) frame.output = state_->settings.roots.shown(frame.output);
         return frames;
     });
@@ -538,8 +570,8 @@ Answer<std::string> Service::plan(const User& user, const std::string& body) {
     return answer([&] { return taken(plan_of(body, state_->reader_of(user))); });
 }
 
-Answer<Diagnostics> Service::check_chain(const std::string& body) const {
-    return chain_faults(body, state_->registry);
+Answer<CheckedChain> Service::check_chain(const std::string& body) const {
+    return check_chain_text(body, state_->registry);
 }
 
 std::string Service::passes() const {
@@ -554,35 +586,30 @@ io::Json Service::job_schema() const {
     return service::job_schema(state_->reader.run_table());
 }
 
-Health Service::health() {
-    // A preview may take long; then the answer is the last known state.
-    const std::optional<Status> tested = state_->previews.test();
+Health Service::health() const {
+    int64_t late_s = 0;
+    const WatchedHealth watched = state_->watch.last(late_s);
     const BackendState backend = state_->backend->state();
-    const Status status = tested.value_or(Status());
     Health health;
     const auto say = [&](const std::string& text) {
         if (!text.empty()) health.why += (health.why.empty() ? "" : "; ") + text;
     };
     health.renderer = backend.renderer;
     health.draining = state_->draining;
-    health.gl = backend.works && status.ok();
-    say(status.ok() ? backend.trouble : status.message());
-    health.progress =
-        alive() && (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
-    if (!health.progress && backend.trouble.empty())
+    health.gl = backend.works && watched.device.ok();
+    say(watched.device.ok() ? backend.trouble : watched.device.message());
+    health.progress = late_s == 0 && alive() &&
+                      (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
+    if (late_s > 0) say(concat("the service's disks have not answered for ", late_s, " s"));
+    if (!health.progress && late_s == 0 && backend.trouble.empty())
         say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
     if (backend.lost > 0)
         say(concat(backend.lost == 1 ? "1 thread hangs" : concat(backend.lost, " threads hang"),
                    " in a disk or a device"));
-    const Status in_place = state_->store->in_place();
-    say(in_place.message());
-    const std::string fault = state_->disks.fault();
-    say(fault);
-    health.disk = in_place.ok() && fault.empty();
-    const auto counts = state_->store->counts();
-    const auto queued = counts.find(JobState::queued);
-    health.queue =
-        !health.draining && (queued == counts.end() || queued->second < state_->settings.max_queue);
+    say(watched.store.message());
+    say(watched.disks);
+    health.disk = watched.store.ok() && watched.disks.empty();
+    health.queue = !health.draining && watched.queued < state_->settings.max_queue;
     if (health.draining)
         say("the service is shutting down");
     else if (!health.queue)

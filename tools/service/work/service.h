@@ -85,6 +85,11 @@ struct ResultFile {
     uint64_t bytes = 0;
 };
 
+struct CheckedChain {
+    Diagnostics diagnostics;  // none = the text is valid
+    io::Json values;          // of the text; null if it is not an object with a list of passes
+};
+
 struct JobQuery {
     std::string state, owner;  // empty = any
     std::string search = {};   // words that all occur in a job's names, paths, state or message
@@ -123,10 +128,12 @@ class Service {
     // same body, returns that job. `created` tells whether the job is new.
     Answer<Job> submit(const User& user, const std::string& body,
                        const std::string& idempotency_key, bool* created);
-    Answer<std::vector<Job>> jobs(const JobQuery& query) const;  // newest first
+    // Without their bodies, newest first.
+    Answer<std::vector<Job>> jobs(const JobQuery& query) const;
     Answer<Job> job(const std::string& id) const;
-    // In the order of the job, without their sidecars.
-    Answer<std::vector<JobFrame>> frames(const std::string& id) const;
+    // In the order of the job, without their sidecars: at most `limit`, from the place `from` (0 =
+    // the first).
+    Answer<std::vector<JobFrame>> frames(const std::string& id, size_t from, size_t limit) const;
     Answer<JobFrame> frame(const std::string& id, int number) const;  // with its sidecar
     // The following change a job of the user, or any job if the user is an administrator.
     Answer<Job> cancel(const User& user, const std::string& id);
@@ -168,14 +175,13 @@ class Service {
 
     // JSON, as `postchain plan --json`.
     Answer<std::string> plan(const User& user, const std::string& body);
-    // Diagnostics of a chain file's text, for the editor; none = it is valid. `body`: {"text":
-    // ...}.
-    Answer<Diagnostics> check_chain(const std::string& body) const;
+    // A chain file's text, for the editor. `body`: {"text": ...}.
+    Answer<CheckedChain> check_chain(const std::string& body) const;
     std::string passes() const;        // JSON, as `postchain passes --json`
     std::string chain_schema() const;  // as `postchain schema`
     io::Json job_schema() const;       // JSON Schema of a body of submit()
-    Health health();
-    std::string metrics() const;  // Prometheus text format
+    Health health() const;             // waits for nothing; at most some seconds old
+    std::string metrics() const;       // Prometheus text format
 
   private:
     struct State;

@@ -128,6 +128,16 @@ TEST(Document, KeysCountForPassesWithAFocusOfTheirOwn) {
     }
 }
 
+TEST(Document, OrdersThatLookTheSameAreListedOnce) {
+    Document document = opened("postchain: 1\npasses:\n  - fxaa\n  - motion_blur\n  - fxaa\n");
+    const auto list = document.orders();
+    ASSERT_EQ(list.size(), 3u);
+    EXPECT_EQ(list[0], (std::vector<size_t>{0, 1, 2})) << "the current one";
+    EXPECT_EQ(document.name_of_order(list[1]), "fxaa > fxaa > motion_blur");
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(document.erase(0).ok());
+    EXPECT_TRUE(document.orders().empty());
+}
+
 TEST(Document, PassesThatAreOffDoNotFilter) {
     Document document = opened(kText);
     EXPECT_TRUE(document.switch_off(1, true).ok());

@@ -327,6 +327,58 @@ TEST_F(SessionTest, AChangeOfTheFileByOthersIsNotOverwritten) {
     EXPECT_TRUE(session_->save_chain(path("chain.yaml"), true).ok());
 }
 
+TEST_F(SessionTest, EditsOfAViewerThatWasKilledComeBack) {
+    settings_.recovery_folder = path("state/view");
+    const SessionSettings& given = settings_;
+    const auto again = [&] {
+        SessionSettings settings;
+        settings.run = given.run;
+        settings.chain_name = given.chain_name;
+        settings.chain_is_file = true;
+        settings.chain_text = kJoint;
+        settings.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
+        settings.context = given.context;
+        settings.recovery_folder = path("state/view");
+        return settings;
+    };
+    SessionSettings second = again(), third = again(), fourth = again();
+    open();
+    EXPECT_TRUE(session_->document().erase(0).ok());
+    EXPECT_TRUE(session_->document().set_focus_key(1, 2.5).ok());
+    EXPECT_TRUE(session_->document().add("motion_blur", 0).ok());
+    EXPECT_TRUE(session_->document().switch_off(0, true).ok());
+    const std::string edited = session_->document().chain().text();
+    ASSERT_TRUE(wait_for([&] {
+        return fs::exists(path("state/view")) && !fs::is_empty(path("state/view")) &&
+               std::any_of(fs::directory_iterator(path("state/view")), fs::directory_iterator(),
+                           [](const auto& file) { return file.path().extension() == ".json"; });
+    }));
+    // A viewer beside it has edits of its own.
+    settings_ = std::move(second);
+    auto killed = std::move(session_);
+    open();
+    EXPECT_FALSE(session_->document().changed());
+    session_.reset();
+    // The first one ends without a word; its folder stays.
+    killed.reset();
+    settings_ = std::move(third);
+    open();
+    EXPECT_TRUE(says("restored"));
+    EXPECT_EQ(session_->document().chain().text(), edited);
+    EXPECT_TRUE(session_->document().state().off[0]);
+    EXPECT_EQ(session_->document().state().focus_keys.at(1), 2.5);
+    EXPECT_TRUE(session_->document().changed());
+    session_->document().undo();
+    EXPECT_FALSE(session_->document().changed()) << "one step leads back to the file";
+    session_->document().redo();
+    EXPECT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    EXPECT_TRUE(save_camera(*session_, path("keys.json"), false).ok());
+    session_.reset();
+    settings_ = std::move(fourth);
+    open();
+    EXPECT_FALSE(says("restored")) << "all is saved";
+}
+
 TEST_F(SessionTest, AReloadedChainKeepsTheValuesOfSet) {
     settings_.sets = {"fxaa.mode=directional"};
     open();

@@ -12,8 +12,6 @@
 namespace postchain::view {
 namespace {
 
-constexpr size_t kMaxOrders = 4;  // passes whose every order is listed: 24 of them
-
 double number_of(const ParameterValue& value) {
     if (const auto* whole = std::get_if<int64_t>(&value)) return double(*whole);
     if (const auto* number = std::get_if<double>(&value)) return *number;
@@ -215,30 +213,22 @@ void ChainPanel::main_values() {
 
 void ChainPanel::order_and_tier() {
     Document& document = ui_.session.document();
-    const Chain& chain = document.chain();
-    const auto name_of_order = [&](const std::vector<size_t>& order) {
-        std::string text;
-        for (const size_t i : order)
-            text += (text.empty() ? "" : " > ") + chain.links[i].type->name;
-        return text;
-    };
-    std::vector<size_t> order(chain.links.size());
-    std::iota(order.begin(), order.end(), size_t(0));
+    std::vector<size_t> now(document.chain().links.size());
+    std::iota(now.begin(), now.end(), size_t(0));
     ImGui::SetNextItemWidth(-72 * ui_.scale);
-    const bool orders = ImGui::BeginCombo("order", name_of_order(order).c_str());
+    const bool orders = ImGui::BeginCombo("order", document.name_of_order(now).c_str());
     ui_.mark("order");
     if (orders) {
-        if (order.size() > kMaxOrders) {
-            ImGui::TextDisabled("drag the passes below");
-        } else {
-            do {
-                const std::string name = name_of_order(order);
-                if (ImGui::Selectable(name.c_str())) {
-                    ui_.say(document.reorder(order));
-                    break;
-                }
-                ui_.mark("order " + name);
-            } while (std::next_permutation(order.begin(), order.end()));
+        const auto list = document.orders();
+        if (list.empty())
+            ImGui::TextDisabled(now.empty() ? "no pass yet" : "drag the passes below");
+        for (const auto& order : list) {
+            const std::string name = document.name_of_order(order);
+            const bool chosen = ImGui::Selectable(name.c_str());
+            ui_.mark("order " + name);
+            if (!chosen) continue;
+            ui_.say(document.reorder(order));
+            break;
         }
         ImGui::EndCombo();
     }

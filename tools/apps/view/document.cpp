@@ -5,6 +5,7 @@
 #include <iterator>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "config/chain_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -13,6 +14,7 @@ namespace postchain::view {
 namespace {
 
 constexpr size_t kMaxStates = 500;
+constexpr size_t kMaxOrders = 4;  // passes whose every order is listed: 24 of them
 
 Status no_pass(size_t link) {
     return Status(StatusCode::chain, concat("the chain has no pass ", link));
@@ -241,6 +243,24 @@ Status Document::reorder(const std::vector<size_t>& order) {
     return Status();
 }
 
+std::string Document::name_of_order(const std::vector<size_t>& order) const {
+    std::string text;
+    for (const size_t i : order) text += (text.empty() ? "" : " > ") + chain().links[i].type->name;
+    return text;
+}
+
+std::vector<std::vector<size_t>> Document::orders() const {
+    std::vector<std::vector<size_t>> found;
+    std::vector<size_t> order(chain().links.size());
+    if (order.empty() || order.size() > kMaxOrders) return found;
+    std::iota(order.begin(), order.end(), size_t(0));
+    std::set<std::string> names;
+    do {
+        if (names.insert(name_of_order(order)).second) found.push_back(order);
+    } while (std::next_permutation(order.begin(), order.end()));
+    return found;
+}
+
 Status Document::switch_off(size_t link, bool off) {
     if (link >= chain().links.size()) return no_pass(link);
     DocumentState next = state().clone();
@@ -256,6 +276,23 @@ void Document::replace(Chain chain, const std::string& name) {
     next.focus_keys = state().focus_keys;
     next.chain = std::move(chain);
     push(std::move(next), name);
+}
+
+void Document::restore(DocumentState state) {
+    std::vector<bool> taken(this->state().id.size(), false);
+    state.id.clear();
+    for (const ChainLink& link : state.chain.links) {
+        uint64_t id = next_id_;
+        for (size_t i = 0; i < taken.size(); ++i) {
+            if (taken[i] || chain().links[i].type != link.type) continue;
+            taken[i] = true;
+            id = this->state().id[i];
+            break;
+        }
+        if (id == next_id_) ++next_id_;
+        state.id.push_back(id);
+    }
+    push(std::move(state), "restore");
 }
 
 void Document::take_passes(const Chain& chain, const std::string& name) {

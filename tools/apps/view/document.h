@@ -59,9 +59,15 @@ class Document {
     Status move(size_t from, size_t to);
     // `order`: every index once.
     Status reorder(const std::vector<size_t>& order);
+    // The orders of the passes that differ by their names, the current one first; none if there are
+    // no passes, or too many to list.
+    std::vector<std::vector<size_t>> orders() const;
+    std::string name_of_order(const std::vector<size_t>& order) const;
     Status switch_off(size_t link, bool off);
     // Another chain in place of this one.
     void replace(Chain chain, const std::string& name);
+    // Edits of an earlier session. Passes that this chain has too keep their places in its file.
+    void restore(DocumentState state);
     // The passes of another chain; the camera stays.
     void take_passes(const Chain& chain, const std::string& name);
     // Unsets the passes' own focus. Errors (chain): not a distance above 0.

@@ -95,6 +95,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
         session.shaders = view.shaders;
     }
     session.frame = view.frame;
+    session.recovery_folder = view::recovery_folder();
     return session;
 }
 

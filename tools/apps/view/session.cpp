@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr auto kKeepInterval = std::chrono::seconds(1);  // of edits that are not saved
 constexpr auto kWatchInterval = std::chrono::milliseconds(500);
 constexpr auto kRest = std::chrono::milliseconds(120);  // without changes, until a picture refines
 constexpr double kDraftMs = 60;                         // time of a draft that is aimed at
@@ -52,12 +53,24 @@ void keep(std::deque<double>& list, double value) {
 Session::Session(SessionSettings settings, std::function<void()> wake)
     : settings_(std::move(settings)),
       wake_(std::move(wake)),
-      document_(builtin_passes(), settings_.chain.clone()) {
+      document_(builtin_passes(), settings_.chain.clone()),
+      recovery_(settings_.recovery_folder, settings_.chain_name) {
     if (settings_.other) other_ = std::make_shared<const Chain>(settings_.other->clone());
     chain_text_ = settings_.chain_text;
     if (settings_.chain_is_file) chain_stamp_ = io::FileStamp::of(settings_.chain_name);
     if (!settings_.shaders.empty()) shader_stamp_ = stamp_of_folder(settings_.shaders);
     view_.display.view = settings_.run.view;
+    kept_revision_ = document_.revision();
+    const std::string left = recovery_.left();
+    if (left.empty()) return;
+    auto state = state_of_recovery(left, document_.registry());
+    if (!state.ok()) {
+        say(state.status().message(), true);
+        return;
+    }
+    document_.restore(std::move(*state));
+    say("restored edits of a viewer that ended before they were saved; undo leads back to the "
+        "file");
 }
 
 Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
@@ -156,6 +169,23 @@ void Session::watch_files(Clock::time_point now) {
     }
 }
 
+void Session::keep_edits(Clock::time_point now) {
+    if (recovery_.path().empty() || kept_revision_ == document_.revision() ||
+        document_.in_gesture() || now - kept_at_ < kKeepInterval)
+        return;
+    kept_at_ = now;
+    kept_revision_ = document_.revision();
+    if (!document_.changed() && !document_.keys_changed()) return recovery_.discard();
+    const Status status = save_text(settings_.run, recovery_.path(),
+                                    recovery_text(document_.state()), "the recovery file", true);
+    if (!status.ok()) say(status.message(), true);
+}
+
+void Session::discard_edits() {
+    kept_revision_ = document_.revision();
+    recovery_.discard();
+}
+
 void Session::reload_chain() {
     const auto text = read_text_file(settings_.chain_name, StatusCode::chain);
     if (!text.ok()) return say(text.status().message(), true);
@@ -177,6 +207,7 @@ void Session::reload_chain() {
 
 bool Session::tick(Clock::time_point now) {
     watch_files(now);
+    keep_edits(now);
     advance(now);
     if (chain_of_ != document_.revision() || chain_frame_ != frame_ || !chain_) {
         chain_ = std::make_shared<const Chain>(document_.chain_at(frame_));
@@ -436,6 +467,7 @@ Status Session::save_chain(const std::string& path, bool replace) {
     settings_.sets.clear();
     document_.saved(std::move(saved.off));
     say(path + (saved.kept ? ": saved" : ": saved, written anew below its first comments"));
+    if (!document_.keys_changed()) discard_edits();
     if (document_.keys_changed())
         say("the focus keys are not in the chain file: save the camera file too");
     return Status();

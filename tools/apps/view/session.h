@@ -17,6 +17,7 @@
 #include "tools/apps/view/filter_worker.h"
 #include "tools/apps/view/frame_store.h"
 #include "tools/apps/view/paint.h"
+#include "tools/apps/view/recovery.h"
 
 namespace postchain::view {
 
@@ -34,7 +35,8 @@ struct SessionSettings {
     egl::ContextOptions context;
     std::string shaders;  // folder that is watched; empty: none
     std::optional<int> frame;
-    uint64_t memory = 0;  // bytes for frames; 0: a quarter of the machine's
+    uint64_t memory = 0;          // bytes for frames; 0: a quarter of the machine's
+    std::string recovery_folder;  // for edits that are not saved; empty: they are not kept
 };
 
 enum class Compare { off, wipe, flip, difference };
@@ -127,6 +129,8 @@ class Session {
     // Writes the chain file, which is the open one from then on. Errors: those of new_file(), also
     // for the open file if another program has changed it.
     Status save_chain(const std::string& path, bool replace);
+    // The edits are not wanted: nothing of them is kept.
+    void discard_edits();
     const SessionSettings& settings() const { return settings_; }
     const std::string& renderer() const { return worker_->renderer(); }
     uint64_t frame_bytes() const { return store_->bytes(); }
@@ -149,6 +153,7 @@ class Session {
     };
     void watch_files(Clock::time_point now);
     void reload_chain();
+    void keep_edits(Clock::time_point now);
     void advance(Clock::time_point now);
     bool take_results(Clock::time_point now);
     void request(Clock::time_point now);
@@ -164,6 +169,9 @@ class Session {
     SessionSettings settings_;
     std::function<void()> wake_;
     Document document_;
+    Recovery recovery_;
+    uint64_t kept_revision_ = 0;  // of the document, in the recovery file
+    Clock::time_point kept_at_;
     ViewChoice view_;
     std::shared_ptr<const Chain> other_;
     std::unique_ptr<FrameStore> store_, truth_;

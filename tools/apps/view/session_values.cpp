@@ -166,6 +166,7 @@ Status save_camera(Session& session, const std::string& path, bool replace) {
                       [&](const io::InputFile& input) { return input.path == path; });
     RETURN_IF_ERROR(save_text(settings, path, json, "the camera file", replace));
     session.document().keys_saved();
+    if (!session.document().changed()) session.discard_edits();
     return Status();
 }
 

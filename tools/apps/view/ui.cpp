@@ -257,7 +257,10 @@ void Ui::draw_closing(float width, float height) {
     }
     ui_.mark("save and close");
     ImGui::SameLine();
-    if (ImGui::Button("close")) close_ = true;
+    if (ImGui::Button("close")) {
+        ui_.session.discard_edits();
+        close_ = true;
+    }
     ui_.mark("close");
     ImGui::SameLine();
     if (ImGui::Button("stay")) closing_ = false;

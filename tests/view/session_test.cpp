@@ -2,6 +2,8 @@
 // change, bad input.
 #include "tools/apps/view/session.h"
 
+#include <ctime>
+
 #include "tests/view/session_fixture.h"
 #include "tools/apps/view/session_values.h"
 
@@ -84,6 +86,23 @@ TEST_F(SessionTest, PlaysEachFrameInTurn) {
     EXPECT_EQ(session_->frames_played(), 6);
     session_->tick(Clock::now() + std::chrono::seconds(10));
     EXPECT_EQ(session_->frame(), 1) << "stands";
+}
+
+TEST_F(SessionTest, ASessionAtRestDoesNothing) {
+    open();
+    settle();
+    const auto processor_ms = [] {
+        timespec time;
+        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+        return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
+    };
+    // The waiting threads alone: the window's loop is in the test of the window.
+    constexpr std::chrono::milliseconds kWatched{3000};
+    const double before = processor_ms();
+    std::this_thread::sleep_for(kWatched);
+    const double percent = 100 * (processor_ms() - before) / double(kWatched.count());
+    std::printf("at rest: %.2f %% of a core\n", percent);
+    EXPECT_LT(percent, 2);
 }
 
 TEST_F(SessionTest, FocusFollowsAClick) {

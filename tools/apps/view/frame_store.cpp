@@ -14,7 +14,7 @@
 namespace postchain::view {
 namespace {
 
-constexpr auto kScanInterval = std::chrono::seconds(1);
+constexpr std::chrono::milliseconds kScanInterval{1000};
 constexpr int kFramesAhead = 4;
 
 uint64_t bytes_of(const sequence::SourceFrame& frame) {

@@ -124,6 +124,33 @@ TEST_F(SessionTest, FocusFollowsAClick) {
     EXPECT_EQ(focus_at_pixel(*session_, -1, 0).code(), StatusCode::input);
 }
 
+TEST_F(SessionTest, AValueIsSetFromWhatItInherits) {
+    open();
+    settle();
+    const auto of = [&](size_t link, const char* key) {
+        const Parameter& row =
+            *session_->document().chain().links[link].type->parameters->find(key);
+        return inherited(*session_, link, row);
+    };
+    ASSERT_TRUE(of(0, "f_stop"));
+    EXPECT_EQ(of(0, "f_stop")->value, ParameterValue(1.4));
+    EXPECT_EQ(of(0, "f_stop")->from, "the camera");
+    EXPECT_EQ(of(0, "shutter_angle_deg")->value, ParameterValue(180.0));
+    ASSERT_TRUE(of(0, "max_radius_px")) << "as the filter has resolved it";
+    EXPECT_FALSE(of(0, "focus_at"));
+    const Parameter& f_stop =
+        *session_->document().chain().links[0].type->parameters->find("f_stop");
+    EXPECT_EQ(first_value(f_stop, of(0, "f_stop")), ParameterValue(1.4));
+    EXPECT_TRUE(session_->document().passes_with_own("f_stop").empty());
+    EXPECT_TRUE(session_->document().set(0, "f_stop", 4.0).ok());
+    EXPECT_TRUE(session_->document().set(0, "shutter_angle_deg", 90.0).ok());
+    EXPECT_EQ(session_->document().passes_with_own("f_stop"),
+              std::vector<std::string>{"joint_blur"});
+    EXPECT_EQ(session_->document().passes_with_own("shutter_frames").size(), 1u);
+    EXPECT_TRUE(session_->document().set_camera("shutter_frames", 0.25).ok());
+    EXPECT_TRUE(session_->document().passes_with_own("shutter_frames").empty());
+}
+
 TEST_F(SessionTest, AFocusPullIsOneStepAndGoesIntoTheCameraFile) {
     open();
     settle();

@@ -14,5 +14,15 @@ TEST_F(UiTest, AChainWithoutPassesHasNoOrders) {
     EXPECT_FALSE(has("order "));
 }
 
+TEST_F(UiTest, AnInheritedValueIsShownAndAnOwnOneMarked) {
+    start();
+    settle();
+    draw(2);
+    EXPECT_FALSE(has("overridden f_stop"));
+    EXPECT_TRUE(session_->document().set(0, "f_stop", 4.0).ok());
+    draw(2);
+    EXPECT_TRUE(has("overridden f_stop"));
+}
+
 }  // namespace
 }  // namespace postchain::view

@@ -12,37 +12,13 @@
 namespace postchain::view {
 namespace {
 
+constexpr float kInheritedAlpha = 0.55f;
+const ImVec4 kOverridden = {0.95f, 0.78f, 0.45f, 1};
+
 double number_of(const ParameterValue& value) {
     if (const auto* whole = std::get_if<int64_t>(&value)) return double(*whole);
     if (const auto* number = std::get_if<double>(&value)) return *number;
     return 0;
-}
-
-// A value to begin with, for one that is not set.
-ParameterValue first_value(const Parameter& row) {
-    const double low = std::isfinite(row.soft_min) ? row.soft_min : row.min;
-    const double high = std::isfinite(row.soft_max) ? row.soft_max : row.max;
-    const double middle = std::isfinite(low) && std::isfinite(high) ? (low + high) / 2
-                          : std::isfinite(low)                      ? std::max(low, 1.0)
-                                                                    : 1;
-    switch (row.type) {
-        case ParameterType::boolean:
-            return true;
-        case ParameterType::integer: {
-            for (auto value = int64_t(middle); value <= int64_t(middle) + 1; ++value)
-                if (row.check(value).ok()) return value;
-            return row.allowed.empty() ? ParameterValue(int64_t(middle)) : row.allowed.front();
-        }
-        case ParameterType::number:
-            return middle;
-        case ParameterType::choice:
-            return row.choices.front();
-        case ParameterType::text:
-            break;
-        case ParameterType::point:
-            return std::array<double, 2>{0.5, 0.5};
-    }
-    return {};
 }
 
 bool number_widget(const Parameter& row, const ParameterValue& now, ParameterValue& value) {
@@ -80,12 +56,19 @@ bool number_widget(const Parameter& row, const ParameterValue& now, ParameterVal
     return changed;
 }
 
-// True if the value was changed, to `value`.
-bool parameter_widget(const Parameter& row, const ParameterValue& now, ParameterValue& value) {
+// True if the value was changed, to `value`. A row that is not set shows what it inherits, paler.
+bool parameter_widget(const Parameter& row, const ParameterValue& set,
+                      const std::optional<Inherited>& inherited, ParameterValue& value) {
+    ParameterValue now = set;
     if (now == ParameterValue() && row.type != ParameterType::text) {
-        if (!ImGui::Button("set", {ImGui::GetContentRegionAvail().x, 0})) return false;
-        value = first_value(row);
-        return true;
+        if (!inherited || inherited->value.index() != first_value(row, {}).index()) {
+            const std::string text = row.unset_means.empty() ? "not set" : row.unset_means;
+            if (!ImGui::Button((text + "##set").c_str(), {ImGui::GetContentRegionAvail().x, 0}))
+                return false;
+            value = first_value(row, inherited);
+            return true;
+        }
+        now = inherited->value;
     }
     switch (row.type) {
         case ParameterType::boolean: {
@@ -139,16 +122,20 @@ void ChainPanel::draw() {
         const size_t link = selected_;
         const PassType& type = *chain.links[link].type;
         ImGui::Text("%s", type.title.c_str());
-        rows(*type.parameters, chain.links[link].pass->parameters(),
-             [&, link](const std::string& key, const ParameterValue& value) {
-                 return document.set(link, key, value);
-             });
+        rows(
+            *type.parameters, chain.links[link].pass->parameters(),
+            [&, link](const Parameter& row) { return inherited(ui_.session, link, row); },
+            [&, link](const std::string& key, const ParameterValue& value) {
+                return document.set(link, key, value);
+            });
     } else {
         ImGui::TextUnformatted("Camera of the chain");
-        rows(camera_parameters(), &chain.camera,
-             [&](const std::string& key, const ParameterValue& value) {
-                 return document.set_camera(key, value);
-             });
+        rows(
+            camera_parameters(), &chain.camera,
+            [&](const Parameter& row) { return inherited_by_camera(ui_.session, row); },
+            [&](const std::string& key, const ParameterValue& value) {
+                return document.set_camera(key, value);
+            });
     }
 }
 
@@ -162,6 +149,13 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
     ui_.mark(key);
     ui_.gesture();
     ui_.tip(camera_parameters().find(key)->help);
+    if (const auto own = ui_.session.document().passes_with_own(key); !own.empty()) {
+        std::string text;
+        for (const std::string& name : own) text += (text.empty() ? "" : ", ") + name;
+        ImGui::TextColored(kOverridden, "overridden in %s", text.c_str());
+        ui_.mark(concat("overridden ", key));
+        ui_.tip("a pass has a value of its own; a change here counts for all passes");
+    }
     if (!changed) return;
     // With keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
@@ -310,6 +304,7 @@ void ChainPanel::link_list() {
 }
 
 void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
+                      const std::function<std::optional<Inherited>(const Parameter&)>& inherits,
                       const std::function<Status(const std::string&, const ParameterValue&)>& set) {
     if (!ImGui::BeginTable("rows", 3, ImGuiTableFlags_SizingFixedFit)) return;
     ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthStretch, 0.47f);
@@ -333,7 +328,11 @@ void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
         ParameterValue value;
         ImGui::SetNextItemWidth(-1);
         ImGui::BeginDisabled(!unread.empty());
-        if (parameter_widget(row, now, value)) change = {row.key, value};
+        const std::optional<Inherited> from =
+            now == ParameterValue() ? inherits(row) : std::nullopt;
+        if (from) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, kInheritedAlpha);
+        if (parameter_widget(row, now, from, value)) change = {row.key, value};
+        if (from) ImGui::PopStyleVar();
         ui_.mark("row " + row.key);
         ui_.gesture();
         ImGui::EndDisabled();
@@ -346,6 +345,7 @@ void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
                                 now == ParameterValue() && !row.unset_means.empty()
                                     ? row.unset_means.c_str()
                                     : text_of(row.default_value).c_str());
+            if (from) ImGui::TextUnformatted(("not set: taken from " + from->from).c_str());
             if (!unread.empty()) ImGui::TextUnformatted(unread.c_str());
             ImGui::PopTextWrapPos();
             ImGui::EndTooltip();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 
+#include "tools/apps/view/session_values.h"
 #include "tools/apps/view/ui_context.h"
 
 namespace postchain::view {
@@ -20,6 +21,7 @@ class ChainPanel {
     void order_and_tier();
     void link_list();
     void rows(const ParameterTable& table, ConstParameterRef values,
+              const std::function<std::optional<Inherited>(const Parameter&)>& inherits,
               const std::function<Status(const std::string&, const ParameterValue&)>& set);
 
     UiContext& ui_;

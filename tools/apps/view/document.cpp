@@ -20,15 +20,16 @@ Status no_pass(size_t link) {
     return Status(StatusCode::chain, concat("the chain has no pass ", link));
 }
 
-// A place that is in focus is another way to state the distance.
+// Whether a pass's row states the camera's value `key`: by its name, or in another way, as a place
+// in focus states the distance and an angle the shutter.
+bool states(const Parameter& row, std::string_view key) {
+    return row.optional && (row.key == key || row.excludes == key);
+}
+
 void unset_in_passes(Chain& chain, std::string_view key) {
-    for (ChainLink& link : chain.links) {
-        for (const Parameter& row : link.type->parameters->rows()) {
-            const bool other_focus = key == "focus_distance" && row.excludes == key;
-            if (row.optional && (row.key == key || other_focus))
-                row.set(link.pass->parameters(), ParameterValue());
-        }
-    }
+    for (ChainLink& link : chain.links)
+        for (const Parameter& row : link.type->parameters->rows())
+            if (states(row, key)) row.set(link.pass->parameters(), ParameterValue());
 }
 
 }  // namespace
@@ -241,6 +242,19 @@ Status Document::reorder(const std::vector<size_t>& order) {
     }
     push(std::move(next), "order");
     return Status();
+}
+
+std::vector<std::string> Document::passes_with_own(std::string_view key) const {
+    std::vector<std::string> names;
+    for (size_t i = 0; i < chain().links.size(); ++i) {
+        const ChainLink& link = chain().links[i];
+        const auto& rows = link.type->parameters->rows();
+        if (!state().off[i] && std::any_of(rows.begin(), rows.end(), [&](const Parameter& row) {
+                return states(row, key) && row.get(link.pass->parameters()) != ParameterValue();
+            }))
+            names.push_back(link.type->name);
+    }
+    return names;
 }
 
 std::string Document::name_of_order(const std::vector<size_t>& order) const {

@@ -52,7 +52,8 @@ class Document {
     Status set(size_t link, std::string_view key, const ParameterValue& value);
     // Sets the key in every pass that has it and reads it.
     Status set_in_all(std::string_view key, const ParameterValue& value);
-    // Sets the chain's camera, and unsets the passes' own values of this name.
+    // Sets the chain's camera, and unsets the passes' own values of this name. One that excludes
+    // it, as the shutter's angle excludes its time, is unset too.
     Status set_camera(std::string_view key, const ParameterValue& value);
     Status add(std::string_view type, size_t position);
     Status erase(size_t link);
@@ -62,6 +63,8 @@ class Document {
     // The orders of the passes that differ by their names, the current one first; none if there are
     // no passes, or too many to list.
     std::vector<std::vector<size_t>> orders() const;
+    // The passes that are on and state this value of the camera themselves.
+    std::vector<std::string> passes_with_own(std::string_view key) const;
     std::string name_of_order(const std::vector<size_t>& order) const;
     Status switch_off(size_t link, bool off);
     // Another chain in place of this one.

@@ -81,6 +81,65 @@ Camera camera_of(const Session& session) {
         session.chain() ? session.chain()->camera : session.document().chain().camera);
 }
 
+std::optional<Inherited> inherited(const Session& session, size_t link, const Parameter& row) {
+    const Document& document = session.document();
+    const Camera camera = camera_of(session);
+    const double shutter = camera.shutter_frames.value_or(kDefaultShutterFrames);
+    const std::string from_shutter = camera.shutter_frames ? "the camera" : "default";
+    if (row.key == "shutter_frames") return Inherited{shutter, from_shutter};
+    if (row.key == "shutter_angle_deg") return Inherited{360 * shutter, from_shutter};
+    if (const Parameter* own = camera_parameters().find(row.key); own && own->type == row.type)
+        if (const ParameterValue value = own->get(&camera); value != ParameterValue())
+            return Inherited{value, "the camera"};
+    // As the filter has resolved it. A draft's lengths are of fewer pixels.
+    size_t index = 0;
+    for (size_t i = 0; i < link; ++i) index += document.state().off[i] ? 0 : 1;
+    const auto& passes = session.shown().resolved.passes;
+    if (session.shown().draft || document.state().off[link] || index >= passes.size() ||
+        passes[index].type != document.chain().links[link].type->name)
+        return {};
+    for (const auto& value : passes[index].values)
+        if (value.key == row.key && value.value != ParameterValue())
+            return Inherited{value.value, value.origin.from};
+    return {};
+}
+
+std::optional<Inherited> inherited_by_camera(const Session& session, const Parameter& row) {
+    if (const SharedFrame source = session.source())
+        if (const ParameterValue value = row.get(&source->description.camera);
+            value != ParameterValue())
+            return Inherited{value, "the frame's camera"};
+    if (row.key == "shutter_frames") return Inherited{kDefaultShutterFrames, "default"};
+    return {};
+}
+
+ParameterValue first_value(const Parameter& row, const std::optional<Inherited>& inherited) {
+    if (inherited && row.check(inherited->value).ok()) return inherited->value;
+    const double low = std::isfinite(row.soft_min) ? row.soft_min : row.min;
+    const double high = std::isfinite(row.soft_max) ? row.soft_max : row.max;
+    const double middle = std::isfinite(low) && std::isfinite(high) ? (low + high) / 2
+                          : std::isfinite(low)                      ? std::max(low, 1.0)
+                                                                    : 1;
+    switch (row.type) {
+        case ParameterType::boolean:
+            return true;
+        case ParameterType::integer: {
+            for (auto value = int64_t(middle); value <= int64_t(middle) + 1; ++value)
+                if (row.check(value).ok()) return value;
+            return row.allowed.empty() ? ParameterValue(int64_t(middle)) : row.allowed.front();
+        }
+        case ParameterType::number:
+            return middle;
+        case ParameterType::choice:
+            return row.choices.front();
+        case ParameterType::text:
+            break;
+        case ParameterType::point:
+            return std::array<double, 2>{0.5, 0.5};
+    }
+    return {};
+}
+
 std::optional<double> distance_at(const Session& session, int x, int y) {
     const SharedFrame source = session.source();
     if (!source) return {};

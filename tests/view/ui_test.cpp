@@ -24,5 +24,40 @@ TEST_F(UiTest, AnInheritedValueIsShownAndAnOwnOneMarked) {
     EXPECT_TRUE(has("overridden f_stop"));
 }
 
+TEST_F(UiTest, ClosingNeverLosesEditsByAccident) {
+    start();
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 4.0).ok());
+    ui_->ask_to_close();
+    draw(3);
+    ui_->ask_to_close();
+    draw(3);
+    EXPECT_FALSE(ui_->wants_to_close()) << "the second Alt+F4 asks too";
+    EXPECT_TRUE(has("close without saving"));
+    key(kEscape);
+    EXPECT_FALSE(ui_->is_asking());
+    draw(3);
+    EXPECT_FALSE(has("close without saving"));
+    ui_->ask_to_close();
+    draw(3);
+    key(kEnter);
+    EXPECT_TRUE(ui_->wants_to_close());
+    EXPECT_NE(test::read_text(path("chain.yaml")).find("f_stop: 4"), std::string::npos);
+}
+
+TEST_F(UiTest, ClosingWithoutSavingLeavesTheFile) {
+    settings_.recovery_folder = path("state");
+    start();
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 4.0).ok());
+    ASSERT_TRUE(wait_for([&] { return std::filesystem::exists(path("state")); }));
+    ui_->ask_to_close();
+    draw(3);
+    click("close without saving");
+    EXPECT_TRUE(ui_->wants_to_close());
+    EXPECT_EQ(test::read_text(path("chain.yaml")), kJoint);
+    ui_.reset();
+    session_.reset();
+    EXPECT_TRUE(std::filesystem::is_empty(path("state"))) << "nothing comes back";
+}
+
 }  // namespace
 }  // namespace postchain::view

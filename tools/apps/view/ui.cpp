@@ -80,15 +80,13 @@ void draw_compare_panel(UiContext& ui) {
 
 void Ui::ask_to_close() {
     const Document& document = ui_.session.document();
-    if ((document.changed() || document.keys_changed()) && !closing_)
-        closing_ = true;
-    else
-        close_ = true;
+    closing_ = document.changed() || document.keys_changed();
+    close_ = !closing_;
 }
 
 void Ui::shortcuts() {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput) return;
+    if (io.WantTextInput || closing_) return;
     const auto pressed = [](ImGuiKey key, bool repeats) {
         return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), repeats);
     };
@@ -241,30 +239,40 @@ void Ui::draw_messages(float x, float y, float width) {
 }
 
 void Ui::draw_closing(float width, float height) {
+    constexpr const char* kTitle = "Save before closing?";
+    if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
     ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-    ImGui::Begin("closing", nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
-                     ImGuiWindowFlags_NoSavedSettings);
+    if (!ImGui::BeginPopupModal(
+            kTitle, nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings))
+        return;
     const Document& document = ui_.session.document();
     if (document.changed()) ImGui::TextUnformatted("The chain has changes that are not saved.");
     if (document.keys_changed())
         ImGui::Text("The focus keys are not saved; their camera file: %s",
                     save_.camera_path().c_str());
-    if (ImGui::Button("save and close")) {
+    const auto pressed = [](ImGuiKey key) {
+        return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
+    };
+    if (ImGui::Button("save and close") || pressed(ImGuiKey_Enter) ||
+        pressed(ImGuiKey_KeyPadEnter)) {
         close_ = (!document.changed() || save_.save_chain()) &&
                  (!document.keys_changed() || save_.save_keys());
         closing_ = false;
     }
     ui_.mark("save and close");
+    ui_.tip("Enter");
     ImGui::SameLine();
-    if (ImGui::Button("close")) {
+    if (ImGui::Button("close without saving")) {
         ui_.session.discard_edits();
         close_ = true;
     }
-    ui_.mark("close");
+    ui_.mark("close without saving");
     ImGui::SameLine();
-    if (ImGui::Button("stay")) closing_ = false;
-    ImGui::End();
+    if (ImGui::Button("stay") || pressed(ImGuiKey_Escape)) closing_ = false;
+    ui_.mark("stay");
+    ui_.tip("Escape");
+    if (!closing_ || close_) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
 }
 
 }  // namespace postchain::view

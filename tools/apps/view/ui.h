@@ -22,7 +22,9 @@ class Ui {
     void add_interface_ms(double ms) { inspect_.add_interface_ms(ms); }
 
     bool wants_to_close() const { return close_; }
+    // At once, or after a question if edits are not saved.
     void ask_to_close();
+    bool is_asking() const { return closing_; }
 
     const UiContext& context() const { return ui_; }
     const ViewPort& port() const { return picture_.port(); }

@@ -1,4 +1,6 @@
 // The widgets, by mouse and key.
+#include <regex>
+
 #include "tests/view/ui_fixture.h"
 
 namespace postchain::view {
@@ -22,6 +24,27 @@ TEST_F(UiTest, AnInheritedValueIsShownAndAnOwnOneMarked) {
     EXPECT_TRUE(session_->document().set(0, "f_stop", 4.0).ok());
     draw(2);
     EXPECT_TRUE(has("overridden f_stop"));
+}
+
+TEST_F(UiTest, NumbersAreSavedWithTheDigitsThatAreShown) {
+    start();
+    settle();
+    EXPECT_EQ(shortest_double(0.941f), 0.941);
+    EXPECT_NE(double(0.941f), 0.941);
+    move_to("f_stop", 0.2);
+    button(true);
+    for (const double at : {0.3, 0.35, 0.41}) move_to("f_stop", at);
+    button(false);
+    move_to("shutter_frames", 0.1);
+    button(true);
+    move_to("shutter_frames", 0.317);
+    button(false);
+    ASSERT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    const std::string text = test::read_text(path("chain.yaml"));
+    EXPECT_NE(text, kJoint);
+    EXPECT_FALSE(std::regex_search(text, std::regex(R"(\d\.\d{7})"))) << text;
+    EXPECT_TRUE(focus_at_pixel(*session_, 0, 0).ok());
+    EXPECT_EQ(session_->document().chain().camera.focus_distance, 6.0);
 }
 
 TEST_F(UiTest, ClosingNeverLosesEditsByAccident) {

@@ -52,7 +52,7 @@ bool number_widget(const Parameter& row, const ParameterValue& now, ParameterVal
                                      format.c_str(), logarithmic)
                 : ImGui::DragFloat("##value", &number, std::max(0.002f, std::abs(number) * 0.01f),
                                    0, 0, format.c_str());
-    if (changed) value = double(number);
+    if (changed) value = shortest_double(number);
     return changed;
 }
 
@@ -102,7 +102,7 @@ bool parameter_widget(const Parameter& row, const ParameterValue& set,
             if (!ImGui::SliderFloat2("##value", point.data(), float(row.min), float(row.max),
                                      "%.3f"))
                 return false;
-            value = std::array<double, 2>{point[0], point[1]};
+            value = std::array<double, 2>{shortest_double(point[0]), shortest_double(point[1])};
             return true;
         }
     }
@@ -160,8 +160,9 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
     // With keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
         !ui_.session.document().state().focus_keys.empty())
-        return ui_.say(ui_.session.document().set_focus_key(ui_.session.frame(), double(number)));
-    ui_.say(ui_.session.document().set_camera(key, double(number)));
+        return ui_.say(
+            ui_.session.document().set_focus_key(ui_.session.frame(), shortest_double(number)));
+    ui_.say(ui_.session.document().set_camera(key, shortest_double(number)));
 }
 
 void ChainPanel::main_values() {

@@ -77,7 +77,7 @@ void InspectPanel::draw_view() {
     auto stops = float(view.display.exposure_stops);
     ImGui::SetNextItemWidth(-60 * ui_.scale);
     if (ImGui::SliderFloat("stops", &stops, -10, 10, "exposure %+.2f"))
-        view.display.exposure_stops = double(stops);
+        view.display.exposure_stops = shortest_double(stops);
     ui_.mark("exposure");
     if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) view.display.exposure_stops = 0;
     const bool has_ocio = ui_.session.settings().run.view.has_value();

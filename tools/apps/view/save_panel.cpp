@@ -92,7 +92,7 @@ void SavePanel::draw() {
     auto fps = float(ui_.session.fps());
     ImGui::SetNextItemWidth(-58 * ui_.scale);
     if (ImGui::SliderFloat("##fps", &fps, 1, 120, "%.3g frames per second"))
-        ui_.session.set_fps(double(fps));
+        ui_.session.set_fps(shortest_double(fps));
     save_button("movie", "movie of all frames", movie_path_, "an MP4, by the command ffmpeg",
                 [&](const std::string& path) { start_export(ExportKind::movie, path); });
     const ExportState state = exporter_.state();

@@ -1,8 +1,10 @@
 #include "tools/apps/view/session_values.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 #include "tools/apps/view/save.h"
@@ -140,6 +142,14 @@ ParameterValue first_value(const Parameter& row, const std::optional<Inherited>&
     return {};
 }
 
+double shortest_double(float value) {
+    char digits[32];
+    const auto written = std::to_chars(digits, digits + sizeof(digits), value);
+    double read = double(value);
+    std::from_chars(digits, written.ptr, read);
+    return read;
+}
+
 std::optional<double> distance_at(const Session& session, int x, int y) {
     const SharedFrame source = session.source();
     if (!source) return {};
@@ -147,7 +157,10 @@ std::optional<double> distance_at(const Session& session, int x, int y) {
     if (depth == source->planes.end() || !depth->second->inside(x, y)) return {};
     const float w = depth->second->at(x, y);
     if (is_infinitely_far(w) || !std::isfinite(w)) return {};
-    return 1 / double(w);
+    // Rounded to six digits, finer than any lens resolves.
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.6g", 1 / double(w));
+    return std::strtod(digits, nullptr);
 }
 
 Status focus_at_pixel(Session& session, int x, int y) {

@@ -30,6 +30,10 @@ std::optional<Inherited> inherited_by_camera(const Session& session, const Param
 // The value to begin with when a row is set: the inherited one, otherwise one of its range.
 ParameterValue first_value(const Parameter& row, const std::optional<Inherited>& inherited);
 
+// The number of which `value` is the nearest float, with the fewest digits: 0.941, where a
+// conversion gives 0.9409999847412109.
+double shortest_double(float value);
+
 // The distance at a pixel of the frame; empty: unknown, or the sky.
 std::optional<double> distance_at(const Session& session, int x, int y);
 // Errors (input): no depth, or the sky.

@@ -78,7 +78,7 @@ void SavePanel::draw() {
             }
         }
         save_button("camera", "camera file with the keys", camera_path_,
-                    "a focus distance for every frame; use it with --camera",
+                    "a focus distance for every frame; give it as the camera file",
                     [&](const std::string&) { save_keys(); });
         ImGui::Separator();
     }

@@ -91,7 +91,8 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
     return session;
 }
 
-void Session::say(const std::string& text, bool error) {
+void Session::say(const std::string& message, bool error) {
+    const std::string text = in_words_of_window(message);
     std::erase_if(messages_, [&](const Message& message) { return message.text == text; });
     messages_.push_back({error, text});
     if (messages_.size() > kMessages) messages_.pop_front();

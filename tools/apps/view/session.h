@@ -110,7 +110,7 @@ class Session {
     uint64_t painted_revision() const { return painted_revision_; }
     // The newest last; errors until they are mended or dismissed.
     const std::deque<Message>& messages() const { return messages_; }
-    void say(const std::string& text, bool error = false);
+    void say(const std::string& message, bool error = false);
     void clear_messages() { messages_.clear(); }
     // Why the picture is not of the current settings; empty: it is.
     std::string trouble() const;

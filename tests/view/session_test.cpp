@@ -72,7 +72,7 @@ TEST_F(SessionTest, AHeldSliderShowsDrafts) {
 TEST_F(SessionTest, PlaysEachFrameInTurn) {
     open();
     settle();
-    session_->play(true);
+    session_->play(1);
     std::vector<int> frames{session_->frame()};
     ASSERT_TRUE(wait_for([&] {
         if (session_->frame() != frames.back()) {
@@ -81,11 +81,78 @@ TEST_F(SessionTest, PlaysEachFrameInTurn) {
         }
         return frames.size() == 7;
     }));
-    session_->play(false);
+    session_->play(0);
     EXPECT_EQ(frames, (std::vector<int>{1, 2, 3, 1, 2, 3, 1}));
     EXPECT_EQ(session_->frames_played(), 6);
     session_->tick(Clock::now() + std::chrono::seconds(10));
     EXPECT_EQ(session_->frame(), 1) << "stands";
+}
+
+TEST_F(SessionTest, PlaysBackwardAndInARange) {
+    test::write_sequence(folder_.path(), {4, 7}, 64, 48);
+    open();
+    EXPECT_EQ(session_->missing_frames(), (std::vector<int>{5, 6}));
+    session_->set_range({{4, 2}});
+    session_->go_to(7);
+    std::vector<int> frames{7};
+    const auto play = [&](int direction, size_t count) {
+        session_->play(direction);
+        ASSERT_TRUE(wait_for([&] {
+            if (session_->frame() != frames.back()) frames.push_back(session_->frame());
+            return frames.size() == count;
+        }));
+        session_->play(0);
+    };
+    play(-1, 6);
+    EXPECT_EQ(frames, (std::vector<int>{7, 4, 3, 2, 4, 3}));
+    play(1, 9);
+    EXPECT_EQ(frames, (std::vector<int>{7, 4, 3, 2, 4, 3, 4, 2, 3}));
+}
+
+TEST_F(SessionTest, FilteredFramesAreKept) {
+    open();
+    settle();
+    session_->fill_results(true);
+    ASSERT_TRUE(wait_for([&] { return !session_->filling(); }));
+    settle();
+    EXPECT_EQ(session_->frame(), 1) << "back where it began";
+    EXPECT_EQ(session_->frames_with_result(), (std::set<int>{1, 2, 3}));
+    // Each is shown at once, and is what run writes.
+    for (const int frame : {2, 3, 1}) {
+        session_->go_to(frame);
+        ASSERT_TRUE(wait_for([&] { return session_->source() != nullptr; }));
+        session_->tick();
+        EXPECT_EQ(session_->shown().frame, frame);
+        EXPECT_FALSE(session_->shown().draft);
+        EXPECT_EQ(session_->shown().color->data, as_run(frame).data) << frame;
+    }
+    const auto kept = session_->shown().color;
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(12)).ok());
+    EXPECT_TRUE(session_->frames_with_result().empty()) << "of another chain";
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+    session_->document().undo();
+    session_->tick();
+    EXPECT_EQ(session_->shown().color, kept) << "undo finds it again";
+    // A frame that is rendered again.
+    const SharedFrame former = session_->source();
+    test::write_sequence(folder_.path(), {1}, 64, 48, {.convention = "nuke"});
+    ASSERT_TRUE(wait_for([&] { return session_->source() && session_->source() != former; }));
+    settle();
+    EXPECT_NE(session_->shown().color, kept);
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+}
+
+TEST_F(SessionTest, FilteredFramesKeepWithinMemory) {
+    settings_.result_memory = 2 * 64 * 48 * 4 * sizeof(float);
+    open();
+    settle();
+    for (const int frame : {2, 3, 1, 2}) {
+        session_->go_to(frame);
+        settle();
+        EXPECT_LE(session_->result_bytes(), *session_->settings().result_memory);
+    }
+    EXPECT_FALSE(session_->frames_with_result().empty());
 }
 
 TEST_F(SessionTest, ASessionAtRestDoesNothing) {
@@ -454,6 +521,7 @@ TEST_F(SessionTest, OnlyTheirOwnFilesAreReplaced) {
 }
 
 TEST_F(SessionTest, ChangesLeakNoTextures) {
+    settings_.result_memory = 0;  // each frame is filtered
     open();
     settle();
     // Drafts, of a size that depends on the machine's speed, have textures of their own, which

@@ -87,6 +87,16 @@ SharedFrame FrameStore::find(int frame) const {
     return found == kept_.end() ? nullptr : found->second.frame;
 }
 
+uint64_t FrameStore::version(int frame) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept_.find(frame);
+    if (found == kept_.end()) return 0;
+    uint64_t hash = kHashSeed;
+    for (const io::FileStamp& file : found->second.stamps)
+        hash = hash_text(concat(file.path, " ", file.bytes, " ", file.time), hash);
+    return hash;
+}
+
 Status FrameStore::failure(int frame) const {
     const std::lock_guard lock(mutex_);
     const auto found = kept_.find(frame);

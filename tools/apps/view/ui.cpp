@@ -100,7 +100,7 @@ void Ui::shortcuts() {
         if (letter('Q')) ask_to_close();
         return;
     }
-    if (pressed(ImGuiKey_Space, false)) ui_.session.play(!ui_.session.playing());
+    if (pressed(ImGuiKey_Space, false)) ui_.session.play(ui_.session.playing() == 0 ? 1 : 0);
     if (pressed(ImGuiKey_LeftArrow, true)) ui_.session.step(-1);
     if (pressed(ImGuiKey_RightArrow, true)) ui_.session.step(1);
     if (letter('0')) picture_.port().fit();
@@ -177,7 +177,7 @@ void Ui::draw_bottom(float x, float y, float width, float height) {
     begin_panel("bottom", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
     const bool narrow = width < 360 * ui_.scale;  // no room to align what is on the right
     if (ImGui::Button(ui_.session.playing() ? "stop" : "play"))
-        ui_.session.play(!ui_.session.playing());
+        ui_.session.play(ui_.session.playing() == 0 ? 1 : 0);
     ui_.mark("play");
     ImGui::SameLine();
     const auto frames = ui_.session.frames();

@@ -131,7 +131,7 @@ std::string state_json(const Session& session, const Ui& ui, const DrawnInput& i
     json["mouse"] = input.mouse;
     json["window"] = input.window;
     json["frame"] = session.frame();
-    json["playing"] = session.playing();
+    json["playing"] = session.playing() != 0;
     json["frames_played"] = session.frames_played();
     json["frames"] = session.frames();
     json["chain"] = write_chain(session.document().chain_to_save());

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tools/apps/view/chain_text.h"
+#include "tools/apps/view/parameter_words.h"
 
 namespace postchain::view {
 namespace {
@@ -272,6 +274,22 @@ TEST(ChainText, EveryFormOfAFileIsSaved) {
 TEST(ChainText, AnUnchangedChainIsTheSameText) {
     const Document document = opened(kText);
     EXPECT_EQ(chain_file_text(kText, document).text, kText);
+}
+
+TEST(Words, EveryParameterHasAGroup) {
+    std::set<std::string> groups;
+    for (const ParameterGroup& group : parameter_groups()) groups.insert(group.name);
+    const auto check = [&](const ParameterTable& table, const std::string& name) {
+        std::set<std::string> labels;
+        for (const Parameter& row : table.rows()) {
+            const ParameterWords words = words_of(row);
+            EXPECT_TRUE(groups.contains(words.group)) << name << "." << row.key;
+            EXPECT_EQ(words.label.find('_'), std::string::npos) << words.label;
+            EXPECT_TRUE(labels.insert(words.label).second) << name << ": " << words.label;
+        }
+    };
+    for (const PassType& type : builtin_passes().types()) check(*type.parameters, type.name);
+    check(camera_parameters(), "camera");
 }
 
 }  // namespace

@@ -70,6 +70,7 @@ TEST_F(SessionTest, AHeldSliderShowsDrafts) {
 }
 
 TEST_F(SessionTest, PlaysEachFrameInTurn) {
+    settings_.result_memory = 0;  // each frame is filtered
     open();
     settle();
     session_->play(1);

@@ -31,7 +31,8 @@ class UiTest : public SessionTest {
                                                  {ImGuiKey_Enter, kEnter},
                                                  {ImGuiKey_Escape, kEscape},
                                                  {ImGuiKey_Backspace, kBackspace},
-                                                 {ImGuiKey_KeyPadEnter, 335}};
+                                                 {ImGuiKey_KeyPadEnter, 335},
+                                                 {ImGuiKey_A, 'A'}};
         for (const auto& [key, number] : keys) io.KeyMap[key] = number;
         unsigned char* pixels = nullptr;
         int width = 0, height = 0;

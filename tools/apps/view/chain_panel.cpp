@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "config/chain_find.h"
+#include "tools/apps/view/parameter_words.h"
 #include "tools/apps/view/session_values.h"
 
 namespace postchain::view {
@@ -29,6 +31,7 @@ bool number_widget(const Parameter& row, const ParameterValue& now, ParameterVal
             ? ImGuiSliderFlags_Logarithmic
             : ImGuiSliderFlags_None;
     const std::string unit = row.unit.empty() ? "" : " " + row.unit;
+    const TypesOnDoubleClick types;
     if (whole) {
         int number = int(number_of(now));
         const std::string format = "%d" + unit;
@@ -99,6 +102,7 @@ bool parameter_widget(const Parameter& row, const ParameterValue& set,
         case ParameterType::point: {
             const auto& at = std::get<std::array<double, 2>>(now);
             std::array<float, 2> point = {float(at[0]), float(at[1])};
+            const TypesOnDoubleClick types;
             if (!ImGui::SliderFloat2("##value", point.data(), float(row.min), float(row.max),
                                      "%.3f"))
                 return false;
@@ -121,7 +125,8 @@ void ChainPanel::draw() {
     if (selected_ < chain.links.size()) {
         const size_t link = selected_;
         const PassType& type = *chain.links[link].type;
-        ImGui::Text("%s", type.title.c_str());
+        ImGui::TextUnformatted(type.title.c_str());
+        ui_.tip(concat(type.help, "\nkey: ", type.name));
         rows(
             *type.parameters, chain.links[link].pass->parameters(),
             [&, link](const Parameter& row) { return inherited(ui_.session, link, row); },
@@ -143,12 +148,14 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
                                const char* format, bool logarithmic, std::optional<double> value) {
     auto number = float(value.value_or(least));
     ImGui::SetNextItemWidth(-72 * ui_.scale);
+    std::optional<TypesOnDoubleClick> types(std::in_place);
     const bool changed =
         ImGui::SliderFloat(label, &number, float(least), float(most), value ? format : "not known",
                            logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+    types.reset();
     ui_.mark(key);
     ui_.gesture();
-    ui_.tip(camera_parameters().find(key)->help);
+    ui_.tip(concat(camera_parameters().find(key)->help, "\nkey: camera.", key));
     if (const auto own = ui_.session.document().passes_with_own(key); !own.empty()) {
         std::string text;
         for (const std::string& name : own) text += (text.empty() ? "" : ", ") + name;
@@ -191,8 +198,10 @@ void ChainPanel::main_values() {
     }
     ImGui::BeginDisabled(samples == 0);
     ImGui::SetNextItemWidth(-72 * ui_.scale);
+    std::optional<TypesOnDoubleClick> types(std::in_place);
     const bool changed = ImGui::SliderInt("samples", &samples, 1, std::max(most, samples),
                                           "%d per pixel", ImGuiSliderFlags_Logarithmic);
+    types.reset();
     ui_.mark("samples");
     ui_.gesture();
     ImGui::EndDisabled();
@@ -305,62 +314,88 @@ void ChainPanel::link_list() {
 }
 
 void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
-                      const std::function<std::optional<Inherited>(const Parameter&)>& inherits,
+                      const Inherits& inherits,
                       const std::function<Status(const std::string&, const ParameterValue&)>& set) {
-    if (!ImGui::BeginTable("rows", 3, ImGuiTableFlags_SizingFixedFit)) return;
-    ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthStretch, 0.47f);
-    ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch, 0.53f);
-    ImGui::TableSetupColumn("reset", ImGuiTableColumnFlags_WidthFixed, 18 * ui_.scale);
     std::optional<std::pair<std::string, ParameterValue>> change;
-    for (const Parameter& row : table.rows()) {
-        ImGui::PushID(row.key.c_str());
-        ImGui::TableNextRow();
-        ImGui::TableNextColumn();
-        const std::string unread = table.unread(row, values);
-        ImGui::PushTextWrapPos(0);
-        if (unread.empty())
-            ImGui::TextUnformatted(row.key.c_str());
-        else
-            ImGui::TextDisabled("%s", row.key.c_str());
-        ImGui::PopTextWrapPos();
-        const bool hovers = ImGui::IsItemHovered();
-        ImGui::TableNextColumn();
-        const ParameterValue now = row.get(values);
-        ParameterValue value;
-        ImGui::SetNextItemWidth(-1);
-        ImGui::BeginDisabled(!unread.empty());
-        const std::optional<Inherited> from =
-            now == ParameterValue() ? inherits(row) : std::nullopt;
-        if (from) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, kInheritedAlpha);
-        if (parameter_widget(row, now, from, value)) change = {row.key, value};
-        if (from) ImGui::PopStyleVar();
-        ui_.mark("row " + row.key);
-        ui_.gesture();
-        ImGui::EndDisabled();
-        if (hovers || ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) {
-            ImGui::BeginTooltip();
-            ImGui::PushTextWrapPos(380 * ui_.scale);
-            ImGui::TextUnformatted(row.full_help().c_str());
-            ImGui::TextDisabled("%s%s; default %s", row.domain().c_str(),
-                                row.unit.empty() ? "" : (", " + row.unit).c_str(),
-                                now == ParameterValue() && !row.unset_means.empty()
-                                    ? row.unset_means.c_str()
-                                    : text_of(row.default_value).c_str());
-            if (from) ImGui::TextUnformatted(("not set: taken from " + from->from).c_str());
-            if (!unread.empty()) ImGui::TextUnformatted(unread.c_str());
-            ImGui::PopTextWrapPos();
-            ImGui::EndTooltip();
+    for (const ParameterGroup& group : parameter_groups()) {
+        std::vector<const Parameter*> members;
+        bool any_set = false;
+        for (const Parameter& row : table.rows()) {
+            if (words_of(row).group != group.name) continue;
+            members.push_back(&row);
+            any_set = any_set || row.get(values) != row.default_value;
         }
-        ImGui::TableNextColumn();
-        if (now != row.default_value) {
-            if (ImGui::SmallButton("<")) change = {row.key, row.default_value};
-            ui_.mark("reset " + row.key);
-            ui_.tip("back to " + text_of(row.default_value));
-        }
-        ImGui::PopID();
+        if (members.empty()) continue;
+        ImGui::SetNextItemOpen(group.open || any_set, ImGuiCond_Once);
+        const bool open = ImGui::CollapsingHeader(group.name.c_str());
+        ui_.mark("group " + group.name);
+        if (!open || !ImGui::BeginTable(group.name.c_str(), 3, ImGuiTableFlags_SizingFixedFit))
+            continue;
+        ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch, 0.45f);
+        ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch, 0.55f);
+        ImGui::TableSetupColumn("reset", ImGuiTableColumnFlags_WidthFixed, 22 * ui_.scale);
+        for (const Parameter* row : members)
+            if (const auto value = draw_row(*row, table, values, inherits))
+                change = {row->key, *value};
+        ImGui::EndTable();
     }
-    ImGui::EndTable();
     if (change) ui_.say(set(change->first, change->second));
+}
+
+std::optional<ParameterValue> ChainPanel::draw_row(const Parameter& row,
+                                                   const ParameterTable& table,
+                                                   ConstParameterRef values,
+                                                   const Inherits& inherits) {
+    std::optional<ParameterValue> change;
+    ImGui::PushID(row.key.c_str());
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    const std::string unread = table.unread(row, values);
+    const ParameterValue now = row.get(values);
+    const std::optional<Inherited> from = now == ParameterValue() ? inherits(row) : std::nullopt;
+    const bool pale = !unread.empty() || now == ParameterValue();
+    const ImVec2 cell = ImGui::GetCursorScreenPos();
+    const bool hovers = ImGui::IsWindowHovered() &&
+                        ImGui::IsMouseHoveringRect(cell, {cell.x + ImGui::GetContentRegionAvail().x,
+                                                          cell.y + ImGui::GetFrameHeight()});
+    ImGui::AlignTextToFramePadding();
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextColored(ImGui::GetStyle().Colors[pale ? ImGuiCol_TextDisabled : ImGuiCol_Text], "%s",
+                       words_of(row).label.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::TableNextColumn();
+    ParameterValue value;
+    ImGui::SetNextItemWidth(-1);
+    ImGui::BeginDisabled(!unread.empty());
+    if (from) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, ImGui::GetStyle().Alpha * kInheritedAlpha);
+    if (parameter_widget(row, now, from, value)) change = value;
+    if (from) ImGui::PopStyleVar();
+    ui_.mark("row " + row.key);
+    ui_.gesture();
+    ImGui::EndDisabled();
+    if (hovers || ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) {
+        ImGui::BeginTooltip();
+        ImGui::PushTextWrapPos(380 * ui_.scale);
+        ImGui::TextUnformatted(row.full_help().c_str());
+        ImGui::TextDisabled("key: %s", row.key.c_str());
+        ImGui::TextDisabled("%s%s; default %s", row.domain().c_str(),
+                            row.unit.empty() ? "" : (", " + row.unit).c_str(),
+                            now == ParameterValue() && !row.unset_means.empty()
+                                ? row.unset_means.c_str()
+                                : text_of(row.default_value).c_str());
+        if (from) ImGui::TextUnformatted(("not set: taken from " + from->from).c_str());
+        if (!unread.empty()) ImGui::TextUnformatted(unread.c_str());
+        ImGui::PopTextWrapPos();
+        ImGui::EndTooltip();
+    }
+    ImGui::TableNextColumn();
+    if (now != row.default_value) {
+        if (ImGui::SmallButton("<")) change = row.default_value;
+        ui_.mark("reset " + row.key);
+        ui_.tip("back to " + (row.optional ? "what it inherits" : text_of(row.default_value)));
+    }
+    ImGui::PopID();
+    return change;
 }
 
 }  // namespace postchain::view

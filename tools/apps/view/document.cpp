@@ -134,9 +134,14 @@ bool Document::keys_changed() const {
 
 Chain Document::chain_at(int frame) const {
     Chain chain = chain_to_save();
-    if (!state().focus_keys.empty())
-        chain.camera.focus_distance = focus_at(state().focus_keys, frame);
+    chain.camera = camera_at(frame);
     return chain;
+}
+
+Camera Document::camera_at(int frame) const {
+    Camera camera = chain().camera;
+    if (!state().focus_keys.empty()) camera.focus_distance = focus_at(state().focus_keys, frame);
+    return camera;
 }
 
 Chain Document::chain_to_save() const {

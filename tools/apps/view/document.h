@@ -43,6 +43,8 @@ class Document {
 
     // The chain that filters a frame: without passes that are off, with the keys' focus.
     Chain chain_at(int frame) const;
+    // Its camera alone.
+    Camera camera_at(int frame) const;
     // The chain that a file gets: without passes that are off and, if there are keys, without a
     // focus distance.
     Chain chain_to_save() const;

@@ -99,11 +99,11 @@ void InspectPanel::draw_view() {
             view.display.view = ui_.session.settings().run.view;
         ImGui::EndCombo();
     }
-    ImGui::Checkbox("focus by click (F)", &ui_.focus_tool);
+    ImGui::Checkbox("focus by click (T)", &ui_.focus_tool);
     ui_.mark("focus tool");
-    ImGui::Checkbox("limits of sharpness (L)", &view.limits);
+    ImGui::Checkbox("limits of sharpness (N)", &view.limits);
     ui_.mark("limits");
-    ImGui::Checkbox("motion path under the cursor (P)", &ui_.path);
+    ImGui::Checkbox("motion path under the cursor (M)", &ui_.path);
     ui_.mark("path");
 }
 

@@ -118,6 +118,13 @@ std::string Session::picture_state() const {
     return shown_.draft ? "draft" : "...";
 }
 
+std::string Session::title() const {
+    const auto name = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
+    const bool edited = document_.changed() || document_.keys_changed();
+    return concat(name(settings_.chain_name), edited ? "*" : "", "  ",
+                  name(settings_.run.input.color().format(frame_)));
+}
+
 void Session::go_to(int frame) {
     const auto list = frames();
     if (list.empty()) return;
@@ -143,6 +150,10 @@ void Session::play(int direction) {
     playing_ = direction;
     filling_ = false;
     played_at_ = Clock::now();
+}
+
+void Session::set_fps(double fps) {
+    fps_ = std::max(fps, 1.0);
 }
 
 void Session::set_range(std::optional<std::array<int, 2>> range) {

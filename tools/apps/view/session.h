@@ -118,7 +118,7 @@ class Session {
     uint64_t result_bytes() const;
     // The steps that playing has taken in this session.
     int frames_played() const { return frames_played_; }
-    void set_fps(double fps) { fps_ = fps; }
+    void set_fps(double fps);  // at least 1
     double fps() const { return fps_; }
 
     // Null while it is read.
@@ -137,8 +137,8 @@ class Session {
     // the change.
     std::string picture_state() const;
 
-    // The chain at this frame; null before the first tick().
-    const std::shared_ptr<const Chain>& chain() const { return chain_; }
+    // Of the window: "balanced.yaml*  shot.0012.exr"; the star: edits are not saved.
+    std::string title() const;
 
     // Compares from now on with the chain as it is.
     void keep_as_other_chain();

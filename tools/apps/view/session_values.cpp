@@ -77,10 +77,9 @@ std::vector<std::string> planes_of(const Session& session) {
 }
 
 Camera camera_of(const Session& session) {
+    const Camera camera = session.document().camera_at(session.frame());
     const SharedFrame source = session.source();
-    if (!source) return session.document().chain().camera;
-    return source->description.camera.overlaid_by(
-        session.chain() ? session.chain()->camera : session.document().chain().camera);
+    return source ? source->description.camera.overlaid_by(camera) : camera;
 }
 
 std::optional<Inherited> inherited(const Session& session, size_t link, const Parameter& row) {

@@ -382,7 +382,7 @@ def layout(display, width, height):
     for tab in ["Compare", "Inspect", "Save", "Chain"]:
         viewer.click("tab " + tab)
         for name, (x, y, w, h) in viewer.refined(tab)["places"].items():
-            if not name.startswith(("row ", "reset ")):  # these scroll
+            if not name.startswith(("group ", "row ", "reset ")):  # these scroll
                 check(x >= 0 and y >= 0 and x + w <= width and y + h <= height, f"{tab}: {name}")
     viewer.process.send_signal(signal.SIGTERM)
     check(viewer.process.wait(PATIENCE_S) == 143, "ended by a signal")

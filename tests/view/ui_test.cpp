@@ -164,6 +164,12 @@ TEST_F(UiTest, AHeldKeyCountsOnce) {
     ImGui::GetIO().KeysDown['W'] = false;
     draw();
     EXPECT_EQ(session_->view().compare, Compare::wipe);
+    for (const double stop : {2.0, 4.0})
+        EXPECT_TRUE(session_->document().set_camera("f_stop", stop).ok());
+    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown['Z'] = true;
+    draw(200);
+    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown['Z'] = false;
+    EXPECT_EQ(session_->document().chain().camera.f_stop, 2.0);
 }
 
 TEST_F(UiTest, EveryKeyIsThereOnce) {

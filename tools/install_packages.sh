@@ -4,7 +4,7 @@
 # Usage: tools/install_packages.sh [--tests | --full]
 set -euo pipefail
 
-# libglfw3-dev and libimgui-dev are those of postchain view; without them the rest is built.
+# libglfw3-dev, libimgui-dev and libfontconfig-dev are those of postchain view; without them the rest is built.
 packages=(
     g++ cmake ninja-build pkg-config
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
@@ -12,7 +12,7 @@ packages=(
     libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
     libsqlite3-dev prometheus-cpp-dev libboost-dev curl
-    libglfw3-dev libimgui-dev
+    libglfw3-dev libimgui-dev libfontconfig-dev
 )
 case ${1:-} in
     --tests | --full)
@@ -24,7 +24,7 @@ case ${1:-} in
 esac
 if [[ ${1:-} == --full ]]; then
     packages+=(
-        dpkg-dev file libogre-1.12-dev xvfb xdotool slurmctld slurmd slurm-client munge prometheus
+        dpkg-dev file libogre-1.12-dev xvfb xdotool fonts-noto-core slurmctld slurmd slurm-client munge prometheus
         python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
         python3-mypy python3-pip python3-venv
         chromium chromium-driver sqlite3 nginx-light caddy blender

@@ -66,6 +66,7 @@ const Edges& allowed_libraries() {
         {"imgui.h", {"tools/apps/view"}},
         {"imgui_stdlib.h", {"tools/apps/view"}},
         {"backends", {"tools/apps/view"}},
+        {"fontconfig", {"tools/apps/view/fonts.cpp"}},
         {"gtest", {}},
         {"gmock", {}},
     };

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tools/apps/view/chain_text.h"
+#include "tools/apps/view/parameter_words.h"
 
 namespace postchain::view {
 namespace {
@@ -126,6 +128,16 @@ TEST(Document, KeysCountForPassesWithAFocusOfTheirOwn) {
         EXPECT_EQ(link.text().find("focus_at=["), std::string::npos) << link.text();
         EXPECT_EQ(link.text().find("focus_distance=4"), std::string::npos) << link.text();
     }
+}
+
+TEST(Document, OrdersThatLookTheSameAreListedOnce) {
+    Document document = opened("postchain: 1\npasses:\n  - fxaa\n  - motion_blur\n  - fxaa\n");
+    const auto list = document.orders();
+    ASSERT_EQ(list.size(), 3u);
+    EXPECT_EQ(list[0], (std::vector<size_t>{0, 1, 2})) << "the current one";
+    EXPECT_EQ(document.name_of_order(list[1]), "fxaa > fxaa > motion_blur");
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(document.erase(0).ok());
+    EXPECT_TRUE(document.orders().empty());
 }
 
 TEST(Document, PassesThatAreOffDoNotFilter) {
@@ -262,6 +274,22 @@ TEST(ChainText, EveryFormOfAFileIsSaved) {
 TEST(ChainText, AnUnchangedChainIsTheSameText) {
     const Document document = opened(kText);
     EXPECT_EQ(chain_file_text(kText, document).text, kText);
+}
+
+TEST(Words, EveryParameterHasAGroup) {
+    std::set<std::string> groups;
+    for (const ParameterGroup& group : parameter_groups()) groups.insert(group.name);
+    const auto check = [&](const ParameterTable& table, const std::string& name) {
+        std::set<std::string> labels;
+        for (const Parameter& row : table.rows()) {
+            const ParameterWords words = words_of(row);
+            EXPECT_TRUE(groups.contains(words.group)) << name << "." << row.key;
+            EXPECT_EQ(words.label.find('_'), std::string::npos) << words.label;
+            EXPECT_TRUE(labels.insert(words.label).second) << name << ": " << words.label;
+        }
+    };
+    for (const PassType& type : builtin_passes().types()) check(*type.parameters, type.name);
+    check(camera_parameters(), "camera");
 }
 
 }  // namespace

@@ -48,6 +48,26 @@ TEST_F(ExportTest, FramesAreThoseOfRun) {
     EXPECT_EQ(write(job_of(ExportKind::frames, "in.####.exr")).code(), StatusCode::usage);
 }
 
+TEST_F(ExportTest, MessagesNameWhatTheWindowHas) {
+    open();
+    settle();
+    fs::create_directory(path("out"));
+    write_text(path("out/o.0001.exr"), "");
+    write_text(path("out/o.png"), "");
+    write_text(path("other.yaml"), "");
+    for (const Status& status : {write(job_of(ExportKind::frames, "out/o.####.exr")),
+                                 write(job_of(ExportKind::png, "out/o.png")),
+                                 write(job_of(ExportKind::frames, "in.####.exr")),
+                                 session_->save_chain(path("other.yaml"), false)}) {
+        session_->clear_messages();
+        session_->say(status.message(), true);
+        ASSERT_EQ(session_->messages().size(), 1u);
+        const std::string& text = session_->messages()[0].text;
+        EXPECT_EQ(text.find(" --"), std::string::npos) << text;
+        EXPECT_EQ(text.find("(--"), std::string::npos) << text;
+    }
+}
+
 TEST_F(ExportTest, ImagesAndSheet) {
     open();
     settle();

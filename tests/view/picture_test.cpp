@@ -48,6 +48,26 @@ TEST(ViewPort, PixelsThatAreNotSquare) {
     EXPECT_EQ(port.to_screen({100, 0}), (Point{400, 100}));
 }
 
+TEST(Paint, OneChannelIsGray) {
+    ImageF image(1, 1, 4);
+    image.data = {0.25f, 0.5f, 1.0f, 0.2f};
+    io::PreviewOptions view;
+    view.curve = io::ToneCurve::none;
+    const Rgba color = *painted(image, Look::color, view);
+    const std::pair<Channel, int> cases[] = {{Channel::red, color.data[0]},
+                                             {Channel::green, color.data[1]},
+                                             {Channel::blue, color.data[2]},
+                                             {Channel::alpha, 51}};
+    for (const auto& [channel, value] : cases) {
+        Rgba shown = color;
+        show_channel(shown, image, channel);
+        for (size_t c = 0; c < 3; ++c) EXPECT_EQ(shown.data[c], value) << int(channel);
+    }
+    Rgba opaque = color;
+    show_channel(opaque, ImageF(1, 1, 3), Channel::alpha);
+    EXPECT_EQ(opaque.data[0], 255);
+}
+
 // A window of one pixel, no image yet.
 TEST(ViewPort, SmallestSizes) {
     ViewPort port;

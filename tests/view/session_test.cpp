@@ -2,6 +2,8 @@
 // change, bad input.
 #include "tools/apps/view/session.h"
 
+#include <ctime>
+
 #include "tests/view/session_fixture.h"
 #include "tools/apps/view/session_values.h"
 
@@ -68,9 +70,10 @@ TEST_F(SessionTest, AHeldSliderShowsDrafts) {
 }
 
 TEST_F(SessionTest, PlaysEachFrameInTurn) {
+    settings_.result_memory = 0;  // each frame is filtered
     open();
     settle();
-    session_->play(true);
+    session_->play(1);
     std::vector<int> frames{session_->frame()};
     ASSERT_TRUE(wait_for([&] {
         if (session_->frame() != frames.back()) {
@@ -79,11 +82,95 @@ TEST_F(SessionTest, PlaysEachFrameInTurn) {
         }
         return frames.size() == 7;
     }));
-    session_->play(false);
+    session_->play(0);
     EXPECT_EQ(frames, (std::vector<int>{1, 2, 3, 1, 2, 3, 1}));
     EXPECT_EQ(session_->frames_played(), 6);
     session_->tick(Clock::now() + std::chrono::seconds(10));
     EXPECT_EQ(session_->frame(), 1) << "stands";
+}
+
+TEST_F(SessionTest, PlaysBackwardAndInARange) {
+    test::write_sequence(folder_.path(), {4, 7}, 64, 48);
+    open();
+    EXPECT_EQ(session_->missing_frames(), (std::vector<int>{5, 6}));
+    session_->set_range({{4, 2}});
+    session_->go_to(7);
+    std::vector<int> frames{7};
+    const auto play = [&](int direction, size_t count) {
+        session_->play(direction);
+        ASSERT_TRUE(wait_for([&] {
+            if (session_->frame() != frames.back()) frames.push_back(session_->frame());
+            return frames.size() == count;
+        }));
+        session_->play(0);
+    };
+    play(-1, 6);
+    EXPECT_EQ(frames, (std::vector<int>{7, 4, 3, 2, 4, 3}));
+    play(1, 9);
+    EXPECT_EQ(frames, (std::vector<int>{7, 4, 3, 2, 4, 3, 4, 2, 3}));
+}
+
+TEST_F(SessionTest, FilteredFramesAreKept) {
+    open();
+    settle();
+    session_->fill_results(true);
+    ASSERT_TRUE(wait_for([&] { return !session_->filling(); }));
+    settle();
+    EXPECT_EQ(session_->frame(), 1) << "back where it began";
+    EXPECT_EQ(session_->frames_with_result(), (std::set<int>{1, 2, 3}));
+    // Each is shown at once, and is what run writes.
+    for (const int frame : {2, 3, 1}) {
+        session_->go_to(frame);
+        ASSERT_TRUE(wait_for([&] { return session_->source() != nullptr; }));
+        session_->tick();
+        EXPECT_EQ(session_->shown().frame, frame);
+        EXPECT_FALSE(session_->shown().draft);
+        EXPECT_EQ(session_->shown().color->data, as_run(frame).data) << frame;
+    }
+    const auto kept = session_->shown().color;
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(12)).ok());
+    EXPECT_TRUE(session_->frames_with_result().empty()) << "of another chain";
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+    session_->document().undo();
+    session_->tick();
+    EXPECT_EQ(session_->shown().color, kept) << "undo finds it again";
+    // A frame that is rendered again.
+    const SharedFrame former = session_->source();
+    test::write_sequence(folder_.path(), {1}, 64, 48, {.convention = "nuke"});
+    ASSERT_TRUE(wait_for([&] { return session_->source() && session_->source() != former; }));
+    settle();
+    EXPECT_NE(session_->shown().color, kept);
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+}
+
+TEST_F(SessionTest, FilteredFramesKeepWithinMemory) {
+    settings_.result_memory = 2 * 64 * 48 * 4 * sizeof(float);
+    open();
+    settle();
+    for (const int frame : {2, 3, 1, 2}) {
+        session_->go_to(frame);
+        settle();
+        EXPECT_LE(session_->result_bytes(), *session_->settings().result_memory);
+    }
+    EXPECT_FALSE(session_->frames_with_result().empty());
+}
+
+TEST_F(SessionTest, ASessionAtRestDoesNothing) {
+    open();
+    settle();
+    const auto processor_ms = [] {
+        timespec time;
+        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+        return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
+    };
+    // The waiting threads alone: the window's loop is in the test of the window.
+    constexpr std::chrono::milliseconds kWatched{3000};
+    const double before = processor_ms();
+    std::this_thread::sleep_for(kWatched);
+    const double percent = 100 * (processor_ms() - before) / double(kWatched.count());
+    std::printf("at rest: %.2f %% of a core\n", percent);
+    EXPECT_LT(percent, 2);
 }
 
 TEST_F(SessionTest, FocusFollowsAClick) {
@@ -103,6 +190,33 @@ TEST_F(SessionTest, FocusFollowsAClick) {
     session_->document().undo();
     EXPECT_EQ(session_->document().chain().camera.focus_distance, 2);
     EXPECT_EQ(focus_at_pixel(*session_, -1, 0).code(), StatusCode::input);
+}
+
+TEST_F(SessionTest, AValueIsSetFromWhatItInherits) {
+    open();
+    settle();
+    const auto of = [&](size_t link, const char* key) {
+        const Parameter& row =
+            *session_->document().chain().links[link].type->parameters->find(key);
+        return inherited(*session_, link, row);
+    };
+    ASSERT_TRUE(of(0, "f_stop"));
+    EXPECT_EQ(of(0, "f_stop")->value, ParameterValue(1.4));
+    EXPECT_EQ(of(0, "f_stop")->from, "the camera");
+    EXPECT_EQ(of(0, "shutter_angle_deg")->value, ParameterValue(180.0));
+    ASSERT_TRUE(of(0, "max_radius_px")) << "as the filter has resolved it";
+    EXPECT_FALSE(of(0, "focus_at"));
+    const Parameter& f_stop =
+        *session_->document().chain().links[0].type->parameters->find("f_stop");
+    EXPECT_EQ(first_value(f_stop, of(0, "f_stop")), ParameterValue(1.4));
+    EXPECT_TRUE(session_->document().passes_with_own("f_stop").empty());
+    EXPECT_TRUE(session_->document().set(0, "f_stop", 4.0).ok());
+    EXPECT_TRUE(session_->document().set(0, "shutter_angle_deg", 90.0).ok());
+    EXPECT_EQ(session_->document().passes_with_own("f_stop"),
+              std::vector<std::string>{"joint_blur"});
+    EXPECT_EQ(session_->document().passes_with_own("shutter_frames").size(), 1u);
+    EXPECT_TRUE(session_->document().set_camera("shutter_frames", 0.25).ok());
+    EXPECT_TRUE(session_->document().passes_with_own("shutter_frames").empty());
 }
 
 TEST_F(SessionTest, AFocusPullIsOneStepAndGoesIntoTheCameraFile) {
@@ -327,6 +441,58 @@ TEST_F(SessionTest, AChangeOfTheFileByOthersIsNotOverwritten) {
     EXPECT_TRUE(session_->save_chain(path("chain.yaml"), true).ok());
 }
 
+TEST_F(SessionTest, EditsOfAViewerThatWasKilledComeBack) {
+    settings_.recovery_folder = path("state/view");
+    const SessionSettings& given = settings_;
+    const auto again = [&] {
+        SessionSettings settings;
+        settings.run = given.run;
+        settings.chain_name = given.chain_name;
+        settings.chain_is_file = true;
+        settings.chain_text = kJoint;
+        settings.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
+        settings.context = given.context;
+        settings.recovery_folder = path("state/view");
+        return settings;
+    };
+    SessionSettings second = again(), third = again(), fourth = again();
+    open();
+    EXPECT_TRUE(session_->document().erase(0).ok());
+    EXPECT_TRUE(session_->document().set_focus_key(1, 2.5).ok());
+    EXPECT_TRUE(session_->document().add("motion_blur", 0).ok());
+    EXPECT_TRUE(session_->document().switch_off(0, true).ok());
+    const std::string edited = session_->document().chain().text();
+    ASSERT_TRUE(wait_for([&] {
+        return fs::exists(path("state/view")) && !fs::is_empty(path("state/view")) &&
+               std::any_of(fs::directory_iterator(path("state/view")), fs::directory_iterator(),
+                           [](const auto& file) { return file.path().extension() == ".json"; });
+    }));
+    // A viewer beside it has edits of its own.
+    settings_ = std::move(second);
+    auto killed = std::move(session_);
+    open();
+    EXPECT_FALSE(session_->document().changed());
+    session_.reset();
+    // The first one ends without a word; its folder stays.
+    killed.reset();
+    settings_ = std::move(third);
+    open();
+    EXPECT_TRUE(says("restored"));
+    EXPECT_EQ(session_->document().chain().text(), edited);
+    EXPECT_TRUE(session_->document().state().off[0]);
+    EXPECT_EQ(session_->document().state().focus_keys.at(1), 2.5);
+    EXPECT_TRUE(session_->document().changed());
+    session_->document().undo();
+    EXPECT_FALSE(session_->document().changed()) << "one step leads back to the file";
+    session_->document().redo();
+    EXPECT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    EXPECT_TRUE(save_camera(*session_, path("keys.json"), false).ok());
+    session_.reset();
+    settings_ = std::move(fourth);
+    open();
+    EXPECT_FALSE(says("restored")) << "all is saved";
+}
+
 TEST_F(SessionTest, AReloadedChainKeepsTheValuesOfSet) {
     settings_.sets = {"fxaa.mode=directional"};
     open();
@@ -356,6 +522,7 @@ TEST_F(SessionTest, OnlyTheirOwnFilesAreReplaced) {
 }
 
 TEST_F(SessionTest, ChangesLeakNoTextures) {
+    settings_.result_memory = 0;  // each frame is filtered
     open();
     settle();
     // Drafts, of a size that depends on the machine's speed, have textures of their own, which

@@ -59,7 +59,8 @@ class Display:
             number += os.read(read, 16).decode()
         number = number.strip()
         os.close(read)
-        self.env = dict(os.environ, DISPLAY=f":{number}", LIBGL_ALWAYS_SOFTWARE="1")
+        self.env = dict(os.environ, DISPLAY=f":{number}", LIBGL_ALWAYS_SOFTWARE="1",
+                        XDG_STATE_HOME=str(WORK / "state"))
         self.env.pop("WAYLAND_DISPLAY", None)
 
     def close(self):
@@ -222,13 +223,13 @@ def session(display):
     viewer.shows("no wipe", changed)
 
     # Focus by click, on the hub of the wheel in the middle.
-    viewer.key("f")
+    viewer.key("t")
     x, y = [round(v) for v in viewer.state()["pixel_0_0"]]
     hub_x, hub_y = x + int(320 * 0.525), y + int(180 * 0.465)
     viewer.move(hub_x, hub_y)
     viewer.press("mousedown", 1)
     viewer.press("mouseup", 1)
-    viewer.key("f")
+    viewer.key("t")
     viewer.move(1270, 790)
     state = viewer.refined("focus", lambda s: "focus_distance: " in s["chain"])
     distance = float(re.search(r"focus_distance: (\S+)", state["chain"]).group(1))
@@ -304,10 +305,10 @@ def watching(display):
     while viewer.state()["frame"] != 2:
         viewer.key("Right")
     viewer.refined("frame 2", lambda s: s["frame"] == 2)
-    viewer.key("f")
+    viewer.key("t")
     x, y = [round(v) for v in viewer.state()["pixel_0_0"]]
     viewer.drag((x + int(320 * 0.525), y + int(180 * 0.465)), (x + 310, y + 10))
-    viewer.key("f")
+    viewer.key("t")
     state = viewer.wait("two keys", lambda s: len(s["focus_keys"]) == 2)
     check(abs(state["focus_keys"]["1"] - 1.3) < 0.02 and state["focus_keys"]["3"] > 2, state["focus_keys"])
     viewer.chord("ctrl", "q")
@@ -317,6 +318,63 @@ def watching(display):
     check(abs(keys["frames"]["1"]["focus_distance"] - 1.3) < 0.02, keys)
 
 
+def idle(display):
+    """Nothing happens, and nothing is done: no frame is drawn, and the processor rests."""
+    viewer = Viewer(display, "balanced", "-i", WORK / "scene/gbuf.####.exr", "--camera",
+                    WORK / "scene/camera.json")
+    viewer.move(1270, 790)
+    viewer.refined("idle")
+    time.sleep(3)
+
+    def processor_s():
+        fields = pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    frames, used, start = viewer.state()["frames_drawn"], processor_s(), time.monotonic()
+    time.sleep(20)
+    percent = 100 * (processor_s() - used) / (time.monotonic() - start)
+    drawn = viewer.state()["frames_drawn"] - frames
+    print(f"idle: {percent:.2f} % of a core, {drawn} frames drawn in 20 s")
+    check(drawn == 0, f"{drawn} frames drawn while nothing happens")
+    check(percent < 1, f"{percent} % of a core while nothing happens")
+    viewer.chord("ctrl", "q")
+    check(viewer.process.wait(PATIENCE_S) == 0, "closed")
+
+
+def lost(display):
+    """Closing twice does not lose edits, and neither does the end of the process."""
+    chain = WORK / "lost.yaml"
+    chain.write_text(CHAIN)
+    words = [chain, "-i", WORK / "scene/gbuf.####.exr", "--camera", WORK / "scene/camera.json"]
+    viewer = Viewer(display, *words)
+    check(viewer.state()["title"] == "lost.yaml  gbuf.0001.exr", viewer.state()["title"])
+    viewer.click("remove 1")
+    viewer.refined("removed", lambda s: "fxaa" not in s["chain"])
+    viewer.chord("ctrl", "q")
+    viewer.wait("asks", lambda s: s["asking"])
+    viewer.chord("ctrl", "q")
+    viewer.key("Escape")
+    viewer.wait("stays", lambda s: not s["asking"] and s["changed"])
+    # All passes removed, and their orders listed.
+    viewer.click("remove 0")
+    viewer.refined("no pass", lambda s: "passes: []" in s["chain"])
+    viewer.click("order")
+    viewer.key("Escape")
+    viewer.move(1270, 790)
+    viewer.refined("goes on")
+    time.sleep(3)
+    viewer.process.kill()
+    viewer.process.wait()
+    viewer = Viewer(display, *words)
+    state = viewer.refined("edits are back", lambda s: "passes: []" in s["chain"] and s["changed"])
+    check(any("restored" in text for text in state["messages"]), state["messages"])
+    viewer.chord("ctrl", "z")
+    viewer.refined("undo leads to the file", lambda s: "fxaa" in s["chain"] and not s["changed"])
+    viewer.chord("ctrl", "q")
+    check(viewer.process.wait(PATIENCE_S) == 0, "closed")
+    check(chain.read_text() == CHAIN, "the file stays")
+
+
 def layout(display, width, height):
     """Nothing is cut off: every widget is within the window."""
     viewer = Viewer(display, "balanced", "-i", WORK / "scene/gbuf.####.exr", "--camera",
@@ -324,7 +382,7 @@ def layout(display, width, height):
     for tab in ["Compare", "Inspect", "Save", "Chain"]:
         viewer.click("tab " + tab)
         for name, (x, y, w, h) in viewer.refined(tab)["places"].items():
-            if not name.startswith(("row ", "reset ")):  # these scroll
+            if not name.startswith(("group ", "row ", "reset ")):  # these scroll
                 check(x >= 0 and y >= 0 and x + w <= width and y + h <= height, f"{tab}: {name}")
     viewer.process.send_signal(signal.SIGTERM)
     check(viewer.process.wait(PATIENCE_S) == 143, "ended by a signal")
@@ -346,7 +404,7 @@ def bad_input(display):
     alone.mkdir()
     shutil.copy(COMMAND, alone / "postchain")
     done = subprocess.run([alone / "postchain", *words], capture_output=True, text=True, env=display.env)
-    check(done.returncode == 6 and "postchain-view" in done.stderr and "libimgui-dev" in done.stderr,
+    check(done.returncode == 6 and "postchain-view" in done.stderr and "--component view" in done.stderr,
           done.stderr)
 
 
@@ -363,6 +421,8 @@ def main():
                 session(display)
                 watching(display)
                 bad_input(display)
+                lost(display)
+                idle(display)
             layout(display, width, height)
         finally:
             display.close()

@@ -26,9 +26,10 @@ Status view_subcommand(const std::vector<std::string>& command_line) {
     execv(program.c_str(), words.data());
     return Status(StatusCode::gl,
                   concat(program, ": cannot be started (", std::strerror(errno),
-                         "); install the package postchain-view, or build postchain with "
-                         "libglfw3-dev and libimgui-dev. The page of postchain serve needs "
-                         "only a browser"));
+                         "); install the package postchain-view, or the component view of a build "
+                         "with libglfw3-dev, libimgui-dev and libfontconfig-dev (cmake --install "
+                         "build --component view). The page of postchain serve needs only a "
+                         "browser"));
 }
 
 }  // namespace

@@ -5,46 +5,22 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "config/chain_find.h"
+#include "tools/apps/view/parameter_words.h"
 #include "tools/apps/view/session_values.h"
 
 namespace postchain::view {
 namespace {
 
-constexpr size_t kMaxOrders = 4;  // passes whose every order is listed: 24 of them
+constexpr float kInheritedAlpha = 0.55f;
+const ImVec4 kOverridden = {0.95f, 0.78f, 0.45f, 1};
 
 double number_of(const ParameterValue& value) {
     if (const auto* whole = std::get_if<int64_t>(&value)) return double(*whole);
     if (const auto* number = std::get_if<double>(&value)) return *number;
     return 0;
-}
-
-// A value to begin with, for one that is not set.
-ParameterValue first_value(const Parameter& row) {
-    const double low = std::isfinite(row.soft_min) ? row.soft_min : row.min;
-    const double high = std::isfinite(row.soft_max) ? row.soft_max : row.max;
-    const double middle = std::isfinite(low) && std::isfinite(high) ? (low + high) / 2
-                          : std::isfinite(low)                      ? std::max(low, 1.0)
-                                                                    : 1;
-    switch (row.type) {
-        case ParameterType::boolean:
-            return true;
-        case ParameterType::integer: {
-            for (auto value = int64_t(middle); value <= int64_t(middle) + 1; ++value)
-                if (row.check(value).ok()) return value;
-            return row.allowed.empty() ? ParameterValue(int64_t(middle)) : row.allowed.front();
-        }
-        case ParameterType::number:
-            return middle;
-        case ParameterType::choice:
-            return row.choices.front();
-        case ParameterType::text:
-            break;
-        case ParameterType::point:
-            return std::array<double, 2>{0.5, 0.5};
-    }
-    return {};
 }
 
 bool number_widget(const Parameter& row, const ParameterValue& now, ParameterValue& value) {
@@ -55,6 +31,7 @@ bool number_widget(const Parameter& row, const ParameterValue& now, ParameterVal
             ? ImGuiSliderFlags_Logarithmic
             : ImGuiSliderFlags_None;
     const std::string unit = row.unit.empty() ? "" : " " + row.unit;
+    const TypesOnDoubleClick types;
     if (whole) {
         int number = int(number_of(now));
         const std::string format = "%d" + unit;
@@ -78,16 +55,23 @@ bool number_widget(const Parameter& row, const ParameterValue& now, ParameterVal
                                      format.c_str(), logarithmic)
                 : ImGui::DragFloat("##value", &number, std::max(0.002f, std::abs(number) * 0.01f),
                                    0, 0, format.c_str());
-    if (changed) value = double(number);
+    if (changed) value = shortest_double(number);
     return changed;
 }
 
-// True if the value was changed, to `value`.
-bool parameter_widget(const Parameter& row, const ParameterValue& now, ParameterValue& value) {
+// True if the value was changed, to `value`. A row that is not set shows what it inherits, paler.
+bool parameter_widget(const Parameter& row, const ParameterValue& set,
+                      const std::optional<Inherited>& inherited, ParameterValue& value) {
+    ParameterValue now = set;
     if (now == ParameterValue() && row.type != ParameterType::text) {
-        if (!ImGui::Button("set", {ImGui::GetContentRegionAvail().x, 0})) return false;
-        value = first_value(row);
-        return true;
+        if (!inherited || inherited->value.index() != first_value(row, {}).index()) {
+            const std::string text = row.unset_means.empty() ? "not set" : row.unset_means;
+            if (!ImGui::Button((text + "##set").c_str(), {ImGui::GetContentRegionAvail().x, 0}))
+                return false;
+            value = first_value(row, inherited);
+            return true;
+        }
+        now = inherited->value;
     }
     switch (row.type) {
         case ParameterType::boolean: {
@@ -118,10 +102,11 @@ bool parameter_widget(const Parameter& row, const ParameterValue& now, Parameter
         case ParameterType::point: {
             const auto& at = std::get<std::array<double, 2>>(now);
             std::array<float, 2> point = {float(at[0]), float(at[1])};
+            const TypesOnDoubleClick types;
             if (!ImGui::SliderFloat2("##value", point.data(), float(row.min), float(row.max),
                                      "%.3f"))
                 return false;
-            value = std::array<double, 2>{point[0], point[1]};
+            value = std::array<double, 2>{shortest_double(point[0]), shortest_double(point[1])};
             return true;
         }
     }
@@ -140,17 +125,22 @@ void ChainPanel::draw() {
     if (selected_ < chain.links.size()) {
         const size_t link = selected_;
         const PassType& type = *chain.links[link].type;
-        ImGui::Text("%s", type.title.c_str());
-        rows(*type.parameters, chain.links[link].pass->parameters(),
-             [&, link](const std::string& key, const ParameterValue& value) {
-                 return document.set(link, key, value);
-             });
+        ImGui::TextUnformatted(type.title.c_str());
+        ui_.tip(concat(type.help, "\nkey: ", type.name));
+        rows(
+            *type.parameters, chain.links[link].pass->parameters(),
+            [&, link](const Parameter& row) { return inherited(ui_.session, link, row); },
+            [&, link](const std::string& key, const ParameterValue& value) {
+                return document.set(link, key, value);
+            });
     } else {
         ImGui::TextUnformatted("Camera of the chain");
-        rows(camera_parameters(), &chain.camera,
-             [&](const std::string& key, const ParameterValue& value) {
-                 return document.set_camera(key, value);
-             });
+        rows(
+            camera_parameters(), &chain.camera,
+            [&](const Parameter& row) { return inherited_by_camera(ui_.session, row); },
+            [&](const std::string& key, const ParameterValue& value) {
+                return document.set_camera(key, value);
+            });
     }
 }
 
@@ -158,18 +148,28 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
                                const char* format, bool logarithmic, std::optional<double> value) {
     auto number = float(value.value_or(least));
     ImGui::SetNextItemWidth(-72 * ui_.scale);
+    std::optional<TypesOnDoubleClick> types(std::in_place);
     const bool changed =
         ImGui::SliderFloat(label, &number, float(least), float(most), value ? format : "not known",
                            logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+    types.reset();
     ui_.mark(key);
     ui_.gesture();
-    ui_.tip(camera_parameters().find(key)->help);
+    ui_.tip(concat(camera_parameters().find(key)->help, "\nkey: camera.", key));
+    if (const auto own = ui_.session.document().passes_with_own(key); !own.empty()) {
+        std::string text;
+        for (const std::string& name : own) text += (text.empty() ? "" : ", ") + name;
+        ImGui::TextColored(kOverridden, "overridden in %s", text.c_str());
+        ui_.mark(concat("overridden ", key));
+        ui_.tip("a pass has a value of its own; a change here counts for all passes");
+    }
     if (!changed) return;
     // With keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
         !ui_.session.document().state().focus_keys.empty())
-        return ui_.say(ui_.session.document().set_focus_key(ui_.session.frame(), double(number)));
-    ui_.say(ui_.session.document().set_camera(key, double(number)));
+        return ui_.say(
+            ui_.session.document().set_focus_key(ui_.session.frame(), shortest_double(number)));
+    ui_.say(ui_.session.document().set_camera(key, shortest_double(number)));
 }
 
 void ChainPanel::main_values() {
@@ -198,8 +198,10 @@ void ChainPanel::main_values() {
     }
     ImGui::BeginDisabled(samples == 0);
     ImGui::SetNextItemWidth(-72 * ui_.scale);
+    std::optional<TypesOnDoubleClick> types(std::in_place);
     const bool changed = ImGui::SliderInt("samples", &samples, 1, std::max(most, samples),
                                           "%d per pixel", ImGuiSliderFlags_Logarithmic);
+    types.reset();
     ui_.mark("samples");
     ui_.gesture();
     ImGui::EndDisabled();
@@ -215,30 +217,22 @@ void ChainPanel::main_values() {
 
 void ChainPanel::order_and_tier() {
     Document& document = ui_.session.document();
-    const Chain& chain = document.chain();
-    const auto name_of_order = [&](const std::vector<size_t>& order) {
-        std::string text;
-        for (const size_t i : order)
-            text += (text.empty() ? "" : " > ") + chain.links[i].type->name;
-        return text;
-    };
-    std::vector<size_t> order(chain.links.size());
-    std::iota(order.begin(), order.end(), size_t(0));
+    std::vector<size_t> now(document.chain().links.size());
+    std::iota(now.begin(), now.end(), size_t(0));
     ImGui::SetNextItemWidth(-72 * ui_.scale);
-    const bool orders = ImGui::BeginCombo("order", name_of_order(order).c_str());
+    const bool orders = ImGui::BeginCombo("order", document.name_of_order(now).c_str());
     ui_.mark("order");
     if (orders) {
-        if (order.size() > kMaxOrders) {
-            ImGui::TextDisabled("drag the passes below");
-        } else {
-            do {
-                const std::string name = name_of_order(order);
-                if (ImGui::Selectable(name.c_str())) {
-                    ui_.say(document.reorder(order));
-                    break;
-                }
-                ui_.mark("order " + name);
-            } while (std::next_permutation(order.begin(), order.end()));
+        const auto list = document.orders();
+        if (list.empty())
+            ImGui::TextDisabled(now.empty() ? "no pass yet" : "drag the passes below");
+        for (const auto& order : list) {
+            const std::string name = document.name_of_order(order);
+            const bool chosen = ImGui::Selectable(name.c_str());
+            ui_.mark("order " + name);
+            if (!chosen) continue;
+            ui_.say(document.reorder(order));
+            break;
         }
         ImGui::EndCombo();
     }
@@ -320,56 +314,88 @@ void ChainPanel::link_list() {
 }
 
 void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
+                      const Inherits& inherits,
                       const std::function<Status(const std::string&, const ParameterValue&)>& set) {
-    if (!ImGui::BeginTable("rows", 3, ImGuiTableFlags_SizingFixedFit)) return;
-    ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthStretch, 0.47f);
-    ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch, 0.53f);
-    ImGui::TableSetupColumn("reset", ImGuiTableColumnFlags_WidthFixed, 18 * ui_.scale);
     std::optional<std::pair<std::string, ParameterValue>> change;
-    for (const Parameter& row : table.rows()) {
-        ImGui::PushID(row.key.c_str());
-        ImGui::TableNextRow();
-        ImGui::TableNextColumn();
-        const std::string unread = table.unread(row, values);
-        ImGui::PushTextWrapPos(0);
-        if (unread.empty())
-            ImGui::TextUnformatted(row.key.c_str());
-        else
-            ImGui::TextDisabled("%s", row.key.c_str());
-        ImGui::PopTextWrapPos();
-        const bool hovers = ImGui::IsItemHovered();
-        ImGui::TableNextColumn();
-        const ParameterValue now = row.get(values);
-        ParameterValue value;
-        ImGui::SetNextItemWidth(-1);
-        ImGui::BeginDisabled(!unread.empty());
-        if (parameter_widget(row, now, value)) change = {row.key, value};
-        ui_.mark("row " + row.key);
-        ui_.gesture();
-        ImGui::EndDisabled();
-        if (hovers || ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) {
-            ImGui::BeginTooltip();
-            ImGui::PushTextWrapPos(380 * ui_.scale);
-            ImGui::TextUnformatted(row.full_help().c_str());
-            ImGui::TextDisabled("%s%s; default %s", row.domain().c_str(),
-                                row.unit.empty() ? "" : (", " + row.unit).c_str(),
-                                now == ParameterValue() && !row.unset_means.empty()
-                                    ? row.unset_means.c_str()
-                                    : text_of(row.default_value).c_str());
-            if (!unread.empty()) ImGui::TextUnformatted(unread.c_str());
-            ImGui::PopTextWrapPos();
-            ImGui::EndTooltip();
+    for (const ParameterGroup& group : parameter_groups()) {
+        std::vector<const Parameter*> members;
+        bool any_set = false;
+        for (const Parameter& row : table.rows()) {
+            if (words_of(row).group != group.name) continue;
+            members.push_back(&row);
+            any_set = any_set || row.get(values) != row.default_value;
         }
-        ImGui::TableNextColumn();
-        if (now != row.default_value) {
-            if (ImGui::SmallButton("<")) change = {row.key, row.default_value};
-            ui_.mark("reset " + row.key);
-            ui_.tip("back to " + text_of(row.default_value));
-        }
-        ImGui::PopID();
+        if (members.empty()) continue;
+        ImGui::SetNextItemOpen(group.open || any_set, ImGuiCond_Once);
+        const bool open = ImGui::CollapsingHeader(group.name.c_str());
+        ui_.mark("group " + group.name);
+        if (!open || !ImGui::BeginTable(group.name.c_str(), 3, ImGuiTableFlags_SizingFixedFit))
+            continue;
+        ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch, 0.45f);
+        ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch, 0.55f);
+        ImGui::TableSetupColumn("reset", ImGuiTableColumnFlags_WidthFixed, 22 * ui_.scale);
+        for (const Parameter* row : members)
+            if (const auto value = draw_row(*row, table, values, inherits))
+                change = {row->key, *value};
+        ImGui::EndTable();
     }
-    ImGui::EndTable();
     if (change) ui_.say(set(change->first, change->second));
+}
+
+std::optional<ParameterValue> ChainPanel::draw_row(const Parameter& row,
+                                                   const ParameterTable& table,
+                                                   ConstParameterRef values,
+                                                   const Inherits& inherits) {
+    std::optional<ParameterValue> change;
+    ImGui::PushID(row.key.c_str());
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    const std::string unread = table.unread(row, values);
+    const ParameterValue now = row.get(values);
+    const std::optional<Inherited> from = now == ParameterValue() ? inherits(row) : std::nullopt;
+    const bool pale = !unread.empty() || now == ParameterValue();
+    const ImVec2 cell = ImGui::GetCursorScreenPos();
+    const bool hovers = ImGui::IsWindowHovered() &&
+                        ImGui::IsMouseHoveringRect(cell, {cell.x + ImGui::GetContentRegionAvail().x,
+                                                          cell.y + ImGui::GetFrameHeight()});
+    ImGui::AlignTextToFramePadding();
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextColored(ImGui::GetStyle().Colors[pale ? ImGuiCol_TextDisabled : ImGuiCol_Text], "%s",
+                       words_of(row).label.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::TableNextColumn();
+    ParameterValue value;
+    ImGui::SetNextItemWidth(-1);
+    ImGui::BeginDisabled(!unread.empty());
+    if (from) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, ImGui::GetStyle().Alpha * kInheritedAlpha);
+    if (parameter_widget(row, now, from, value)) change = value;
+    if (from) ImGui::PopStyleVar();
+    ui_.mark("row " + row.key);
+    ui_.gesture();
+    ImGui::EndDisabled();
+    if (hovers || ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) {
+        ImGui::BeginTooltip();
+        ImGui::PushTextWrapPos(380 * ui_.scale);
+        ImGui::TextUnformatted(row.full_help().c_str());
+        ImGui::TextDisabled("key: %s", row.key.c_str());
+        ImGui::TextDisabled("%s%s; default %s", row.domain().c_str(),
+                            row.unit.empty() ? "" : (", " + row.unit).c_str(),
+                            now == ParameterValue() && !row.unset_means.empty()
+                                ? row.unset_means.c_str()
+                                : text_of(row.default_value).c_str());
+        if (from) ImGui::TextUnformatted(("not set: taken from " + from->from).c_str());
+        if (!unread.empty()) ImGui::TextUnformatted(unread.c_str());
+        ImGui::PopTextWrapPos();
+        ImGui::EndTooltip();
+    }
+    ImGui::TableNextColumn();
+    if (now != row.default_value) {
+        if (ImGui::SmallButton("<")) change = row.default_value;
+        ui_.mark("reset " + row.key);
+        ui_.tip("back to " + (row.optional ? "what it inherits" : text_of(row.default_value)));
+    }
+    ImGui::PopID();
+    return change;
 }
 
 }  // namespace postchain::view

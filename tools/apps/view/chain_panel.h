@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 
+#include "tools/apps/view/session_values.h"
 #include "tools/apps/view/ui_context.h"
 
 namespace postchain::view {
@@ -19,7 +20,11 @@ class ChainPanel {
                        const char* format, bool logarithmic, std::optional<double> value);
     void order_and_tier();
     void link_list();
-    void rows(const ParameterTable& table, ConstParameterRef values,
+    using Inherits = std::function<std::optional<Inherited>(const Parameter&)>;
+    // A row's new value; empty: it stays.
+    std::optional<ParameterValue> draw_row(const Parameter& row, const ParameterTable& table,
+                                           ConstParameterRef values, const Inherits& inherits);
+    void rows(const ParameterTable& table, ConstParameterRef values, const Inherits& inherits,
               const std::function<Status(const std::string&, const ParameterValue&)>& set);
 
     UiContext& ui_;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "config/chain_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -13,20 +14,22 @@ namespace postchain::view {
 namespace {
 
 constexpr size_t kMaxStates = 500;
+constexpr size_t kMaxOrders = 4;  // passes whose every order is listed: 24 of them
 
 Status no_pass(size_t link) {
     return Status(StatusCode::chain, concat("the chain has no pass ", link));
 }
 
-// A place that is in focus is another way to state the distance.
+// Whether a pass's row states the camera's value `key`: by its name, or in another way, as a place
+// in focus states the distance and an angle the shutter.
+bool states(const Parameter& row, std::string_view key) {
+    return row.optional && (row.key == key || row.excludes == key);
+}
+
 void unset_in_passes(Chain& chain, std::string_view key) {
-    for (ChainLink& link : chain.links) {
-        for (const Parameter& row : link.type->parameters->rows()) {
-            const bool other_focus = key == "focus_distance" && row.excludes == key;
-            if (row.optional && (row.key == key || other_focus))
-                row.set(link.pass->parameters(), ParameterValue());
-        }
-    }
+    for (ChainLink& link : chain.links)
+        for (const Parameter& row : link.type->parameters->rows())
+            if (states(row, key)) row.set(link.pass->parameters(), ParameterValue());
 }
 
 }  // namespace
@@ -131,9 +134,14 @@ bool Document::keys_changed() const {
 
 Chain Document::chain_at(int frame) const {
     Chain chain = chain_to_save();
-    if (!state().focus_keys.empty())
-        chain.camera.focus_distance = focus_at(state().focus_keys, frame);
+    chain.camera = camera_at(frame);
     return chain;
+}
+
+Camera Document::camera_at(int frame) const {
+    Camera camera = chain().camera;
+    if (!state().focus_keys.empty()) camera.focus_distance = focus_at(state().focus_keys, frame);
+    return camera;
 }
 
 Chain Document::chain_to_save() const {
@@ -241,6 +249,37 @@ Status Document::reorder(const std::vector<size_t>& order) {
     return Status();
 }
 
+std::vector<std::string> Document::passes_with_own(std::string_view key) const {
+    std::vector<std::string> names;
+    for (size_t i = 0; i < chain().links.size(); ++i) {
+        const ChainLink& link = chain().links[i];
+        const auto& rows = link.type->parameters->rows();
+        if (!state().off[i] && std::any_of(rows.begin(), rows.end(), [&](const Parameter& row) {
+                return states(row, key) && row.get(link.pass->parameters()) != ParameterValue();
+            }))
+            names.push_back(link.type->name);
+    }
+    return names;
+}
+
+std::string Document::name_of_order(const std::vector<size_t>& order) const {
+    std::string text;
+    for (const size_t i : order) text += (text.empty() ? "" : " > ") + chain().links[i].type->name;
+    return text;
+}
+
+std::vector<std::vector<size_t>> Document::orders() const {
+    std::vector<std::vector<size_t>> found;
+    std::vector<size_t> order(chain().links.size());
+    if (order.empty() || order.size() > kMaxOrders) return found;
+    std::iota(order.begin(), order.end(), size_t(0));
+    std::set<std::string> names;
+    do {
+        if (names.insert(name_of_order(order)).second) found.push_back(order);
+    } while (std::next_permutation(order.begin(), order.end()));
+    return found;
+}
+
 Status Document::switch_off(size_t link, bool off) {
     if (link >= chain().links.size()) return no_pass(link);
     DocumentState next = state().clone();
@@ -256,6 +295,23 @@ void Document::replace(Chain chain, const std::string& name) {
     next.focus_keys = state().focus_keys;
     next.chain = std::move(chain);
     push(std::move(next), name);
+}
+
+void Document::restore(DocumentState state) {
+    std::vector<bool> taken(this->state().id.size(), false);
+    state.id.clear();
+    for (const ChainLink& link : state.chain.links) {
+        uint64_t id = next_id_;
+        for (size_t i = 0; i < taken.size(); ++i) {
+            if (taken[i] || chain().links[i].type != link.type) continue;
+            taken[i] = true;
+            id = this->state().id[i];
+            break;
+        }
+        if (id == next_id_) ++next_id_;
+        state.id.push_back(id);
+    }
+    push(std::move(state), "restore");
 }
 
 void Document::take_passes(const Chain& chain, const std::string& name) {

@@ -43,6 +43,8 @@ class Document {
 
     // The chain that filters a frame: without passes that are off, with the keys' focus.
     Chain chain_at(int frame) const;
+    // Its camera alone.
+    Camera camera_at(int frame) const;
     // The chain that a file gets: without passes that are off and, if there are keys, without a
     // focus distance.
     Chain chain_to_save() const;
@@ -52,16 +54,25 @@ class Document {
     Status set(size_t link, std::string_view key, const ParameterValue& value);
     // Sets the key in every pass that has it and reads it.
     Status set_in_all(std::string_view key, const ParameterValue& value);
-    // Sets the chain's camera, and unsets the passes' own values of this name.
+    // Sets the chain's camera, and unsets the passes' own values of this name. One that excludes
+    // it, as the shutter's angle excludes its time, is unset too.
     Status set_camera(std::string_view key, const ParameterValue& value);
     Status add(std::string_view type, size_t position);
     Status erase(size_t link);
     Status move(size_t from, size_t to);
     // `order`: every index once.
     Status reorder(const std::vector<size_t>& order);
+    // The orders of the passes that differ by their names, the current one first; none if there are
+    // no passes, or too many to list.
+    std::vector<std::vector<size_t>> orders() const;
+    // The passes that are on and state this value of the camera themselves.
+    std::vector<std::string> passes_with_own(std::string_view key) const;
+    std::string name_of_order(const std::vector<size_t>& order) const;
     Status switch_off(size_t link, bool off);
     // Another chain in place of this one.
     void replace(Chain chain, const std::string& name);
+    // Edits of an earlier session. Passes that this chain has too keep their places in its file.
+    void restore(DocumentState state);
     // The passes of another chain; the camera stays.
     void take_passes(const Chain& chain, const std::string& name);
     // Unsets the passes' own focus. Errors (chain): not a distance above 0.

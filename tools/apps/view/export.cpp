@@ -195,7 +195,8 @@ bool Exporter::start(ExportJob job) {
         report([&](ExportState& state) {
             state.running = false;
             state.failed = !status.ok();
-            state.text = status.ok() ? job.path + ": written" : status.message();
+            state.text =
+                status.ok() ? job.path + ": written" : in_words_of_window(status.message());
         });
     });
     return true;

@@ -14,7 +14,7 @@
 namespace postchain::view {
 namespace {
 
-constexpr auto kScanInterval = std::chrono::seconds(1);
+constexpr std::chrono::milliseconds kScanInterval{1000};
 constexpr int kFramesAhead = 4;
 
 uint64_t bytes_of(const sequence::SourceFrame& frame) {
@@ -85,6 +85,16 @@ SharedFrame FrameStore::find(int frame) const {
     const std::lock_guard lock(mutex_);
     const auto found = kept_.find(frame);
     return found == kept_.end() ? nullptr : found->second.frame;
+}
+
+uint64_t FrameStore::version(int frame) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept_.find(frame);
+    if (found == kept_.end()) return 0;
+    uint64_t hash = kHashSeed;
+    for (const io::FileStamp& file : found->second.stamps)
+        hash = hash_text(concat(file.path, " ", file.bytes, " ", file.time), hash);
+    return hash;
 }
 
 Status FrameStore::failure(int frame) const {

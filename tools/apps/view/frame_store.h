@@ -33,6 +33,8 @@ class FrameStore {
     void want(int frame, int direction, std::shared_ptr<const Chain> chain);
     // Null while it is not read.
     SharedFrame find(int frame) const;
+    // Changes with the files of a frame that is kept, and of those around it; 0: it is not kept.
+    uint64_t version(int frame) const;
     // Why the frame cannot be read; ok if it can, or is not read yet.
     Status failure(int frame) const;
     // Frames on disk, in order.

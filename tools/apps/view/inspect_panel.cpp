@@ -77,7 +77,7 @@ void InspectPanel::draw_view() {
     auto stops = float(view.display.exposure_stops);
     ImGui::SetNextItemWidth(-60 * ui_.scale);
     if (ImGui::SliderFloat("stops", &stops, -10, 10, "exposure %+.2f"))
-        view.display.exposure_stops = double(stops);
+        view.display.exposure_stops = shortest_double(stops);
     ui_.mark("exposure");
     if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) view.display.exposure_stops = 0;
     const bool has_ocio = ui_.session.settings().run.view.has_value();
@@ -99,11 +99,11 @@ void InspectPanel::draw_view() {
             view.display.view = ui_.session.settings().run.view;
         ImGui::EndCombo();
     }
-    ImGui::Checkbox("focus by click (F)", &ui_.focus_tool);
+    ImGui::Checkbox("focus by click (T)", &ui_.focus_tool);
     ui_.mark("focus tool");
-    ImGui::Checkbox("limits of sharpness (L)", &view.limits);
+    ImGui::Checkbox("limits of sharpness (N)", &view.limits);
     ui_.mark("limits");
-    ImGui::Checkbox("motion path under the cursor (P)", &ui_.path);
+    ImGui::Checkbox("motion path under the cursor (M)", &ui_.path);
     ui_.mark("path");
 }
 

@@ -95,6 +95,31 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
         session.shaders = view.shaders;
     }
     session.frame = view.frame;
+    session.recovery_folder = view::recovery_folder();
+    return session;
+}
+
+// The settings with other files, which are the open ones from then on.
+Result<view::SessionSettings> session_with(const view::OpenRequest& request, Options& options,
+                                           ViewOptions& view, const egl::ContextOptions& context) {
+    Options changed = options;
+    ViewOptions changed_view = view;
+    if (!request.chain.empty()) {
+        changed.chain = request.chain;
+        changed.sets.clear();
+    }
+    if (!request.input.empty()) {
+        changed.job.input = request.input;
+        // Of the former frames.
+        changed.job.frames = changed.job.behind = "";
+        changed_view.truth = "";
+        changed_view.frame.reset();
+    }
+    if (!request.camera.empty()) changed.job.camera = request.camera;
+    if (!request.truth.empty()) changed_view.truth = request.truth;
+    ASSIGN_OR_RETURN(auto session, session_of(changed, changed_view, context));
+    options = std::move(changed);
+    view = std::move(changed_view);
     return session;
 }
 
@@ -126,7 +151,10 @@ int view_command(int argc, char** argv) {
     if (!session.ok()) return fail(session.status());
     const auto size = parse_size(view.size);
     if (!size.ok()) return fail(size.status());
-    const Status status = view::show_window(std::move(*session),
+    const auto opener = [&](const view::OpenRequest& request) {
+        return session_with(request, options, view, *context);
+    };
+    const Status status = view::show_window(std::move(*session), opener,
                                             {*size, view.ui_scale, view.state_file}, stop.flag());
     if (!status.ok()) return fail(status);
     return stop.asked() ? stop.exit_code() : kExitOk;

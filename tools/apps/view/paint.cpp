@@ -166,6 +166,18 @@ ImageF part_of(const ImageF& image, const Rect& rect) {
     return part;
 }
 
+void show_channel(Rgba& shown, const ImageF& image, Channel channel) {
+    if (channel == Channel::color) return;
+    for (size_t i = 0; i < shown.pixels(); ++i) {
+        uint8_t* pixel = shown.data.data() + 4 * i;
+        const uint8_t value = channel != Channel::alpha ? pixel[int(channel) - int(Channel::red)]
+                              : image.channels < 4
+                                  ? 255
+                                  : byte_of(double(image.data[i * size_t(image.channels) + 3]));
+        std::fill_n(pixel, 3, value);
+    }
+}
+
 Painted paint(const PaintJob& job) {
     Painted result;
     result.id = job.id;
@@ -173,6 +185,8 @@ Painted paint(const PaintJob& job) {
         auto image = painted(*job.image, job.look, job.view, &result.legend);
         result.status = image.status();
         if (!image.ok()) return result;
+        const Channel channel = job.look == Look::color ? job.channel : Channel::color;
+        show_channel(*image, *job.image, channel);
         result.image = std::make_shared<const Rgba>(std::move(*image));
         if (job.inverse_depth)
             result.limits = std::make_shared<const Rgba>(
@@ -181,6 +195,7 @@ Painted paint(const PaintJob& job) {
         auto other = painted(*job.other, job.look, job.view);
         result.status = other.status();
         if (!other.ok()) return result;
+        show_channel(*other, *job.other, channel);
         result.other = std::make_shared<const Rgba>(std::move(*other));
         if (job.look == Look::color) result.status = compare_images(job, result);
     } catch (...) {

@@ -27,6 +27,8 @@ enum class Look {
     vectors,  // direction as hue, length as brightness
     shares,   // red, green and blue as they are, 0..1
 };
+// What of a color image is shown: all, one channel as the view transform shows it, or alpha.
+enum class Channel { color, red, green, blue, alpha };
 // How a texture with this many channels is shown.
 Look look_of(int channels);
 
@@ -42,7 +44,8 @@ struct PaintJob {
     Look look = Look::color;
     SharedImage other;  // compared with `image`; null: none
     std::string map;    // error map of the two, a name of metrics::map_rows(); empty: none
-    Rect visible;       // the part of `image` that the metrics measure; empty: all
+    Channel channel = Channel::color;
+    Rect visible;  // the part of `image` that the metrics measure; empty: all
     io::PreviewOptions view;
     // The limits of sharpness, drawn over an image with these depths.
     SharedImage inverse_depth;
@@ -60,6 +63,9 @@ struct Painted {
 // Errors: those of io::shown_image().
 Result<Rgba> painted(const ImageF& image, Look look, const io::PreviewOptions& view,
                      std::string* legend = nullptr);
+// Replaces the pixels by one channel as gray. `image`: what `shown` was painted of; one without
+// alpha is opaque.
+void show_channel(Rgba& shown, const ImageF& image, Channel channel);
 // Lines between pixels that are sharp and those before them (orange) and behind them (cyan);
 // elsewhere clear.
 Rgba sharpness_limits(const ImageF& inverse_depth, double from, double to);

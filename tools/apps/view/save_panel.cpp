@@ -6,8 +6,8 @@
 
 namespace postchain::view {
 
-SavePanel::SavePanel(UiContext& ui, std::function<void()> wake)
-    : ui_(ui), exporter_(std::move(wake)) {
+SavePanel::SavePanel(UiContext& ui, FileDialog& dialog, std::function<void()> wake)
+    : ui_(ui), dialog_(dialog), exporter_(std::move(wake)) {
     const SessionSettings& settings = ui.session.settings();
     chain_path_ = settings.chain_is_file ? settings.chain_name : settings.chain_name + ".yaml";
 }
@@ -25,16 +25,26 @@ bool SavePanel::save_keys() {
     return status.ok();
 }
 
-void SavePanel::save_button(const char* name, const char* label, std::string& path,
+void SavePanel::save_button(const char* name, const char* label, std::string& path, FileKind kind,
                             const char* hint, const std::function<void(const std::string&)>& save) {
     ImGui::PushID(name);
     ImGui::TextUnformatted(label);
-    ImGui::SetNextItemWidth(-58 * ui_.scale);
+    const ImGuiStyle& style = ImGui::GetStyle();
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("...Save").x - 4 * style.FramePadding.x -
+                            2 * style.ItemSpacing.x);
     ImGui::InputText("##path", &path);
     ui_.mark(std::string(name) + " path");
     ui_.tip(hint);
     ImGui::SameLine();
-    if (ImGui::Button("save")) save(path);
+    if (ImGui::Button("..."))
+        dialog_.ask(kind, true, path, [&path, save](const std::string& chosen) {
+            path = chosen;
+            save(chosen);
+        });
+    ui_.mark(std::string(name) + " dialog");
+    ui_.tip("choose a folder and a name");
+    ImGui::SameLine();
+    if (ImGui::Button("Save")) save(path);
     ui_.mark(std::string("save ") + name);
     ImGui::PopID();
 }
@@ -60,7 +70,7 @@ void SavePanel::start_export(ExportKind kind, const std::string& path) {
 void SavePanel::draw() {
     ImGui::Checkbox("replace existing files", &replace_);
     ui_.mark("replace");
-    save_button("chain", "chain file (Ctrl+S)", chain_path_, "comments are kept",
+    save_button("chain", "chain file (Ctrl+S)", chain_path_, FileKind::chain, "comments are kept",
                 [&](const std::string&) { save_chain(); });
     Document& document = ui_.session.document();
     if (!document.state().focus_keys.empty()) {
@@ -77,28 +87,30 @@ void SavePanel::draw() {
                 break;
             }
         }
-        save_button("camera", "camera file with the keys", camera_path_,
-                    "a focus distance for every frame; use it with --camera",
+        save_button("camera", "camera file with the keys", camera_path_, FileKind::camera,
+                    "a focus distance for every frame; give it as the camera file",
                     [&](const std::string&) { save_keys(); });
         ImGui::Separator();
     }
-    save_button("frames", "frame, as postchain run writes it", frames_path_,
+    save_button("frames", "frame, as postchain run writes it", frames_path_, FileKind::frames,
                 "a name with #### is of all frames; without, of this one",
                 [&](const std::string& path) { start_export(ExportKind::frames, path); });
-    save_button("png", "frame as PNG, as shown", png_path_, "with exposure and view transform",
+    save_button("png", "frame as PNG, as shown", png_path_, FileKind::frames,
+                "with exposure and view transform",
                 [&](const std::string& path) { start_export(ExportKind::png, path); });
-    save_button("sheet", "contact sheet of all frames", sheet_path_, "a PNG",
+    save_button("sheet", "contact sheet of all frames", sheet_path_, FileKind::frames, "a PNG",
                 [&](const std::string& path) { start_export(ExportKind::sheet, path); });
     auto fps = float(ui_.session.fps());
     ImGui::SetNextItemWidth(-58 * ui_.scale);
     if (ImGui::SliderFloat("##fps", &fps, 1, 120, "%.3g frames per second"))
-        ui_.session.set_fps(double(fps));
-    save_button("movie", "movie of all frames", movie_path_, "an MP4, by the command ffmpeg",
+        ui_.session.set_fps(shortest_double(fps));
+    save_button("movie", "movie of all frames", movie_path_, FileKind::frames,
+                "an MP4, by the command ffmpeg",
                 [&](const std::string& path) { start_export(ExportKind::movie, path); });
     const ExportState state = exporter_.state();
     if (state.running) {
         ImGui::ProgressBar(state.total > 0 ? float(state.done) / float(state.total) : 0);
-        if (ImGui::Button("stop")) exporter_.cancel();
+        if (ImGui::Button("Stop")) exporter_.cancel();
     }
     ImGui::PushTextWrapPos(0);
     ImGui::TextColored(state.failed ? ImVec4(1, 0.55f, 0.5f, 1) : ImVec4(1, 1, 1, 1), "%s",

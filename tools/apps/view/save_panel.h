@@ -5,13 +5,14 @@
 #include <string>
 
 #include "tools/apps/view/export.h"
+#include "tools/apps/view/file_dialog.h"
 #include "tools/apps/view/ui_context.h"
 
 namespace postchain::view {
 
 class SavePanel {
   public:
-    SavePanel(UiContext& ui, std::function<void()> wake);
+    SavePanel(UiContext& ui, FileDialog& dialog, std::function<void()> wake);
     void draw();
     bool save_chain();  // false: it failed, and the message is shown
     bool save_keys();   // into the camera file; false: as above
@@ -20,11 +21,12 @@ class SavePanel {
     const Exporter& exporter() const { return exporter_; }
 
   private:
-    void save_button(const char* name, const char* label, std::string& path, const char* hint,
-                     const std::function<void(const std::string&)>& save);
+    void save_button(const char* name, const char* label, std::string& path, FileKind kind,
+                     const char* hint, const std::function<void(const std::string&)>& save);
     void start_export(ExportKind kind, const std::string& path);
 
     UiContext& ui_;
+    FileDialog& dialog_;
     Exporter exporter_;
     std::string chain_path_, camera_path_ = "camera.json", frames_path_ = "filtered.####.exr",
                              png_path_ = "frame.png", sheet_path_ = "sheet.png",

@@ -16,12 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr auto kKeepInterval = std::chrono::seconds(1);  // of edits that are not saved
 constexpr auto kWatchInterval = std::chrono::milliseconds(500);
 constexpr auto kRest = std::chrono::milliseconds(120);  // without changes, until a picture refines
 constexpr double kDraftMs = 60;                         // time of a draft that is aimed at
 constexpr double kMinScale = 1.0 / 8;
 constexpr uint64_t kManyPixels = 1'000'000;
 constexpr size_t kMessages = 50;
+constexpr size_t kMissingListed = 10'000;
 constexpr size_t kLatencies = 200;
 
 // Changes with the names, sizes and times of the files in a folder and below.
@@ -52,12 +54,24 @@ void keep(std::deque<double>& list, double value) {
 Session::Session(SessionSettings settings, std::function<void()> wake)
     : settings_(std::move(settings)),
       wake_(std::move(wake)),
-      document_(builtin_passes(), settings_.chain.clone()) {
+      document_(builtin_passes(), settings_.chain.clone()),
+      recovery_(settings_.recovery_folder, settings_.chain_name) {
     if (settings_.other) other_ = std::make_shared<const Chain>(settings_.other->clone());
     chain_text_ = settings_.chain_text;
     if (settings_.chain_is_file) chain_stamp_ = io::FileStamp::of(settings_.chain_name);
     if (!settings_.shaders.empty()) shader_stamp_ = stamp_of_folder(settings_.shaders);
     view_.display.view = settings_.run.view;
+    kept_revision_ = document_.revision();
+    const std::string left = recovery_.left();
+    if (left.empty()) return;
+    auto state = state_of_recovery(left, document_.registry());
+    if (!state.ok()) {
+        say(state.status().message(), true);
+        return;
+    }
+    document_.restore(std::move(*state));
+    say("restored edits of a viewer that ended before they were saved; undo leads back to the "
+        "file");
 }
 
 Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
@@ -69,6 +83,8 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
     session->store_ = std::make_unique<FrameStore>(given.run, memory, wake);
     if (given.truth) session->truth_ = std::make_unique<FrameStore>(*given.truth, memory / 4, wake);
     session->painter_ = std::make_unique<Painter>(wake);
+    if (!session->settings_.result_memory)
+        session->settings_.result_memory = sequence::default_memory_limit() / 4;
     const auto frames = session->frames();
     if (frames.empty())
         session->say(concat(given.run.input.color().text(), ": ",
@@ -78,7 +94,8 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
     return session;
 }
 
-void Session::say(const std::string& text, bool error) {
+void Session::say(const std::string& words, bool error) {
+    const std::string text = in_words_of_window(words);
     std::erase_if(messages_, [&](const Message& message) { return message.text == text; });
     messages_.push_back({error, text});
     if (messages_.size() > kMessages) messages_.pop_front();
@@ -99,6 +116,13 @@ std::string Session::picture_state() const {
     }
     if (at_rest()) return "refined";
     return shown_.draft ? "draft" : "...";
+}
+
+std::string Session::title() const {
+    const auto name = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
+    const bool edited = document_.changed() || document_.keys_changed();
+    return concat(name(settings_.chain_name), edited ? "*" : "", "  ",
+                  name(settings_.run.input.color().format(frame_)));
 }
 
 void Session::go_to(int frame) {
@@ -122,20 +146,158 @@ void Session::step(int by) {
     frame_ = list[size_t(at)];
 }
 
-void Session::play(bool on) {
-    playing_ = on;
+void Session::play(int direction) {
+    playing_ = direction;
+    filling_ = false;
     played_at_ = Clock::now();
+}
+
+void Session::set_fps(double fps) {
+    fps_ = std::max(fps, 1.0);
+}
+
+void Session::set_range(std::optional<std::array<int, 2>> range) {
+    if (range && (*range)[0] > (*range)[1]) std::swap((*range)[0], (*range)[1]);
+    range_ = range;
+}
+
+std::vector<int> Session::frames_in_range() const {
+    std::vector<int> list = frames();
+    if (range_)
+        std::erase_if(list,
+                      [&](int frame) { return frame < (*range_)[0] || frame > (*range_)[1]; });
+    return list;
+}
+
+std::vector<int> Session::missing_frames() const {
+    const auto list = frames();
+    std::vector<int> missing;
+    for (size_t i = 1; i < list.size(); ++i)
+        for (int frame = list[i - 1] + 1; frame < list[i] && missing.size() < kMissingListed;
+             ++frame)
+            missing.push_back(frame);
+    return missing;
 }
 
 // The next frame is due if its time has come and this one is shown.
 void Session::advance(Clock::time_point now) {
-    if (!playing_ || ms_between(played_at_, now) < 1000 / fps_) return;
+    if (filling_) return advance_filling();
+    if (playing_ == 0 || ms_between(played_at_, now) < 1000 / fps_) return;
     const bool failed = source_ ? !filter_status_.ok() : !store_->failure(frame_).ok();
     const bool is_shown = shown_.frame == frame_ && shown_key_ == wanted_;
     if (!is_shown && !failed) return;
+    const auto list = frames_in_range();
+    if (list.empty()) return;
     played_at_ = now;
     ++frames_played_;
-    step(1);
+    direction_ = playing_;
+    const auto after = std::upper_bound(list.begin(), list.end(), frame_);
+    const auto at = std::lower_bound(list.begin(), list.end(), frame_);
+    if (playing_ > 0)
+        frame_ = after == list.end() ? list.front() : *after;
+    else
+        frame_ = at == list.begin() ? list.back() : *std::prev(at);
+}
+
+void Session::advance_filling() {
+    const bool failed = source_ ? !filter_status_.ok() : !store_->failure(frame_).ok();
+    const bool is_shown = shown_.frame == frame_ && shown_key_ == wanted_ && !shown_.draft;
+    if (!is_shown && !failed) return;
+    const std::set<int> kept = frames_with_result();
+    const auto list = frames_in_range();
+    const auto next = std::find_if(std::upper_bound(list.begin(), list.end(), frame_), list.end(),
+                                   [&](int frame) { return !kept.contains(frame); });
+    const uint64_t each = kept.empty() ? 0 : result_bytes() / kept.size();
+    if (next != list.end() && result_bytes() + each <= *settings_.result_memory) {
+        direction_ = 1;
+        frame_ = *next;
+        return;
+    }
+    if (next != list.end()) say(concat("memory holds ", kept.size(), " filtered frames"));
+    filling_ = false;
+    frame_ = filled_from_;
+}
+
+void Session::fill_results(bool on) {
+    if (on == filling_) return;
+    const auto list = frames_in_range();
+    filling_ = on && !list.empty();
+    playing_ = 0;
+    if (!filling_) return;
+    filled_from_ = frame_;
+    frame_ = list.front();
+}
+
+uint64_t Session::chain_hash(int frame) const {
+    if (std::exchange(hashed_revision_, document_.revision()) != document_.revision())
+        hashes_.clear();
+    // Without keys each frame has the same chain.
+    const int by = document_.state().focus_keys.empty() ? 0 : frame;
+    const auto found = hashes_.find(by);
+    if (found != hashes_.end()) return found->second;
+    const Chain chain = document_.chain_at(frame);
+    return hashes_[by] = hash_text(chain.text(), hash_text(write_chain(chain)));
+}
+
+std::set<int> Session::frames_with_result() const {
+    std::set<int> found;
+    for (const auto& [frame, kept] : results_)
+        if (kept.chain == chain_hash(frame) && kept.shaders == shaders_) found.insert(frame);
+    return found;
+}
+
+uint64_t Session::result_bytes() const {
+    uint64_t bytes = 0;
+    for (const auto& [frame, kept] : results_) bytes += kept.bytes;
+    return bytes;
+}
+
+void Session::keep_result() {
+    const uint64_t version = store_->version(frame_);
+    // The file may have changed since it was read; then the next scan reads it again.
+    if (shown_.frame != frame_ || shown_key_ != wanted_ || wanted_.source != store_->find(frame_) ||
+        wanted_.revision != document_.revision() || version == 0)
+        return;
+    KeptResult kept{.version = version,
+                    .chain = chain_hash(frame_),
+                    .shaders = shaders_,
+                    .bytes = shown_.color->data.size() * sizeof(float),
+                    .used = ++result_clock_,
+                    .shown = shown_};
+    if (kept.bytes > *settings_.result_memory) return;
+    kept.shown.texture = nullptr;
+    kept.shown.texture_name.clear();
+    std::erase_if(results_, [&](const auto& entry) {
+        return entry.first == frame_ &&
+               (entry.second.version != version || entry.second.shaders != shaders_ ||
+                entry.second.chain == kept.chain);
+    });
+    uint64_t bytes = result_bytes() + kept.bytes;
+    while (bytes > *settings_.result_memory && !results_.empty()) {
+        const auto oldest = std::min_element(
+            results_.begin(), results_.end(),
+            [](const auto& a, const auto& b) { return a.second.used < b.second.used; });
+        bytes -= oldest->second.bytes;
+        results_.erase(oldest);
+    }
+    results_.emplace(frame_, std::move(kept));
+}
+
+// In place of filtering again.
+void Session::show_kept_result() {
+    const uint64_t version = store_->version(frame_), chain = chain_hash(frame_);
+    const auto [begin, end] = results_.equal_range(frame_);
+    const auto found = std::find_if(begin, end, [&](const auto& entry) {
+        const KeptResult& kept = entry.second;
+        return kept.version == version && kept.chain == chain && kept.shaders == shaders_;
+    });
+    if (found == end) return;
+    found->second.used = ++result_clock_;
+    shown_ = found->second.shown;
+    shown_.request = request_id_;
+    shown_.since = wanted_since_;
+    shown_key_ = wanted_;
+    draft_sent_ = full_sent_ = draft_seen_ = full_seen_ = true;
 }
 
 void Session::watch_files(Clock::time_point now) {
@@ -154,6 +316,23 @@ void Session::watch_files(Clock::time_point now) {
         ++shaders_;
         say("shaders changed: " + settings_.shaders);
     }
+}
+
+void Session::keep_edits(Clock::time_point now) {
+    if (recovery_.path().empty() || kept_revision_ == document_.revision() ||
+        document_.in_gesture() || now - kept_at_ < kKeepInterval)
+        return;
+    kept_at_ = now;
+    kept_revision_ = document_.revision();
+    if (!document_.changed() && !document_.keys_changed()) return recovery_.discard();
+    const Status status = save_text(settings_.run, recovery_.path(),
+                                    recovery_text(document_.state()), "the recovery file", true);
+    if (!status.ok()) say(status.message(), true);
+}
+
+void Session::discard_edits() {
+    kept_revision_ = document_.revision();
+    recovery_.discard();
 }
 
 void Session::reload_chain() {
@@ -177,6 +356,7 @@ void Session::reload_chain() {
 
 bool Session::tick(Clock::time_point now) {
     watch_files(now);
+    keep_edits(now);
     advance(now);
     if (chain_of_ != document_.revision() || chain_frame_ != frame_ || !chain_) {
         chain_ = std::make_shared<const Chain>(document_.chain_at(frame_));
@@ -247,6 +427,7 @@ bool Session::take_results(Clock::time_point now) {
                   .milliseconds = result.milliseconds,
                   .request = result.request.id,
                   .since = result.request.since};
+        if (current && !draft) keep_result();
     }
     if (auto painted = painter_->take()) {
         changed = true;
@@ -292,6 +473,7 @@ void Session::request(Clock::time_point now) {
         filter_status_ = Status();
         ++request_id_;
         draft_sent_ = full_sent_ = draft_seen_ = full_seen_ = false;
+        if (key.texture.empty()) show_kept_result();
     }
     const auto submit = [&](double scale) {
         worker_->submit({.id = request_id_,
@@ -303,12 +485,12 @@ void Session::request(Clock::time_point now) {
                          .since = wanted_since_});
         other_sent_ = false;
     };
-    const double scale = draft_scale();
+    const double scale = filling_ ? 1 : draft_scale();
     if (!draft_sent_ && scale < 1) {
         draft_sent_ = true;
         return submit(scale);
     }
-    const bool rests = !document_.in_gesture() && !playing_ && now - wanted_since_ >= kRest;
+    const bool rests = !document_.in_gesture() && playing_ == 0 && now - wanted_since_ >= kRest;
     if (!full_sent_ && (scale >= 1 || (draft_seen_ && rests))) {
         draft_sent_ = full_sent_ = true;
         return submit(1);
@@ -357,6 +539,7 @@ bool Session::paint_due(Clock::time_point) {
     job.image = image;
     job.look = view_.plane == kFillMask ? Look::shares : look_of(image->channels);
     job.view = view_.display;
+    job.channel = view_.channel;
     if (result && view_.compare != Compare::off && source_) {
         if (view_.target == CompareTarget::before) job.other = source_->planes.at(Role::color);
         if (view_.target == CompareTarget::other_chain) job.other = other_image_;
@@ -387,6 +570,7 @@ bool Session::paint_due(Clock::time_point) {
     PaintKey key{job.image,
                  job.other,
                  job.inverse_depth,
+                 job.channel,
                  job.view.exposure_stops,
                  job.sharp_from,
                  job.sharp_to,
@@ -408,7 +592,7 @@ bool Session::paint_due(Clock::time_point) {
 }
 
 bool Session::at_rest() const {
-    if (playing_ || !painter_->idle() || !worker_->idle()) return false;
+    if (playing_ != 0 || filling_ || !painter_->idle() || !worker_->idle()) return false;
     if (!source_) return frames().empty() || !store_->failure(frame_).ok();
     if (!(wanted_.source == source_ && wanted_.revision == document_.revision() && full_seen_))
         return false;
@@ -436,6 +620,7 @@ Status Session::save_chain(const std::string& path, bool replace) {
     settings_.sets.clear();
     document_.saved(std::move(saved.off));
     say(path + (saved.kept ? ": saved" : ": saved, written anew below its first comments"));
+    if (!document_.keys_changed()) discard_edits();
     if (document_.keys_changed())
         say("the focus keys are not in the chain file: save the camera file too");
     return Status();

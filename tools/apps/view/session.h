@@ -5,10 +5,13 @@
 //   Painted
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +20,7 @@
 #include "tools/apps/view/filter_worker.h"
 #include "tools/apps/view/frame_store.h"
 #include "tools/apps/view/paint.h"
+#include "tools/apps/view/recovery.h"
 
 namespace postchain::view {
 
@@ -34,7 +38,9 @@ struct SessionSettings {
     egl::ContextOptions context;
     std::string shaders;  // folder that is watched; empty: none
     std::optional<int> frame;
-    uint64_t memory = 0;  // bytes for frames; 0: a quarter of the machine's
+    uint64_t memory = 0;                    // bytes for frames; 0: a quarter of the machine's
+    std::optional<uint64_t> result_memory;  // for filtered frames; empty: a quarter as well
+    std::string recovery_folder;  // for edits that are not saved; empty: they are not kept
 };
 
 enum class Compare { off, wipe, flip, difference };
@@ -47,6 +53,7 @@ struct ViewChoice {
     Compare compare = Compare::off;
     CompareTarget target = CompareTarget::before;
     std::string map = "flip";
+    Channel channel = Channel::color;
     bool limits = false;  // of sharpness
     Rect visible;         // the part on screen, pixels of the frame
 };
@@ -93,11 +100,25 @@ class Session {
     void go_to(int frame);  // the nearest frame on disk
     void step(int frames);  // forth or back in the list, around its ends
     std::vector<int> frames() const { return store_->frames(); }
-    bool playing() const { return playing_; }
-    void play(bool on);
+    // -1: backward, 0: stands, 1: forward.
+    int playing() const { return playing_; }
+    void play(int direction);
+    // The frames between which play turns, and to which Home and End lead; empty: all.
+    const std::optional<std::array<int, 2>>& range() const { return range_; }
+    void set_range(std::optional<std::array<int, 2>> range);
+    std::vector<int> frames_in_range() const;
+    // Frames of the sequence's numbers that are not on disk.
+    std::vector<int> missing_frames() const;
+
+    // Filters every frame of the range once, so that play shows it refined; or stops that.
+    void fill_results(bool on);
+    bool filling() const { return filling_; }
+    // The frames whose filtered images are kept, of this chain.
+    std::set<int> frames_with_result() const;
+    uint64_t result_bytes() const;
     // The steps that playing has taken in this session.
     int frames_played() const { return frames_played_; }
-    void set_fps(double fps) { fps_ = fps; }
+    void set_fps(double fps);  // at least 1
     double fps() const { return fps_; }
 
     // Null while it is read.
@@ -108,7 +129,7 @@ class Session {
     uint64_t painted_revision() const { return painted_revision_; }
     // The newest last; errors until they are mended or dismissed.
     const std::deque<Message>& messages() const { return messages_; }
-    void say(const std::string& text, bool error = false);
+    void say(const std::string& words, bool error = false);
     void clear_messages() { messages_.clear(); }
     // Why the picture is not of the current settings; empty: it is.
     std::string trouble() const;
@@ -116,8 +137,8 @@ class Session {
     // the change.
     std::string picture_state() const;
 
-    // The chain at this frame; null before the first tick().
-    const std::shared_ptr<const Chain>& chain() const { return chain_; }
+    // Of the window: "balanced.yaml*  shot.0012.exr"; the star: edits are not saved.
+    std::string title() const;
 
     // Compares from now on with the chain as it is.
     void keep_as_other_chain();
@@ -127,6 +148,8 @@ class Session {
     // Writes the chain file, which is the open one from then on. Errors: those of new_file(), also
     // for the open file if another program has changed it.
     Status save_chain(const std::string& path, bool replace);
+    // The edits are not wanted: nothing of them is kept.
+    void discard_edits();
     const SessionSettings& settings() const { return settings_; }
     const std::string& renderer() const { return worker_->renderer(); }
     uint64_t frame_bytes() const { return store_->bytes(); }
@@ -149,7 +172,12 @@ class Session {
     };
     void watch_files(Clock::time_point now);
     void reload_chain();
+    void show_kept_result();
+    void keep_result();
+    uint64_t chain_hash(int frame) const;
+    void keep_edits(Clock::time_point now);
     void advance(Clock::time_point now);
+    void advance_filling();
     bool take_results(Clock::time_point now);
     void request(Clock::time_point now);
     void request_other();
@@ -164,6 +192,9 @@ class Session {
     SessionSettings settings_;
     std::function<void()> wake_;
     Document document_;
+    Recovery recovery_;
+    uint64_t kept_revision_ = 0;  // of the document, in the recovery file
+    Clock::time_point kept_at_;
     ViewChoice view_;
     std::shared_ptr<const Chain> other_;
     std::unique_ptr<FrameStore> store_, truth_;
@@ -176,7 +207,10 @@ class Session {
     std::shared_ptr<const Chain> chain_;  // at this frame
     uint64_t chain_of_ = 0;               // the document's revision of `chain_`
     int chain_frame_ = 0;
-    bool playing_ = false;
+    int playing_ = 0;
+    std::optional<std::array<int, 2>> range_;
+    bool filling_ = false;
+    int filled_from_ = 0;
     int frames_played_ = 0;
     double fps_ = 24;
     Clock::time_point played_at_;
@@ -190,6 +224,17 @@ class Session {
     Status filter_status_;
     double full_ms_ = 0;  // estimate of a whole frame
 
+    // Refined images of frames.
+    struct KeptResult {
+        uint64_t version = 0, chain = 0, shaders = 0;  // FrameStore::version(), chain_hash()
+        uint64_t bytes = 0, used = 0;
+        Shown shown;
+    };
+    std::multimap<int, KeptResult> results_;  // by frame
+    uint64_t result_clock_ = 0;
+    mutable std::map<int, uint64_t> hashes_;  // of chains by frame, at `hashed_revision_`
+    mutable uint64_t hashed_revision_ = 0;
+
     std::shared_ptr<const ImageF> other_image_;
     SharedFrame other_source_;
     uint64_t other_revision_ = 0, other_seen_ = 0;
@@ -201,6 +246,7 @@ class Session {
     uint64_t paint_id_ = 0;
     struct PaintKey {
         SharedImage image, other, depth;
+        Channel channel = Channel::color;
         double exposure = 0, from = 0, to = 0;
         io::ToneCurve curve = {};
         std::optional<io::DisplayView> ocio;

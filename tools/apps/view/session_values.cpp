@@ -1,8 +1,10 @@
 #include "tools/apps/view/session_values.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 #include "tools/apps/view/save.h"
@@ -75,10 +77,76 @@ std::vector<std::string> planes_of(const Session& session) {
 }
 
 Camera camera_of(const Session& session) {
+    const Camera camera = session.document().camera_at(session.frame());
     const SharedFrame source = session.source();
-    if (!source) return session.document().chain().camera;
-    return source->description.camera.overlaid_by(
-        session.chain() ? session.chain()->camera : session.document().chain().camera);
+    return source ? source->description.camera.overlaid_by(camera) : camera;
+}
+
+std::optional<Inherited> inherited(const Session& session, size_t link, const Parameter& row) {
+    const Document& document = session.document();
+    const Camera camera = camera_of(session);
+    const double shutter = camera.shutter_frames.value_or(kDefaultShutterFrames);
+    const std::string from_shutter = camera.shutter_frames ? "the camera" : "default";
+    if (row.key == "shutter_frames") return Inherited{shutter, from_shutter};
+    if (row.key == "shutter_angle_deg") return Inherited{360 * shutter, from_shutter};
+    if (const Parameter* own = camera_parameters().find(row.key); own && own->type == row.type)
+        if (const ParameterValue value = own->get(&camera); value != ParameterValue())
+            return Inherited{value, "the camera"};
+    // As the filter has resolved it. A draft's lengths are of fewer pixels.
+    size_t index = 0;
+    for (size_t i = 0; i < link; ++i) index += document.state().off[i] ? 0 : 1;
+    const auto& passes = session.shown().resolved.passes;
+    if (session.shown().draft || document.state().off[link] || index >= passes.size() ||
+        passes[index].type != document.chain().links[link].type->name)
+        return {};
+    for (const auto& value : passes[index].values)
+        if (value.key == row.key && value.value != ParameterValue())
+            return Inherited{value.value, value.origin.from};
+    return {};
+}
+
+std::optional<Inherited> inherited_by_camera(const Session& session, const Parameter& row) {
+    if (const SharedFrame source = session.source())
+        if (const ParameterValue value = row.get(&source->description.camera);
+            value != ParameterValue())
+            return Inherited{value, "the frame's camera"};
+    if (row.key == "shutter_frames") return Inherited{kDefaultShutterFrames, "default"};
+    return {};
+}
+
+ParameterValue first_value(const Parameter& row, const std::optional<Inherited>& inherited) {
+    if (inherited && row.check(inherited->value).ok()) return inherited->value;
+    const double low = std::isfinite(row.soft_min) ? row.soft_min : row.min;
+    const double high = std::isfinite(row.soft_max) ? row.soft_max : row.max;
+    const double middle = std::isfinite(low) && std::isfinite(high) ? (low + high) / 2
+                          : std::isfinite(low)                      ? std::max(low, 1.0)
+                                                                    : 1;
+    switch (row.type) {
+        case ParameterType::boolean:
+            return true;
+        case ParameterType::integer: {
+            for (auto value = int64_t(middle); value <= int64_t(middle) + 1; ++value)
+                if (row.check(value).ok()) return value;
+            return row.allowed.empty() ? ParameterValue(int64_t(middle)) : row.allowed.front();
+        }
+        case ParameterType::number:
+            return middle;
+        case ParameterType::choice:
+            return row.choices.front();
+        case ParameterType::text:
+            break;
+        case ParameterType::point:
+            return std::array<double, 2>{0.5, 0.5};
+    }
+    return {};
+}
+
+double shortest_double(float value) {
+    char digits[32];
+    const auto written = std::to_chars(digits, digits + sizeof(digits), value);
+    double read = double(value);
+    std::from_chars(digits, written.ptr, read);
+    return read;
 }
 
 std::optional<double> distance_at(const Session& session, int x, int y) {
@@ -88,7 +156,10 @@ std::optional<double> distance_at(const Session& session, int x, int y) {
     if (depth == source->planes.end() || !depth->second->inside(x, y)) return {};
     const float w = depth->second->at(x, y);
     if (is_infinitely_far(w) || !std::isfinite(w)) return {};
-    return 1 / double(w);
+    // Rounded to six digits, finer than any lens resolves.
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.6g", 1 / double(w));
+    return std::strtod(digits, nullptr);
 }
 
 Status focus_at_pixel(Session& session, int x, int y) {
@@ -166,6 +237,7 @@ Status save_camera(Session& session, const std::string& path, bool replace) {
                       [&](const io::InputFile& input) { return input.path == path; });
     RETURN_IF_ERROR(save_text(settings, path, json, "the camera file", replace));
     session.document().keys_saved();
+    if (!session.document().changed()) session.discard_edits();
     return Status();
 }
 

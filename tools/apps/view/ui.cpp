@@ -1,6 +1,10 @@
 #include "tools/apps/view/ui.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
 
 #include "tools/apps/view/session_values.h"
 #include "tools/measure/metrics/compare.h"
@@ -8,7 +12,11 @@
 namespace postchain::view {
 namespace {
 
-constexpr float kSide = 372, kBottom = 80;  // pixels at scale 1
+constexpr float kSide = 400, kBottom = 84;  // pixels at scale 1
+constexpr double kExposureStep = 0.5;       // stops
+// GLFW's numbers of keys; letters and digits are those of ASCII.
+constexpr int kF11 = 300;
+constexpr std::array<const char*, 5> kChannels = {"all", "red", "green", "blue", "alpha"};
 
 // Begins a panel without decoration at a fixed place.
 void begin_panel(const char* name, ImVec2 at, ImVec2 size, ImGuiWindowFlags more) {
@@ -55,7 +63,7 @@ void draw_compare_panel(UiContext& ui) {
     }
     ui.mark("keep");
     with("ground truth", CompareTarget::truth, ui.session.has_truth());
-    if (!ui.session.has_truth()) ImGui::TextDisabled("ground truth: open with --truth IN");
+    if (!ui.session.has_truth()) ImGui::TextDisabled("Open > ground truth, to compare with it");
     ImGui::Separator();
     ImGui::SetNextItemWidth(-110 * ui.scale);
     if (ImGui::BeginCombo("error map", view.map.c_str())) {
@@ -68,94 +76,250 @@ void draw_compare_panel(UiContext& ui) {
     const Painted& painted = ui.session.painted();
     if (view.compare == Compare::off || painted.metrics.empty()) return;
     ImGui::Text("of the %d x %d pixels on screen:", view.visible.width, view.visible.height);
-    for (const auto& [name, value] : painted.metrics)
+    for (const auto& [name, value] : painted.metrics) {
+        ImGui::TextUnformatted(name.c_str());
+        ImGui::SameLine(90 * ui.scale);
         if (value)
-            ImGui::Text("%-8s %.4g", name.c_str(), *value);
+            ImGui::Text("%.4g", *value);
         else
-            ImGui::Text("%-8s equal", name.c_str());
+            ImGui::TextUnformatted("equal");
+    }
     if (!painted.legend.empty()) ImGui::TextWrapped("%s", painted.legend.c_str());
 }
 
 }  // namespace
 
-void Ui::ask_to_close() {
-    const Document& document = ui_.session.document();
-    if ((document.changed() || document.keys_changed()) && !closing_)
-        closing_ = true;
-    else
-        close_ = true;
+Ui::Ui(Session& session, std::function<void()> wake)
+    : ui_{session},
+      dialog_(ui_),
+      picture_(ui_),
+      chain_(ui_),
+      inspect_(ui_),
+      save_(ui_, dialog_, std::move(wake)),
+      timeline_(ui_) {
+    const SessionSettings& settings = session.settings();
+    ui_.needs(settings.chain_name);
+    ui_.needs(settings.run.input.color().text());
 }
 
-void Ui::shortcuts() {
-    const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput) return;
-    const auto pressed = [](ImGuiKey key, bool repeats) {
-        return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), repeats);
+bool Ui::has_unsaved_edits() const {
+    return ui_.session.document().changed() || ui_.session.document().keys_changed();
+}
+
+void Ui::ask_to_close() {
+    asked_ = {};
+    asking_ = has_unsaved_edits();
+    close_ = !asking_;
+}
+
+void Ui::open(const OpenRequest& request) {
+    if (request.empty()) return;
+    asked_ = request;
+    asking_ = !request.chain.empty() && has_unsaved_edits();
+    if (!asking_) accepted_ = request;
+}
+
+std::optional<OpenRequest> Ui::take_request() {
+    if (accepted_.empty()) return {};
+    return std::exchange(accepted_, {});
+}
+
+void Ui::set_range_end(size_t end) {
+    const auto list = ui_.session.frames();
+    if (list.empty()) return;
+    auto range = ui_.session.range().value_or(std::array<int, 2>{list.front(), list.back()});
+    const bool is_here = ui_.session.range() && range[end] == ui_.session.frame();
+    range[end] = is_here ? (end == 0 ? list.front() : list.back()) : ui_.session.frame();
+    // The other end stays behind or before this one.
+    if (range[0] > range[1]) range[1 - end] = end == 0 ? list.back() : list.front();
+    if (range == std::array<int, 2>{list.front(), list.back()})
+        ui_.session.set_range({});
+    else
+        ui_.session.set_range(range);
+}
+
+std::vector<KeyAction> Ui::key_actions() {
+    Session& session = ui_.session;
+    ViewChoice& view = session.view();
+    const auto index = [](ImGuiKey key) { return ImGui::GetKeyIndex(key); };
+    const auto go_to_end = [&session](bool last) {
+        const auto list = session.frames_in_range();
+        if (!list.empty()) session.go_to(last ? list.back() : list.front());
     };
-    // GLFW's numbers of letters are those of ASCII. Held down, they count once.
-    const auto letter = [](char c) { return ImGui::IsKeyPressed(c, false); };
-    Document& document = ui_.session.document();
-    if (io.KeyCtrl) {
-        if (letter('Z')) io.KeyShift ? document.redo() : document.undo();
-        if (letter('Y')) document.redo();
-        if (letter('S')) save_.save_chain();
-        if (letter('Q')) ask_to_close();
-        return;
-    }
-    if (pressed(ImGuiKey_Space, false)) ui_.session.play(!ui_.session.playing());
-    if (pressed(ImGuiKey_LeftArrow, true)) ui_.session.step(-1);
-    if (pressed(ImGuiKey_RightArrow, true)) ui_.session.step(1);
-    if (letter('0')) picture_.port().fit();
-    if (letter('1')) picture_.port().one_to_one();
-    if (letter('F')) ui_.focus_tool = !ui_.focus_tool;
-    if (letter('L')) ui_.session.view().limits = !ui_.session.view().limits;
-    if (letter('P')) ui_.path = !ui_.path;
-    Compare& compare = ui_.session.view().compare;
-    if (letter('W')) compare = compare == Compare::wipe ? Compare::off : Compare::wipe;
-    if (letter('D')) compare = compare == Compare::difference ? Compare::off : Compare::difference;
-    if (letter('X')) {
-        if (compare != Compare::flip) ui_.flipped = false;
-        compare = Compare::flip;
-        ui_.flipped = !ui_.flipped;
-    }
+    const auto channel = [&view](Channel one) {
+        return [&view, one] { view.channel = view.channel == one ? Channel::color : one; };
+    };
+    const auto compare = [&view](Compare one) {
+        return [&view, one] { view.compare = view.compare == one ? Compare::off : one; };
+    };
+    const auto expose = [&view](double stops) {
+        return [&view, stops] { view.display.exposure_stops += stops; };
+    };
+    return {
+        {"Space", "play, or stop", ' ',
+         [&session] { session.play(session.playing() == 0 ? 1 : 0); }},
+        {"J", "play backward", 'J', [&session] { session.play(-1); }},
+        {"K", "stop", 'K', [&session] { session.play(0); }},
+        {"L", "play forward", 'L', [&session] { session.play(1); }},
+        {.name = "Left",
+         .what = "a frame back",
+         .key = index(ImGuiKey_LeftArrow),
+         .act = [&session] { session.step(-1); },
+         .repeats = true},
+        {.name = "Right",
+         .what = "a frame forward",
+         .key = index(ImGuiKey_RightArrow),
+         .act = [&session] { session.step(1); },
+         .repeats = true},
+        {"Home", "first frame of the range", index(ImGuiKey_Home),
+         [go_to_end] { go_to_end(false); }},
+        {"End", "last frame of the range", index(ImGuiKey_End), [go_to_end] { go_to_end(true); }},
+        {"I", "the range begins here, or at the first frame", 'I', [this] { set_range_end(0); }},
+        {"O", "the range ends here, or at the last frame", 'O', [this] { set_range_end(1); }},
+        {"F", "fit the image into the window", 'F', [this] { picture_.port().fit(); }},
+        {"1", "a pixel of the image is one of the screen", '1',
+         [this] { picture_.port().one_to_one(); }},
+        {.name = "E", .what = "half a stop brighter", .key = 'E', .act = expose(kExposureStep)},
+        {.name = "Shift+E",
+         .what = "half a stop darker",
+         .key = 'E',
+         .act = expose(-kExposureStep),
+         .shift = true},
+        {"R", "red alone, or all channels", 'R', channel(Channel::red)},
+        {"G", "green alone", 'G', channel(Channel::green)},
+        {"B", "blue alone", 'B', channel(Channel::blue)},
+        {"A", "alpha alone", 'A', channel(Channel::alpha)},
+        {"W", "wipe", 'W', compare(Compare::wipe)},
+        {"D", "difference", 'D', compare(Compare::difference)},
+        {"X", "flip to the other image", 'X',
+         [this, &view] {
+             if (view.compare != Compare::flip) ui_.flipped = false;
+             view.compare = Compare::flip;
+             ui_.flipped = !ui_.flipped;
+         }},
+        {"T", "focus by click", 'T', [this] { ui_.focus_tool = !ui_.focus_tool; }},
+        {"N", "near and far limits of sharpness", 'N', [&view] { view.limits = !view.limits; }},
+        {"M", "motion path under the cursor", 'M', [this] { ui_.path = !ui_.path; }},
+        {"Tab", "the image alone", index(ImGuiKey_Tab), [this] { panels_ = !panels_; }},
+        {"F11", "full screen", kF11, [this] { full_screen_ = !full_screen_; }},
+        {.name = "Ctrl+Z",
+         .what = "undo",
+         .key = 'Z',
+         .act = [&session] { session.document().undo(); },
+         .ctrl = true},
+        {.name = "Ctrl+Y",
+         .what = "redo",
+         .key = 'Y',
+         .act = [&session] { session.document().redo(); },
+         .ctrl = true},
+        {.name = "Ctrl+Shift+Z",
+         .what = "",
+         .key = 'Z',
+         .act = [&session] { session.document().redo(); },
+         .ctrl = true,
+         .shift = true},
+        {.name = "Ctrl+O",
+         .what = "open frames",
+         .key = 'O',
+         .act = [this] { ask_for(FileKind::frames); },
+         .ctrl = true},
+        {.name = "Ctrl+S",
+         .what = "save the chain",
+         .key = 'S',
+         .act = [this] { save_.save_chain(); },
+         .ctrl = true},
+        {.name = "Ctrl+Q",
+         .what = "close",
+         .key = 'Q',
+         .act = [this] { ask_to_close(); },
+         .ctrl = true},
+    };
+}
+
+void Ui::ask_for(FileKind kind) {
+    const SessionSettings& settings = ui_.session.settings();
+    const std::string beside = kind == FileKind::chain && settings.chain_is_file
+                                   ? settings.chain_name
+                                   : settings.run.input.color().text();
+    dialog_.ask(kind, false, beside, [this, kind](const std::string& path) {
+        OpenRequest request;
+        request.set(kind, path);
+        open(request);
+    });
+}
+
+void Ui::take_input() {
+    const ImGuiIO& io = ImGui::GetIO();
+    for (const ImWchar letter : io.InputQueueCharacters)
+        if (letter >= 0x80) ui_.new_letters = ui_.letters.insert(letter).second || ui_.new_letters;
+    if (io.WantTextInput || asking_ || dialog_.is_open()) return;
+    // ImGui numbers its own keys when it has a window.
+    if (keys_.empty()) keys_ = key_actions();
+    take_keys(keys_);
+    for (const ImWchar letter : io.InputQueueCharacters)
+        if (letter == '?') key_list_ = !key_list_;
 }
 
 void Ui::draw(float width, float height, float scale) {
     ui_.scale = scale;
     ui_.places.clear();
-    shortcuts();
-    const float side = std::min(kSide * scale, width * 0.6f);
-    const float bottom = std::min(kBottom * scale, height * 0.5f);
+    ui_.begin_frame();
+    take_input();
     inspect_.note_times();
     // A window of a few pixels has no room for panels.
     if (width < 4 || height < 4) return;
+    const float side = panels_ ? std::min(kSide * scale, width * 0.6f) : 0;
+    const float bottom = panels_ ? std::min(kBottom * scale, height * 0.5f) : 0;
     picture_.draw(0, 0, width - side, height - bottom);
-    draw_side(width - side, 0, side, height);
-    draw_bottom(0, height - bottom, width - side, bottom);
+    if (panels_) {
+        draw_side(width - side, 0, side, height);
+        draw_bottom(0, height - bottom, width - side, bottom);
+    }
     draw_messages(0, 0, width - side);
-    if (closing_) draw_closing(width, height);
+    if (key_list_) draw_key_list(ui_, keys_, key_list_);
+    dialog_.draw();
+    if (asking_) draw_question(width, height);
+}
+
+void Ui::draw_open_menu() {
+    if (ImGui::Button("Open")) ImGui::OpenPopup("open menu");
+    ui_.mark("open");
+    ui_.tip("or drop files on the window");
+    if (!ImGui::BeginPopup("open menu")) return;
+    for (const FileKind kind :
+         {FileKind::frames, FileKind::chain, FileKind::camera, FileKind::truth}) {
+        if (ImGui::MenuItem(concat(name_of(kind), " ...").c_str(),
+                            kind == FileKind::frames ? "Ctrl+O" : nullptr))
+            ask_for(kind);
+        ui_.mark(concat("open ", name_of(kind)));
+    }
+    ImGui::EndPopup();
 }
 
 void Ui::draw_side(float x, float y, float width, float height) {
     begin_panel("side", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
     Document& document = ui_.session.document();
+    draw_open_menu();
+    ImGui::SameLine();
     ImGui::BeginDisabled(!document.can_undo());
-    if (ImGui::Button("undo")) document.undo();
+    if (ImGui::Button("Undo")) document.undo();
     ui_.mark("undo");
     ui_.tip("Ctrl+Z: " + document.undo_name(), ImGuiHoveredFlags_AllowWhenDisabled);
     ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::BeginDisabled(!document.can_redo());
-    if (ImGui::Button("redo")) document.redo();
+    if (ImGui::Button("Redo")) document.redo();
     ui_.mark("redo");
     ui_.tip("Ctrl+Y: " + document.redo_name(), ImGuiHoveredFlags_AllowWhenDisabled);
     ImGui::EndDisabled();
     ImGui::SameLine();
-    if (ImGui::Button(document.changed() ? "save *" : "save")) save_.save_chain();
+    if (ImGui::Button(document.changed() ? "Save *###save" : "Save###save")) save_.save_chain();
     ui_.mark("save");
     ui_.tip("Ctrl+S: " + save_.chain_path());
     ImGui::SameLine();
-    ImGui::TextDisabled("%s", ui_.session.settings().chain_name.c_str());
+    const std::string& chain = ui_.session.settings().chain_name;
+    ImGui::TextDisabled("%s", chain.substr(chain.rfind('/') + 1).c_str());
+    ui_.tip(chain);
     if (ImGui::BeginTabBar("tabs")) {
         const auto tab = [&](const char* name, const std::function<void()>& contents) {
             const bool open = ImGui::BeginTabItem(name);
@@ -177,31 +341,45 @@ void Ui::draw_side(float x, float y, float width, float height) {
 
 void Ui::draw_bottom(float x, float y, float width, float height) {
     begin_panel("bottom", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
-    const bool narrow = width < 360 * ui_.scale;  // no room to align what is on the right
-    if (ImGui::Button(ui_.session.playing() ? "stop" : "play"))
-        ui_.session.play(!ui_.session.playing());
+    const bool narrow = width < 360 * ui_.scale;  // no room for what is on the right
+    if (ImGui::Button(ui_.session.playing() != 0 ? "Stop###play" : "Play###play"))
+        ui_.session.play(ui_.session.playing() == 0 ? 1 : 0);
     ui_.mark("play");
+    ui_.tip("Space; backward J, stop K, forward L");
     ImGui::SameLine();
-    const auto frames = ui_.session.frames();
-    if (!frames.empty()) {
-        const auto at = std::lower_bound(frames.begin(), frames.end(), ui_.session.frame());
-        int index = int(std::min(at - frames.begin(), std::ptrdiff_t(frames.size()) - 1));
-        ImGui::SetNextItemWidth((narrow ? 80 : -210) * ui_.scale);
-        const std::string label = concat("frame ", ui_.session.frame());
-        if (ImGui::SliderInt("##frame", &index, 0, int(frames.size()) - 1, label.c_str()))
-            ui_.session.go_to(frames[size_t(std::clamp(index, 0, int(frames.size()) - 1))]);
-        ui_.mark("frame");
-    } else {
-        ImGui::TextDisabled("no frame yet");
+    if (ImGui::Button(ui_.session.filling() ? "Filtering ...###fill" : "Filter all###fill"))
+        ui_.session.fill_results(!ui_.session.filling());
+    ui_.mark("fill");
+    ui_.tip("filters every frame of the range once, so that play shows it as it is written");
+    ImGui::SameLine();
+    const ViewChoice& view = ui_.session.view();
+    std::string state =
+        concat(int(std::lround(100 * picture_.port().zoom())), "%  ", ui_.session.picture_state());
+    if (view.channel != Channel::color) state += concat("  ", kChannels[int(view.channel)]);
+    if (view.display.exposure_stops != 0) {
+        char stops[32];
+        std::snprintf(stops, sizeof(stops), "  %+.3g stops", view.display.exposure_stops);
+        state += stops;
     }
-    ImGui::SameLine(narrow ? 0 : width - 205 * ui_.scale);
-    if (ImGui::Button("fit")) picture_.port().fit();
-    ui_.mark("fit");
-    ImGui::SameLine();
-    if (ImGui::Button("1:1")) picture_.port().one_to_one();
-    ui_.mark("1:1");
-    ImGui::SameLine();
-    ImGui::Text("%3.0f%% %s", 100 * picture_.port().zoom(), ui_.session.picture_state().c_str());
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float right = narrow
+                            ? 0
+                            : ImGui::CalcTextSize("Fit1:1").x + 4 * style.FramePadding.x +
+                                  std::max(ImGui::CalcTextSize(state.c_str()).x, 120 * ui_.scale) +
+                                  3 * style.ItemSpacing.x;
+    timeline_.draw(ImGui::GetContentRegionAvail().x - right);
+    if (!narrow) {
+        ImGui::SameLine(width - right);
+        if (ImGui::Button("Fit")) picture_.port().fit();
+        ui_.mark("fit");
+        ui_.tip("F");
+        ImGui::SameLine();
+        if (ImGui::Button("1:1")) picture_.port().one_to_one();
+        ui_.mark("1:1");
+        ui_.tip("1");
+        ImGui::SameLine();
+        ImGui::TextUnformatted(state.c_str());
+    }
     std::string values;
     if (picture_.cursor()) {
         values = concat((*picture_.cursor())[0], ", ", (*picture_.cursor())[1]);
@@ -218,12 +396,14 @@ void Ui::draw_bottom(float x, float y, float width, float height) {
 
 void Ui::draw_messages(float x, float y, float width) {
     const auto& messages = ui_.session.messages();
+    for (const Message& message : messages) ui_.needs(message.text);
     const std::string trouble = ui_.session.trouble();
     if (messages.empty() && trouble.empty()) return;
     ImGui::SetNextWindowBgAlpha(0.85f);
     begin_panel("messages", {x + 8 * ui_.scale, y + 8 * ui_.scale},
                 {std::max(width - 16 * ui_.scale, 1.0f), 0}, ImGuiWindowFlags_NoFocusOnAppearing);
     ImGui::PushTextWrapPos(0);
+    ui_.needs(trouble);
     if (!trouble.empty()) ImGui::TextColored({1, 0.55f, 0.5f, 1}, "%s", trouble.c_str());
     const size_t shown = 4;
     for (size_t i = messages.size() > shown ? messages.size() - shown : 0; i < messages.size();
@@ -234,34 +414,55 @@ void Ui::draw_messages(float x, float y, float width) {
     }
     ImGui::PopTextWrapPos();
     if (!messages.empty()) {
-        if (ImGui::SmallButton("dismiss")) ui_.session.clear_messages();
+        if (ImGui::SmallButton("Dismiss")) ui_.session.clear_messages();
         ui_.mark("dismiss");
     }
     ImGui::End();
 }
 
-void Ui::draw_closing(float width, float height) {
+void Ui::draw_question(float width, float height) {
+    const bool closes = asked_.empty();
+    const std::string title = concat(
+        closes ? "Save before closing?" : "Save before opening another chain?", "###question");
+    if (!ImGui::IsPopupOpen(title.c_str())) ImGui::OpenPopup(title.c_str());
     ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-    ImGui::Begin("closing", nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
-                     ImGuiWindowFlags_NoSavedSettings);
+    if (!ImGui::BeginPopupModal(
+            title.c_str(), nullptr,
+            ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings))
+        return;
     const Document& document = ui_.session.document();
-    if (document.changed()) ImGui::TextUnformatted("The chain has changes that are not saved.");
+    if (document.changed())
+        ImGui::Text("The chain has changes that are not saved: %s", save_.chain_path().c_str());
     if (document.keys_changed())
         ImGui::Text("The focus keys are not saved; their camera file: %s",
                     save_.camera_path().c_str());
-    if (ImGui::Button("save and close")) {
-        close_ = (!document.changed() || save_.save_chain()) &&
-                 (!document.keys_changed() || save_.save_keys());
-        closing_ = false;
+    const auto pressed = [](ImGuiKey key) {
+        return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
+    };
+    bool goes_on = false;
+    if (ImGui::Button(closes ? "Save and close" : "Save and open") || pressed(ImGuiKey_Enter) ||
+        pressed(ImGuiKey_KeyPadEnter)) {
+        goes_on = (!document.changed() || save_.save_chain()) &&
+                  (!document.keys_changed() || save_.save_keys());
+        asking_ = false;
     }
     ui_.mark("save and close");
+    ui_.tip("Enter");
     ImGui::SameLine();
-    if (ImGui::Button("close")) close_ = true;
-    ui_.mark("close");
+    if (ImGui::Button(closes ? "Close without saving" : "Open without saving")) {
+        ui_.session.discard_edits();
+        goes_on = true;
+        asking_ = false;
+    }
+    ui_.mark("close without saving");
     ImGui::SameLine();
-    if (ImGui::Button("stay")) closing_ = false;
-    ImGui::End();
+    if (ImGui::Button("Stay") || pressed(ImGuiKey_Escape)) asking_ = false;
+    ui_.mark("stay");
+    ui_.tip("Escape");
+    if (goes_on && closes) close_ = true;
+    if (goes_on && !closes) accepted_ = asked_;
+    if (!asking_) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
 }
 
 }  // namespace postchain::view

@@ -7,7 +7,11 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <cmath>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "config/chain_file.h"
 #include "tools/apps/view/save.h"
@@ -17,7 +21,7 @@
 namespace postchain::view {
 namespace {
 
-constexpr float kFontPx = 13;         // of ImGui's built-in font, whose pixels are then sharp
+constexpr float kFontPx = 16;
 constexpr int kFramesAfterEvent = 3;  // until ImGui has settled hovers and new windows
 constexpr double kIdleS = 0.25, kBusyS = 0.03;
 constexpr auto kStateInterval = std::chrono::milliseconds(100);
@@ -68,6 +72,58 @@ GLFWwindow* make_window(const std::array<int, 2>& size) {
     return nullptr;
 }
 
+// Grays without a hue, beside which an image's colors are judged, and one muted accent.
+void set_style(float scale) {
+    ImGuiStyle style;
+    ImGui::StyleColorsDark(&style);
+    const auto gray = [](float value, float alpha = 1) {
+        return ImVec4(value, value, value * 1.015f, alpha);
+    };
+    const auto accent = [](float brightness, float alpha = 1) {
+        return ImVec4(0.40f * brightness, 0.55f * brightness, 0.70f * brightness, alpha);
+    };
+    const std::pair<ImGuiCol, ImVec4> colors[] = {
+        {ImGuiCol_Text, gray(0.88f)},
+        {ImGuiCol_TextDisabled, gray(0.62f)},
+        {ImGuiCol_WindowBg, gray(0.15f)},
+        {ImGuiCol_PopupBg, gray(0.19f)},
+        {ImGuiCol_Border, gray(0.28f)},
+        {ImGuiCol_FrameBg, gray(0.22f)},
+        {ImGuiCol_FrameBgHovered, gray(0.27f)},
+        {ImGuiCol_FrameBgActive, gray(0.30f)},
+        {ImGuiCol_TitleBg, gray(0.19f)},
+        {ImGuiCol_TitleBgActive, gray(0.22f)},
+        {ImGuiCol_CheckMark, accent(1.2f)},
+        {ImGuiCol_SliderGrab, accent(0.9f, 0.6f)},
+        {ImGuiCol_SliderGrabActive, accent(1.1f, 0.7f)},
+        {ImGuiCol_Button, gray(0.25f)},
+        {ImGuiCol_ButtonHovered, gray(0.31f)},
+        {ImGuiCol_ButtonActive, accent(0.8f)},
+        {ImGuiCol_Header, gray(0.24f)},
+        {ImGuiCol_HeaderHovered, gray(0.29f)},
+        {ImGuiCol_HeaderActive, accent(0.7f)},
+        {ImGuiCol_Separator, gray(0.25f)},
+        {ImGuiCol_Tab, gray(0.17f)},
+        {ImGuiCol_TabHovered, gray(0.29f)},
+        {ImGuiCol_TabActive, gray(0.26f)},
+        {ImGuiCol_PlotLines, accent(1)},
+        {ImGuiCol_PlotHistogram, accent(0.75f)},
+        {ImGuiCol_TextSelectedBg, accent(0.7f, 0.6f)},
+        {ImGuiCol_ModalWindowDimBg, ImVec4(0, 0, 0, 0.45f)},
+    };
+    for (const auto& [index, color] : colors) style.Colors[index] = color;
+    style.WindowRounding = 0;
+    style.PopupRounding = style.FrameRounding = style.GrabRounding = style.TabRounding = 3;
+    style.WindowBorderSize = 0;
+    style.WindowPadding = {10, 8};
+    style.FramePadding = {7, 3};
+    style.ItemSpacing = {7, 5};
+    style.ScrollbarSize = 12;
+    style.GrabMinSize = 8;
+    style.ScaleAllSizes(scale);
+    ImGui::GetStyle() = style;
+}
+
 class Interface {
   public:
     explicit Interface(GLFWwindow* window) {
@@ -84,25 +140,23 @@ class Interface {
     void set_scale(float scale) {
         if (scale == scale_) return;
         scale_ = scale;
-        ImGuiStyle style;
-        ImGui::StyleColorsDark(&style);
-        style.Colors[ImGuiCol_WindowBg] = {0.09f, 0.09f, 0.10f, 1};
-        style.Colors[ImGuiCol_TextDisabled] = {0.68f, 0.68f, 0.70f, 1};
-        style.Colors[ImGuiCol_PopupBg] = {0.12f, 0.12f, 0.14f, 1};
-        style.WindowRounding = 0;
-        style.ScaleAllSizes(scale);
-        ImGui::GetStyle() = style;
-        ImFontConfig font;
-        font.SizePixels = std::round(kFontPx * scale);
-        ImGui::GetIO().Fonts->Clear();
-        ImGui::GetIO().Fonts->AddFontDefault(&font);
+        set_style(scale);
+        fonts_loaded_ = false;
+    }
+    // Before a frame; `letters` as UiContext has them.
+    void set_fonts(const std::set<ImWchar>& letters, bool new_letters) {
+        if (fonts_loaded_ && !new_letters) return;
+        fonts_loaded_ = true;
+        load_fonts(*ImGui::GetIO().Fonts, kFontPx * scale_, letters);
         ImGui_ImplOpenGL3_DestroyFontsTexture();
         ImGui_ImplOpenGL3_CreateFontsTexture();
     }
+    void forget_fonts() { fonts_loaded_ = false; }
     float scale() const { return scale_; }
 
   private:
     float scale_ = 0;
+    bool fonts_loaded_ = false;
 };
 
 // Input as far as a frame has drawn it.
@@ -110,6 +164,7 @@ struct DrawnInput {
     int presses = 0;                               // keys and buttons that went down or up
     std::array<float, 2> mouse = {}, window = {};  // place in the window, its size
     bool settled = false;                          // the session knows of it
+    int frames_drawn = 0;
 };
 
 io::Json times_json(const std::deque<double>& times) {
@@ -131,7 +186,11 @@ std::string state_json(const Session& session, const Ui& ui, const DrawnInput& i
     json["mouse"] = input.mouse;
     json["window"] = input.window;
     json["frame"] = session.frame();
-    json["playing"] = session.playing();
+    json["playing"] = session.playing() != 0;
+    json["frames_drawn"] = input.frames_drawn;
+    json["asking"] = ui.is_asking();
+    json["title"] = session.title();
+    json["channel"] = int(session.view().channel);
     json["frames_played"] = session.frames_played();
     json["frames"] = session.frames();
     json["chain"] = write_chain(session.document().chain_to_save());
@@ -164,30 +223,35 @@ std::string state_json(const Session& session, const Ui& ui, const DrawnInput& i
 
 class Loop {
   public:
-    Loop(GLFWwindow* window, Session& session, const WindowSettings& settings)
+    Loop(GLFWwindow* window, std::unique_ptr<Session> session, const SessionOpener& opener,
+         const WindowSettings& settings)
         : window_(window),
           settings_(settings),
-          session_(session),
+          opener_(opener),
           interface_(window),
-          ui_(session, [] { glfwPostEmptyEvent(); }) {}
+          session_(std::move(session)),
+          ui_(std::make_unique<Ui>(*session_, glfwPostEmptyEvent)) {}
 
     Status run(const std::atomic<bool>& stop) {
-        while (!ui_.wants_to_close() && !stop) {
-            const bool busy = !session_.at_rest() || draw_ > 0;
+        while (!ui_->wants_to_close() && !stop) {
+            const bool busy = !session_->at_rest() || draw_ > 0;
             glfwWaitEventsTimeout(draw_ > 0 ? 0.001 : busy ? kBusyS : kIdleS);
             if (glfwWindowShouldClose(window_)) {
                 glfwSetWindowShouldClose(window_, GLFW_FALSE);
-                ui_.ask_to_close();
+                ui_->ask_to_close();
                 draw_ = kFramesAfterEvent;
             }
+            take_drops();
+            if (const auto request = ui_->take_request()) open(*request);
             const auto start = Clock::now();
-            if (session_.tick(start) || g_events) draw_ = kFramesAfterEvent;
+            if (session_->tick(start) || g_events) draw_ = kFramesAfterEvent;
             g_events = false;
+            show_title();
             if (draw_ > 0) {
                 --draw_;
                 draw();
                 const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
-                ui_.add_interface_ms(taken.count());
+                ui_->add_interface_ms(taken.count());
             }
             RETURN_IF_ERROR(write_state());
         }
@@ -200,9 +264,66 @@ class Loop {
         g_events = true;
         if (action != GLFW_REPEAT) ++g_presses;
     }
+    static void note_drop(int count, const char** paths) {
+        g_events = true;
+        g_dropped.assign(paths, paths + count);
+    }
 
   private:
+    void take_drops() {
+        if (g_dropped.empty()) return;
+        const auto request = request_for(std::exchange(g_dropped, {}));
+        if (request.ok())
+            ui_->open(*request);
+        else
+            session_->say(request.status().message(), true);
+    }
+
+    // Edits of the chain stay if another chain is not what is opened.
+    void open(const OpenRequest& request) {
+        draw_ = kFramesAfterEvent;
+        auto settings = opener_(request);
+        if (!settings.ok()) return session_->say(settings.status().message(), true);
+        auto next = Session::open(std::move(*settings), glfwPostEmptyEvent);
+        if (!next.ok()) return session_->say(next.status().message(), true);
+        const Document& document = session_->document();
+        if (request.chain.empty() && (document.changed() || document.keys_changed()))
+            (*next)->document().restore(document.state().clone());
+        session_->discard_edits();
+        (*next)->view().display = session_->view().display;
+        if (request.input.empty()) (*next)->go_to(session_->frame());
+        if (!request.truth.empty()) {
+            (*next)->view().compare = Compare::wipe;
+            (*next)->view().target = CompareTarget::truth;
+        }
+        ui_.reset();
+        session_ = std::move(*next);
+        ui_ = std::make_unique<Ui>(*session_, glfwPostEmptyEvent);
+        interface_.forget_fonts();
+    }
+
+    void show_title() {
+        const std::string title = session_->title() + "  -  postchain view";
+        if (title == title_) return;
+        title_ = title;
+        glfwSetWindowTitle(window_, title.c_str());
+    }
+
+    void show_full_screen() {
+        if (ui_->wants_full_screen() == (glfwGetWindowMonitor(window_) != nullptr)) return;
+        if (!ui_->wants_full_screen())
+            return glfwSetWindowMonitor(window_, nullptr, before_[0], before_[1], before_[2],
+                                        before_[3], GLFW_DONT_CARE);
+        GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+        const GLFWvidmode* mode = monitor ? glfwGetVideoMode(monitor) : nullptr;
+        if (!mode) return;
+        glfwGetWindowPos(window_, &before_[0], &before_[1]);
+        glfwGetWindowSize(window_, &before_[2], &before_[3]);
+        glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+    }
+
     void draw() {
+        show_full_screen();
         int width = 0, height = 0;
         glfwGetFramebufferSize(window_, &width, &height);
         float scale = float(settings_.ui_scale);
@@ -211,17 +332,20 @@ class Loop {
             glfwGetWindowContentScale(window_, &scale, &across);
         }
         interface_.set_scale(std::clamp(scale, 0.5f, 4.0f));
-        if (ui_.upload()) draw_ = std::max(draw_, 1);
+        interface_.set_fonts(ui_->context().letters,
+                             std::exchange(ui_->context().new_letters, false));
+        if (ui_->upload()) draw_ = std::max(draw_, 1);
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
         const ImVec2 size = ImGui::GetIO().DisplaySize;
-        ui_.draw(size.x, size.y, interface_.scale());
+        ui_->draw(size.x, size.y, interface_.scale());
         const ImVec2 mouse = ImGui::GetIO().MousePos;
-        drawn_ = {g_presses, {mouse.x, mouse.y}, {size.x, size.y}};
+        drawn_ = {g_presses, {mouse.x, mouse.y}, {size.x, size.y}, false, drawn_.frames_drawn + 1};
+        if (ui_->context().new_letters) draw_ = std::max(draw_, 2);
         ImGui::Render();
         glViewport(0, 0, width, height);
-        glClearColor(0.05f, 0.05f, 0.055f, 1);
+        glClearColor(0.09f, 0.09f, 0.09f, 1);
         glClear(GL_COLOR_BUFFER_BIT);
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         glfwSwapBuffers(window_);
@@ -232,20 +356,24 @@ class Loop {
             return Status();
         written_ = Clock::now();
         drawn_.settled = draw_ == 0;
-        const std::string text = state_json(session_, ui_, drawn_);
+        const std::string text = state_json(*session_, *ui_, drawn_);
         if (text == state_) return Status();
         state_ = text;
-        return save_text(session_.settings().run, settings_.state_file, text, "the state file",
+        return save_text(session_->settings().run, settings_.state_file, text, "the state file",
                          true);
     }
 
     GLFWwindow* window_;
     const WindowSettings& settings_;
-    Session& session_;
+    const SessionOpener& opener_;
     Interface interface_;
-    Ui ui_;
+    std::unique_ptr<Session> session_;
+    std::unique_ptr<Ui> ui_;
+    std::string title_;
+    std::array<int, 4> before_ = {};  // place and size of the window that is not full-screen
     // Keys and buttons that went down or up.
     static inline int g_presses = 0;
+    static inline std::vector<std::string> g_dropped;
     DrawnInput drawn_;
     int draw_ = kFramesAfterEvent;
     std::string state_;
@@ -265,12 +393,14 @@ void note_events(GLFWwindow* window) {
                        [](GLFWwindow*, int, int, int action, int) { Loop::note_press(action); });
     glfwSetCharCallback(window, event);
     glfwSetWindowFocusCallback(window, event);
+    glfwSetDropCallback(
+        window, [](GLFWwindow*, int count, const char** paths) { Loop::note_drop(count, paths); });
 }
 
 }  // namespace
 
-Status show_window(SessionSettings settings, const WindowSettings& window_settings,
-                   const std::atomic<bool>& stop) {
+Status show_window(SessionSettings settings, const SessionOpener& opener,
+                   const WindowSettings& window_settings, const std::atomic<bool>& stop) {
     const Library library;
     if (!library.ok()) return no_window(g_glfw_error);
     auto session = Session::open(std::move(settings), [] { glfwPostEmptyEvent(); });
@@ -280,7 +410,7 @@ Status show_window(SessionSettings settings, const WindowSettings& window_settin
     glfwMakeContextCurrent(window.handle);
     glfwSwapInterval(1);
     note_events(window.handle);
-    return Loop(window.handle, **session, window_settings).run(stop);
+    return Loop(window.handle, std::move(*session), opener, window_settings).run(stop);
 }
 
 }  // namespace postchain::view

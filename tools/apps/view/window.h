@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <string>
 
+#include "tools/apps/view/files.h"
 #include "tools/apps/view/session.h"
 
 namespace postchain::view {
@@ -14,9 +16,13 @@ struct WindowSettings {
     std::string state_file;  // empty: none
 };
 
+// The settings of a session with other files in place of those that are open. Errors: those of
+// reading them.
+using SessionOpener = std::function<Result<SessionSettings>(const OpenRequest&)>;
+
 // Shows the session until the window is closed or `stop` is set. Errors (gl): no display, no window
 // with OpenGL 3.3, those of Session::open(); (output): the state file.
-Status show_window(SessionSettings settings, const WindowSettings& window,
-                   const std::atomic<bool>& stop);
+Status show_window(SessionSettings settings, const SessionOpener& opener,
+                   const WindowSettings& window, const std::atomic<bool>& stop);
 
 }  // namespace postchain::view

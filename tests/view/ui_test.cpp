@@ -1,0 +1,381 @@
+// The widgets, by mouse and key.
+#include <random>
+#include <regex>
+#include <set>
+#include <tuple>
+
+#include "tests/view/ui_fixture.h"
+
+namespace postchain::view {
+namespace {
+
+TEST_F(UiTest, AChainWithoutPassesHasNoOrders) {
+    start();
+    while (!session_->document().chain().links.empty())
+        EXPECT_TRUE(session_->document().erase(0).ok());
+    draw();
+    click("order");
+    draw(3);
+    EXPECT_FALSE(has("order "));
+}
+
+TEST_F(UiTest, AnInheritedValueIsShownAndAnOwnOneMarked) {
+    start();
+    settle();
+    draw(2);
+    EXPECT_FALSE(has("overridden f_stop"));
+    EXPECT_TRUE(session_->document().set(0, "f_stop", 4.0).ok());
+    draw(2);
+    EXPECT_TRUE(has("overridden f_stop"));
+}
+
+TEST_F(UiTest, NumbersAreSavedWithTheDigitsThatAreShown) {
+    start();
+    settle();
+    EXPECT_EQ(shortest_double(0.941f), 0.941);
+    EXPECT_NE(double(0.941f), 0.941);
+    move_to("f_stop", 0.2);
+    button(true);
+    for (const double at : {0.3, 0.35, 0.41}) move_to("f_stop", at);
+    button(false);
+    move_to("shutter_frames", 0.1);
+    button(true);
+    move_to("shutter_frames", 0.317);
+    button(false);
+    ASSERT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    const std::string text = test::read_text(path("chain.yaml"));
+    EXPECT_NE(text, kJoint);
+    EXPECT_FALSE(std::regex_search(text, std::regex(R"(\d\.\d{7})"))) << text;
+    EXPECT_TRUE(focus_at_pixel(*session_, 0, 0).ok());
+    EXPECT_EQ(session_->document().chain().camera.focus_distance, 6.0);
+}
+
+TEST_F(UiTest, ClosingNeverLosesEditsByAccident) {
+    start();
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 4.0).ok());
+    ui_->ask_to_close();
+    draw(3);
+    ui_->ask_to_close();
+    draw(3);
+    EXPECT_FALSE(ui_->wants_to_close()) << "the second Alt+F4 asks too";
+    EXPECT_TRUE(has("close without saving"));
+    key(kEscape);
+    EXPECT_FALSE(ui_->is_asking());
+    draw(3);
+    EXPECT_FALSE(has("close without saving"));
+    ui_->ask_to_close();
+    draw(3);
+    key(kEnter);
+    EXPECT_TRUE(ui_->wants_to_close());
+    EXPECT_NE(test::read_text(path("chain.yaml")).find("f_stop: 4"), std::string::npos);
+}
+
+TEST_F(UiTest, ClosingWithoutSavingLeavesTheFile) {
+    settings_.recovery_folder = path("state");
+    start();
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 4.0).ok());
+    ASSERT_TRUE(wait_for([&] { return std::filesystem::exists(path("state")); }));
+    ui_->ask_to_close();
+    draw(3);
+    click("close without saving");
+    EXPECT_TRUE(ui_->wants_to_close());
+    EXPECT_EQ(test::read_text(path("chain.yaml")), kJoint);
+    ui_.reset();
+    session_.reset();
+    EXPECT_TRUE(std::filesystem::is_empty(path("state"))) << "nothing comes back";
+}
+
+TEST_F(UiTest, KeysMoveThroughTheFrames) {
+    test::write_sequence(folder_.path(), {4, 5}, 64, 48);
+    start();
+    key(kEnd);
+    EXPECT_EQ(session_->frame(), 5);
+    key(kLeft);
+    EXPECT_EQ(session_->frame(), 4);
+    key('O');
+    key(kLeft);
+    key(kLeft);
+    key('I');
+    EXPECT_EQ(session_->range(), (std::array<int, 2>{2, 4}));
+    key(kEnd);
+    EXPECT_EQ(session_->frame(), 4);
+    key(kHome);
+    EXPECT_EQ(session_->frame(), 2);
+    key('I');
+    EXPECT_EQ(session_->range(), (std::array<int, 2>{1, 4})) << "again: from the first frame";
+    key('J');
+    EXPECT_EQ(session_->playing(), -1);
+    key('L');
+    EXPECT_EQ(session_->playing(), 1);
+    key('K');
+    EXPECT_EQ(session_->playing(), 0);
+    key(' ');
+    EXPECT_EQ(session_->playing(), 1);
+    key(' ');
+    EXPECT_EQ(session_->playing(), 0);
+    // The bar of frames.
+    session_->set_range({});
+    click("frame", 0.9);
+    EXPECT_EQ(session_->frame(), 5);
+    click("frame", 0.5);
+    EXPECT_EQ(session_->frame(), 3);
+}
+
+TEST_F(UiTest, KeysChangeTheView) {
+    start();
+    settle();
+    draw(2);
+    const ViewChoice& view = session_->view();
+    key('E');
+    key('E');
+    EXPECT_EQ(view.display.exposure_stops, 1);
+    key('E', false, true);
+    EXPECT_EQ(view.display.exposure_stops, 0.5);
+    const std::pair<int, Channel> channels[] = {
+        {'R', Channel::red}, {'G', Channel::green}, {'B', Channel::blue}, {'A', Channel::alpha}};
+    for (const auto& [number, channel] : channels) {
+        key(number);
+        EXPECT_EQ(view.channel, channel);
+    }
+    key('A');
+    EXPECT_EQ(view.channel, Channel::color);
+    key('1');
+    EXPECT_EQ(ui_->port().zoom(), 1);
+    key('F');
+    EXPECT_GT(ui_->port().zoom(), 1);
+    EXPECT_TRUE(has("tab Chain"));
+    key(kTab);
+    EXPECT_FALSE(has("tab Chain"));
+    key(kTab);
+    EXPECT_TRUE(has("tab Chain"));
+    key(300);
+    EXPECT_TRUE(ui_->wants_full_screen()) << "F11";
+    type("?");
+    EXPECT_TRUE(has("keys"));
+    key(kEscape);
+    draw(2);
+    EXPECT_FALSE(has("keys"));
+}
+
+TEST_F(UiTest, AHeldKeyCountsOnce) {
+    start();
+    ImGui::GetIO().KeysDown['W'] = true;
+    draw(200);
+    ImGui::GetIO().KeysDown['W'] = false;
+    draw();
+    EXPECT_EQ(session_->view().compare, Compare::wipe);
+    for (const double stop : {2.0, 4.0})
+        EXPECT_TRUE(session_->document().set_camera("f_stop", stop).ok());
+    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown['Z'] = true;
+    draw(200);
+    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown['Z'] = false;
+    EXPECT_EQ(session_->document().chain().camera.f_stop, 2.0);
+}
+
+TEST_F(UiTest, EveryKeyIsThereOnce) {
+    start();
+    std::set<std::string> names;
+    std::set<std::tuple<int, bool, bool>> keys;
+    for (const KeyAction& action : ui_->keys()) {
+        EXPECT_TRUE(names.insert(action.name).second) << action.name;
+        EXPECT_TRUE(keys.insert({action.key, action.ctrl, action.shift}).second) << action.name;
+        EXPECT_GT(action.key, 0) << action.name;
+    }
+    EXPECT_GT(names.size(), 30u);
+}
+
+TEST_F(UiTest, ADoubleClickTypesAValue) {
+    start();
+    settle();
+    draw(30);
+    move_to("f_stop", 0.8);
+    button(true);
+    button(false);
+    EXPECT_NE(session_->document().chain().camera.f_stop, 1.4);
+    button(true);
+    button(false);
+    EXPECT_EQ(session_->document().chain().camera.f_stop, 1.4) << "the first click is taken back";
+    EXPECT_TRUE(ImGui::GetIO().WantTextInput);
+    type("5.6");
+    key(kEnter);
+    draw(2);
+    EXPECT_EQ(session_->document().chain().camera.f_stop, 5.6);
+    session_->document().undo();
+    EXPECT_EQ(session_->document().chain().camera.f_stop, 1.4);
+}
+
+TEST_F(UiTest, GroupsFold) {
+    start();
+    settle();
+    draw(2);
+    EXPECT_TRUE(has("group Lens"));
+    EXPECT_TRUE(has("row samples"));
+    click("group Method");
+    draw(2);
+    EXPECT_FALSE(has("row samples"));
+}
+
+TEST_F(UiTest, FilesAreOpenedByTheDialog) {
+    std::filesystem::create_directory(path("shots"));
+    test::write_sequence(path("shots"), {1, 2}, 32, 24);
+    start();
+    key('O', true);
+    draw(3);
+    ASSERT_TRUE(has("file shots/"));
+    click("file in.####.exr");
+    click("dialog choose");
+    const auto request = ui_->take_request();
+    ASSERT_TRUE(request);
+    EXPECT_EQ(request->input, path("in.####.exr"));
+    EXPECT_FALSE(ui_->take_request());
+    key('O', true);
+    draw(3);
+    key(kEscape);
+    draw(2);
+    EXPECT_FALSE(has("dialog choose"));
+    EXPECT_FALSE(ui_->take_request());
+    // Another chain in place of edits.
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 4.0).ok());
+    ui_->open({.chain = path("chain.yaml")});
+    draw(3);
+    EXPECT_FALSE(ui_->take_request());
+    click("stay");
+    EXPECT_FALSE(ui_->take_request());
+    ui_->open({.chain = path("chain.yaml")});
+    draw(3);
+    click("close without saving");
+    EXPECT_TRUE(ui_->take_request());
+    EXPECT_FALSE(ui_->wants_to_close());
+}
+
+TEST_F(UiTest, TheChainIsSavedUnderAnotherName) {
+    start();
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 4.0).ok());
+    click("tab Save");
+    draw(2);
+    click("chain dialog");
+    draw(3);
+    ASSERT_TRUE(has("dialog name"));
+    key('A', true);
+    type("other.yaml");
+    click("dialog choose");
+    EXPECT_NE(test::read_text(path("other.yaml")).find("f_stop: 4"), std::string::npos);
+    EXPECT_EQ(test::read_text(path("chain.yaml")), kJoint);
+    EXPECT_EQ(session_->title(), "other.yaml  in.0001.exr");
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 5.0).ok());
+    EXPECT_EQ(session_->title(), "other.yaml*  in.0001.exr");
+}
+
+TEST(Fonts, EveryScriptHasAFont) {
+    if (font_with("Noto Sans", 'a').path.find("Noto") == std::string::npos)
+        GTEST_SKIP() << "skipped: not installed: fonts-noto-core";
+    std::set<ImWchar> letters;
+    EXPECT_FALSE(add_letters("Größe, Ελλάδα, Москва", letters)) << "are always there";
+    const std::string text = "ไทย עברית العربية हिन्दी";
+    EXPECT_TRUE(add_letters(text, letters));
+    EXPECT_FALSE(add_letters(text, letters)) << "not new";
+    ImFontAtlas atlas;
+    load_fonts(atlas, 16, letters);
+    ASSERT_EQ(atlas.Fonts.size(), 1);
+    const ImFont& font = *atlas.Fonts[0];
+    for (const ImWchar letter :
+         {ImWchar('a'), ImWchar(0xe4), ImWchar(0x3b1), ImWchar(0x416), ImWchar(0x0e44),
+          ImWchar(0x05e2), ImWchar(0x0627), ImWchar(0x0939)})
+        EXPECT_TRUE(font.FindGlyphNoFallback(letter)) << int(letter);
+    EXPECT_NE(font.FindGlyphNoFallback('i')->AdvanceX, font.FindGlyphNoFallback('m')->AdvanceX);
+}
+
+// Random input: whatever is clicked, dragged and typed, the viewer goes on. Files are written only
+// where the test says so: the dialog is left by Cancel, and the buttons that write are not clicked.
+TEST_F(UiTest, AMonkeyEndsNothing) {
+    constexpr int kActions = 5000;
+    test::write_sequence(folder_.path(), {5, 6}, 64, 48);
+    settings_.recovery_folder = path("state");
+    start();
+    std::mt19937 random(57);
+    const auto below = [&](int n) { return int(random() % uint32_t(n)); };
+    const std::vector<int> keys = {kEscape, kTab, kBackspace, kRight, kLeft, kHome, kEnd, ' ', 'J',
+                                   'K',     'L',  'I',        'O',    'F',   '1',   'E',  'R', 'G',
+                                   'B',     'A',  'W',        'D',    'X',   'T',   'N',  'M', 300};
+    const std::vector<std::string> typed = {"?", "7", "0.5", "-3", "1e9", "ä", "ไ", ".", "nan"};
+    const auto writes = [](const std::string& place) {
+        return place.starts_with("save") || place == "dialog choose" || place.ends_with(" dialog");
+    };
+    int asked = 0;
+    for (int i = 0; i < kActions; ++i) {
+        ImGuiIO& io = ImGui::GetIO();
+        const bool in_dialog = has("dialog choose");
+        switch (below(8)) {
+            case 0:
+            case 1:
+            case 2: {  // a widget
+                if (ui_->context().places.empty()) break;
+                auto place = ui_->context().places.begin();
+                std::advance(place, below(int(ui_->context().places.size())));
+                if (writes(place->first)) break;
+                const auto& [x, y, width, height] = place->second;
+                io.MousePos = {x + width * float(below(100)) / 100, y + height / 2};
+                draw();
+                io.MouseDown[below(10) == 0 ? 1 : 0] = true;
+                draw();
+                break;
+            }
+            case 3:
+                io.MousePos = {float(below(1280)), float(below(800))};
+                io.MouseWheel = float(below(5) - 2);
+                break;
+            case 4:
+                io.MouseDown[0] = io.MouseDown[1] = false;
+                break;
+            case 5:
+                io.MouseDown[0] = io.MouseDown[1] = false;
+                key(keys[size_t(below(int(keys.size())))], false, below(4) == 0);
+                break;
+            case 6:
+                if (io.WantTextInput) {
+                    type(typed[size_t(below(int(typed.size())))]);
+                    if (!in_dialog && !ui_->is_asking()) key(kEnter);
+                } else {
+                    key(below(2) ? 'Z' : 'Y', true, below(2) == 0);
+                }
+                break;
+            case 7:
+                if (below(20) == 0) {
+                    ui_->ask_to_close();
+                    ++asked;
+                } else if (below(10) == 0) {
+                    type("?");
+                } else {
+                    key('O', true);
+                }
+                break;
+        }
+        // The place that is hovered may have changed: no button that writes may be under the mouse
+        // when a click ends.
+        bool over = false;
+        for (const auto& [name, place] : ui_->context().places)
+            over = over ||
+                   (writes(name) && io.MousePos.x >= place[0] && io.MousePos.y >= place[1] &&
+                    io.MousePos.x < place[0] + place[2] && io.MousePos.y < place[1] + place[3]);
+        if (over) io.MousePos = {640, 300};
+        draw();
+        ui_->take_request();
+        if (ui_->wants_to_close()) {
+            // By its own button only, or because nothing is unsaved; it begins anew.
+            ui_ = std::make_unique<Ui>(*session_, [] {});
+            io.MouseDown[0] = false;
+        }
+        session_->clear_messages();
+    }
+    EXPECT_GT(asked, 5);
+    ImGui::GetIO().MouseDown[0] = ImGui::GetIO().MouseDown[1] = false;
+    session_->play(0);
+    session_->fill_results(false);
+    session_->document().end_gesture();
+    draw(3);
+    settle();
+    EXPECT_EQ(test::read_text(path("chain.yaml")), kJoint);
+}
+
+}  // namespace
+}  // namespace postchain::view

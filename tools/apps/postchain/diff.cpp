@@ -106,20 +106,23 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
     work.files.read(b, "the compared image");
     if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
     sequence = a.has_token();
+    const auto in_a = a.discover(), in_b = b.discover();
+    for (const auto& [pattern, found] : {std::pair(&a, &in_a), std::pair(&b, &in_b)})
+        if (found->empty() && (!sequence || options.job.frames.empty()))
+            return Status(StatusCode::input, pattern->text() + ": " + io::why_none(*pattern))
+                .at(a.text() + " against " + b.text());
     if (!sequence) {
         if (!options.job.frames.empty())
             return Status(StatusCode::usage,
                           "--frames: A and B are single images; give patterns (A.####.exr)");
         return std::vector<DiffFrame>{{a.literal_frame(), a.text(), b.text()}};
     }
-    const auto in_a = a.discover(), in_b = b.discover();
     std::vector<int> numbers;
     if (!options.job.frames.empty()) {
         ASSIGN_OR_RETURN(auto range, io::FrameRange::parse(options.job.frames).at("--frames"));
         numbers = std::move(range.frames);
     } else {
         for (const auto& [number, path] : in_a) numbers.push_back(number);
-        if (numbers.empty()) return Status(StatusCode::input, a.text() + ": " + io::why_none(a));
         std::vector<int> more;
         for (const auto& [number, path] : in_b)
             if (!in_a.count(number)) more.push_back(number);

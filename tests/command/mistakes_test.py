@@ -2,6 +2,7 @@
 
 usage: mistakes_test.py POSTCHAIN"""
 import pathlib
+import re
 import struct
 import subprocess
 import sys
@@ -60,6 +61,32 @@ class Names(Case):
         self.write("beauty.0001.exr")
         for typed in ("depth_of_the_car.####.exr", "beauty.####.png", "no/beauty.####.exr"):
             self.assertNotIn("did you mean", self.said(4, "inspect", typed))
+
+
+class Options(Case):
+    def test_every_subcommand_names_the_closest_option(self):
+        subcommands = re.findall(r"^  (\w+)  ", run("--help").stdout.split("Subcommands:")[1], re.M)
+        self.assertGreater(len(subcommands), 15)
+        for name in subcommands:
+            for typed, meant in (("--verbos", "--verbose"), ("--log-fromat=json", "--log-format")):
+                self.assertIn(f"unknown option '{typed.split('=')[0]}' (did you mean '{meant}'?)",
+                              said := self.said(2, name, typed))
+                self.assertIn(f"see postchain {name} --help", said)
+
+    def test_of_the_camera_and_of_a_required_option(self):
+        said = self.said(2, "run", "fast", "-i", "a.exr", "--camra", "camera.json", "-o", "b.exr")
+        self.assertIn("unknown option '--camra' (did you mean '--camera'?)", said)
+        said = self.said(2, "run", "fast", "--inptu", "a.exr", "-o", "b.exr")
+        self.assertIn("unknown option '--inptu' (did you mean '--input'?)", said)
+        self.assertIn("unknown option '--versio' (did you mean '--version'?)",
+                      self.said(2, "--versio"))
+
+    def test_others(self):
+        said = self.said(2, "info", "--quite-another")
+        self.assertIn("unknown option '--quite-another';", said)
+        self.assertIn("unexpected argument 'more'", self.said(2, "info", "more"))
+        # A required option that is missing, without another mistake.
+        self.assertIn("--input is required", self.said(2, "run", "fast", "-o", "b.exr"))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """What the command says of a mistyped name, a misspelled option, and files without known channels.
 
 usage: mistakes_test.py POSTCHAIN"""
+import json
 import pathlib
 import re
 import struct
@@ -87,6 +88,42 @@ class Options(Case):
         self.assertIn("unexpected argument 'more'", self.said(2, "info", "more"))
         # A required option that is missing, without another mistake.
         self.assertIn("--input is required", self.said(2, "run", "fast", "-o", "b.exr"))
+
+
+class Channels(Case):
+    """RenderMan names color Ci."""
+
+    def setUp(self):
+        super().setUp()
+        for n in (1, 2, 3):
+            self.write(f"r.{n:04}.exr", ("Ci.r", "Ci.g", "Ci.b", "Z"))
+
+    def test_one_line_once(self):
+        for words in (["run", "fast", "-i", "r.####.exr", "-o", "o.####.exr", "--device",
+                       "software", "--on-error", "continue"],
+                      ["plan", "fast", "-i", "r.####.exr"],
+                      ["inspect", "r.####.exr", "--frames", "1-3"]):
+            said = self.said(4, *words)
+            self.assertNotIn("\\n", said)
+            self.assertEqual(said.count("no color; "), 1, said)
+            self.assertIn("; found: Ci.b Ci.g Ci.r Z", said)
+            self.assertIn("error: frames 2-3: the error of frame 1", said)
+
+    def test_all_faults_of_a_profile(self):
+        (self.folder / "mine.yaml").write_text("profile: 1\ncolour: {}\ndepht: {}\n")
+        said = self.said(2, "inspect", "r.0001.exr", "--profile", "mine.yaml")
+        self.assertNotIn("\\n", said)
+        self.assertRegex(said, r"unknown key 'colour'.*; mine.yaml:3:1: error: depht: ")
+
+    def test_the_survey_lists_the_fault_once(self):
+        found = run("inspect", "r.####.exr", folder=self.folder).stdout
+        self.assertIn("3 frames examined, 1 to 3: none can be read\n", found)
+        self.assertIn("  frame 1 and 2 more: cannot be read: r.0001.exr: no color; ", found)
+        self.assertEqual(found.count("no color; "), 1, found)
+        # Programs get each.
+        survey = json.loads(run("inspect", "r.####.exr", "--json", folder=self.folder).stdout
+                            .splitlines()[-1])["sequence"]
+        self.assertEqual([one["frame"] for one in survey["findings"]], [1, 2, 3])
 
 
 if __name__ == "__main__":

@@ -126,6 +126,23 @@ class Channels(Case):
         self.assertEqual([one["frame"] for one in survey["findings"]], [1, 2, 3])
 
 
+class Passes(Case):
+    def test_one_pass(self):
+        whole = run("passes").stdout
+        one = run("passes", "motion_blur")
+        self.assertEqual(one.returncode, 0, one.stderr)
+        self.assertTrue(one.stdout.startswith("motion_blur: "))
+        self.assertIn(one.stdout + "\n", whole)
+        self.assertNotIn("depth_of_field: ", one.stdout)
+        self.assertNotIn("focal_length_mm", one.stdout)
+        described = json.loads(run("passes", "fxaa", "--json").stdout)
+        self.assertIn(described, json.loads(run("passes", "--json").stdout)["passes"])
+        self.assertEqual(described["name"], "fxaa")
+        self.assertIn(run("passes", "fxaa", "--markdown").stdout, run("passes", "--markdown").stdout)
+        self.assertIn("unknown pass 'motion_blurr' (did you mean 'motion_blur'?)",
+                      self.said(2, "passes", "motion_blurr"))
+
+
 if __name__ == "__main__":
     POSTCHAIN = str(pathlib.Path(sys.argv.pop(1)).resolve())
     unittest.main(verbosity=1)

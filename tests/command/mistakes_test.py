@@ -143,6 +143,19 @@ class Passes(Case):
                       self.said(2, "passes", "motion_blurr"))
 
 
+class Diff(Case):
+    def test_constants_only_with_v(self):
+        self.write("a.exr")
+        self.write("b.exr", value=0.25)
+        brief = run("diff", "a.exr", "b.exr", folder=self.folder).stdout
+        self.assertIn("\nwith pixels_per_degree 67.02 tone_mapper aces exposure_start ", brief)
+        self.assertNotIn("ssim_k1", brief)
+        self.assertIn("ssim_k1 0.01", run("diff", "a.exr", "b.exr", "-v", folder=self.folder).stdout)
+        settings = json.loads(run("diff", "a.exr", "b.exr", "--json",
+                                  folder=self.folder).stdout)["settings"]
+        self.assertEqual(settings["ssim_k1"], 0.01)
+
+
 if __name__ == "__main__":
     POSTCHAIN = str(pathlib.Path(sys.argv.pop(1)).resolve())
     unittest.main(verbosity=1)

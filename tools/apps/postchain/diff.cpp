@@ -289,7 +289,8 @@ Json to_json(const std::optional<double>& value) {
     return value ? Json(*value) : Json(nullptr);
 }
 
-Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
+// `constants`: with those of the metrics, which no option changes.
+Json settings_json(const DiffWork& work, const metrics::ExposureRange& range, bool constants) {
     const auto& flip = work.compare.flip;
     Json json = {{"pixels_per_degree", flip.pixels_per_degree}};
     if (work.over) json["over"] = *work.over;
@@ -299,7 +300,8 @@ Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
         json["exposure_stop"] = range.stop;
         json["exposures"] = range.count();
     }
-    for (const auto& [name, value] : metrics::metric_constants()) json[name] = value;
+    if (constants)
+        for (const auto& [name, value] : metrics::metric_constants()) json[name] = value;
     return json;
 }
 
@@ -416,7 +418,7 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
             Json json = {{"frame", frame.number}, {"a", frame.a}, {"b", frame.b}};
             for (const auto& [name, value] : values) json[name] = to_json(value);
             json["nonfinite_reference"] = pair->reference.nonfinite;
-            if (!work.sequence) json["settings"] = settings_json(work, exposures);
+            if (!work.sequence) json["settings"] = settings_json(work, exposures, true);
             print_line(json);
         } else if (work.sequence) {
             std::string text = concat("frame ", frame.number, ":");
@@ -435,7 +437,7 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
     }
     if (stop.asked()) return stop.interrupted("no summary; run the same command again");
 
-    const Json settings = settings_json(work, exposures);
+    const Json settings = settings_json(work, exposures, options.json || options.verbose);
     if (work.sequence) {
         Values summary = metrics::summary_of(all);
         if (options.json) {

@@ -85,16 +85,39 @@ void add_rules_markdown(std::string& text, const std::vector<ElisionRule>& rules
             "| `" + rule.name + "` | " + state_of(rule) + " | " + markdown_cell(rule.help) + " |\n";
 }
 
+JsonObject pass_json(const PassType& type) {
+    return {{"name", type.name},
+            {"title", type.title},
+            {"help", type.help},
+            {"parameters", table_json(*type.parameters)},
+            {"rules", rules_json(type.rules)}};
+}
+
 }  // namespace
+
+std::string pass_as_text(const PassType& type) {
+    std::string text = type.name + ": " + type.title + ". " + type.help + "\n";
+    add_table_text(text, *type.parameters);
+    add_rules_text(text, type.rules);
+    return text;
+}
+
+std::string pass_as_json(const PassType& type) {
+    return json_text(pass_json(type));
+}
+
+std::string pass_as_markdown(const PassType& type) {
+    std::string text = "### " + type.title + " (`" + type.name + "`)\n\n" + type.help + "\n\n";
+    add_table_markdown(text, *type.parameters);
+    if (type.rules.empty()) return text;
+    text += "\n";
+    add_rules_markdown(text, type.rules);
+    return text;
+}
 
 std::string passes_as_text(const PassRegistry& registry) {
     std::string text;
-    for (const auto& type : registry.types()) {
-        text += type.name + ": " + type.title + ". " + type.help + "\n";
-        add_table_text(text, *type.parameters);
-        add_rules_text(text, type.rules);
-        text += "\n";
-    }
+    for (const auto& type : registry.types()) text += pass_as_text(type) + "\n";
     text += "every pass also takes\n";
     add_table_text(text, link_parameters());
     text += "\ncamera: the lens, if neither the frames nor --camera state it\n";
@@ -106,12 +129,7 @@ std::string passes_as_text(const PassRegistry& registry) {
 
 std::string passes_as_json(const PassRegistry& registry) {
     JsonArray passes;
-    for (const auto& type : registry.types())
-        passes.push_back(JsonObject{{"name", type.name},
-                                    {"title", type.title},
-                                    {"help", type.help},
-                                    {"parameters", table_json(*type.parameters)},
-                                    {"rules", rules_json(type.rules)}});
+    for (const auto& type : registry.types()) passes.push_back(pass_json(type));
     return json_text(JsonObject{{"passes", passes},
                                 {"every_pass", table_json(link_parameters())},
                                 {"camera", table_json(camera_parameters())},
@@ -120,14 +138,7 @@ std::string passes_as_json(const PassRegistry& registry) {
 
 std::string passes_as_markdown(const PassRegistry& registry) {
     std::string text;
-    for (const auto& type : registry.types()) {
-        text += "### " + type.title + " (`" + type.name + "`)\n\n" + type.help + "\n\n";
-        add_table_markdown(text, *type.parameters);
-        text += "\n";
-        if (type.rules.empty()) continue;
-        add_rules_markdown(text, type.rules);
-        text += "\n";
-    }
+    for (const auto& type : registry.types()) text += pass_as_markdown(type) + "\n";
     text += "### Every pass\n\nBesides its own parameters, see [mattes](layers.md#mattes).\n\n";
     add_table_markdown(text, link_parameters());
     text +=

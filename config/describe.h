@@ -13,4 +13,9 @@ std::string passes_as_text(const PassRegistry& registry);
 std::string passes_as_json(const PassRegistry& registry);      // one object on one line
 std::string passes_as_markdown(const PassRegistry& registry);  // a table per pass
 
+// One pass: its part of these outputs.
+std::string pass_as_text(const PassType& type);
+std::string pass_as_json(const PassType& type);
+std::string pass_as_markdown(const PassType& type);
+
 }  // namespace postchain

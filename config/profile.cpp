@@ -274,7 +274,11 @@ Result<Profile> find_profile(const std::string& name_or_path) try {
         return Status(StatusCode::usage, unknown_word("profile", name_or_path, names));
     ASSIGN_OR_RETURN(const std::string text, read_text_file(name_or_path, StatusCode::usage));
     ProfileFile file = parse_profile(text, name_or_path);
-    RETURN_IF_ERROR(file.status());
+    if (const Status status = file.status(); !status.ok()) {
+        std::string faults;  // on one line, as it gets a place before it
+        for (const char c : status.message()) faults += c == '\n' ? "; " : std::string(1, c);
+        return Status(status.code(), faults);
+    }
     return std::move(file.profile);
 } catch (...) {
     return status_of_exception(name_or_path);

@@ -142,10 +142,19 @@ JsonObject plan_json(const Plan& plan) {
     };
     int pass_index = 0;
     add("passes", list(plan.passes, [&](const PlanPass& pass) {
+            const int index = pass_index++;
+            uint64_t dispatches = 0, taps = 0;
+            for (const Step& step : plan.steps)
+                if (step.pass == index) {
+                    ++dispatches;
+                    taps += step.taps;
+                }
             return JsonObject{{"pass", pass.type},
                               {"parameters", pass.text},
                               {"left_out", pass.elided},
-                              {"bytes_per_pixel", bytes_per_pixel(plan, pass_index++)}};
+                              {"dispatches", dispatches},
+                              {"taps", taps},
+                              {"bytes_per_pixel", bytes_per_pixel(plan, index)}};
         }));
     const std::vector<StepBytes> bytes = bytes_of_steps(plan);
     size_t step_index = 0;

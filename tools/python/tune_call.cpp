@@ -139,7 +139,7 @@ py::dict tune(const TuneRequest& request, const Callbacks& callbacks,
         callbacks.watch(stopped));
     if (!tuning.ok()) raise(tuning.status());
     // Asked after the last look at stop().
-    if (stopped) raise(Status(StatusCode::canceled, "stopped"));
+    if (stopped || tuning->search.stopped) raise(Status(StatusCode::canceled, "stopped"));
     std::vector<std::string> warnings = tune::doubts_of(*tuning);
     if (!tuning->chosen()) warnings.push_back(tune::outcome_text(*tuning));
     warn(warnings);

@@ -68,10 +68,12 @@ TEST(Table, TwoFamiliesHaveTheWidestIntervalAndOneDecidesNothing) {
     EXPECT_NEAR(second.interval->low, 0.101 - 12.706204736 * 0.001, 1e-9);
     EXPECT_NEAR(second.interval->high, 0.101 + 12.706204736 * 0.001, 1e-9);
     EXPECT_EQ(second.decision, Decision::b);
-    EXPECT_EQ(second.words, "b is closer than a by 0.101 (0.08829 to 0.1137), in 2 of 2 families");
+    EXPECT_EQ(second.words,
+              "b is closer than a by 0.101 (0.08829 to 0.1137; p 0.0063), in 2 of 2 families");
     const PairResult first = result(0.4, 0.5, 0.4, 0.502);
     EXPECT_EQ(first.decision, Decision::a);
-    EXPECT_EQ(first.words, "a is closer than b by 0.101 (0.08829 to 0.1137), in 2 of 2 families");
+    EXPECT_EQ(first.words,
+              "a is closer than b by 0.101 (0.08829 to 0.1137; p 0.0063), in 2 of 2 families");
     const PairResult equal = result(0.5, 0.5, 0.4, 0.4);
     EXPECT_EQ(equal.decision, Decision::not_decided);
     EXPECT_EQ(equal.words, "no difference");
@@ -130,10 +132,9 @@ TEST(Table, ProbabilitiesAreThoseOfStudent) {
     EXPECT_NEAR(result.difference->corrected, 0.0627529275441074, 1e-9);
     EXPECT_NEAR(result.equivalence->alone, 0.0260947112961088, 1e-9);
     EXPECT_EQ(result.decision, Decision::equal);
-    EXPECT_EQ(
-        result.words,
-        "no difference beyond 0.012: b is closer than a by 0.0058 (-0.0004946 to 0.01209), in "
-        "4 of 5 families");
+    EXPECT_EQ(result.words,
+              "no difference beyond 0.012 (p 0.0261): b is closer than a by 0.0058 (-0.0004946 to "
+              "0.01209; p 0.0628), in 4 of 5 families");
 }
 
 // The same gains: what is asked decides between "not shown" and "shown to be small".

@@ -102,6 +102,36 @@ TEST_F(TuneCommand, AFullDiskLeavesNothing) {
     EXPECT_TRUE(fs::is_empty(at("out")));
 }
 
+TEST_F(TuneCommand, AStoppedWalkLeavesTheBestAndGoesOn) {
+    const test::Arguments walk = {"--budget",  "100s", "--progress",   "openjd",
+                                  "--repeats", "60",   "--max-chains", "6"};
+    test::Process process(test::with_command(tune(walk)), {.stdout_path = at("progress")});
+    // The progress of the third chain says that two are measured.
+    while (process.running() && test::read_text(at("progress")).find("2/6, ") == std::string::npos)
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    process.send(SIGTERM);
+    const auto stopped = process.wait();
+    ASSERT_EQ(stopped.code, 143) << stopped.text();
+    EXPECT_THAT(stopped.err, HasSubstr(" measured chains; the same command goes on"));
+    const std::string best = test::read_text(tuned());
+    EXPECT_THAT(best, HasSubstr("# the walk was stopped after "));
+    EXPECT_EQ(test::run({"plan", tuned(), "-i", at("in.0001.exr")}).code, 0);
+
+    // Another walk does not go on with it.
+    const auto other = test::run(tune({"--budget", "90s", "--repeats", "60"}));
+    EXPECT_EQ(other.code, 5) << other.text();
+    EXPECT_THAT(other.err, HasSubstr("is of a stopped walk with other settings"));
+    EXPECT_EQ(test::read_text(tuned()), best);
+
+    const auto whole = test::run(tune(walk));
+    ASSERT_EQ(whole.code, 0) << whole.text();
+    EXPECT_THAT(whole.err, HasSubstr(" chains were measured before the stop"));
+    EXPECT_THAT(test::read_text(tuned()), Not(HasSubstr("stopped")));
+    EXPECT_EQ(std::distance(fs::directory_iterator(at("out")), {}), 1);
+    // A complete file stays.
+    EXPECT_EQ(test::run(tune(walk)).code, 5);
+}
+
 TEST_F(TuneCommand, TerminationLeavesNothing) {
     // The timing does not end before the signal comes.
     test::Process process(test::with_command(tune(

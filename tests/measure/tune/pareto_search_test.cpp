@@ -239,6 +239,43 @@ class Broken final : public Formulas {
     }
 };
 
+class Stopped final : public Formulas {
+  public:
+    explicit Stopped(int after) : after_(after) {}
+    Result<Measured> measure(const Chain& chain) override {
+        if (measured >= after_) return Status(StatusCode::canceled, "stopped");
+        return Formulas::measure(chain);
+    }
+
+  private:
+    int after_;
+};
+
+TEST(TuneSearch, AStopKeepsTheBestSoFar) {
+    const auto found = [](const Goal& goal, int after) {
+        Stopped evaluator(after);
+        return tune::search_front(one_start(joint()), kSteps, goal, 99, evaluator);
+    };
+    Formulas all;
+    const ParetoSearch whole = searched({.budget_s = 1, .error = {}}, all);
+    EXPECT_FALSE(whole.stopped);
+    const auto part = found({.budget_s = 1, .error = {}}, 5);
+    ASSERT_TRUE(part.ok()) << part.status().message();
+    EXPECT_TRUE(part->stopped);
+    EXPECT_FALSE(part->complete);
+    ASSERT_EQ(part->candidates.size(), 5u);
+    for (size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(part->candidates[i].chain.text(), whole.candidates[i].chain.text());
+        EXPECT_GE(*part->candidates[i].measured.error,
+                  *part->candidates[*part->chosen].measured.error);
+    }
+    // No chain meets this goal: the closest.
+    const auto unmet = found({.budget_s = {}, .error = 1e-9}, 5);
+    ASSERT_TRUE(unmet.ok());
+    EXPECT_EQ(unmet->chosen, unmet->closest());
+    EXPECT_EQ(found({.budget_s = 1, .error = {}}, 0).status().code(), StatusCode::canceled);
+}
+
 TEST(TuneSearch, AFailureEndsIt) {
     Broken broken;
     const auto search =

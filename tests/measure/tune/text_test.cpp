@@ -63,6 +63,39 @@ TEST(TuneText, TheFileHasConditionsFrontAndChain) {
     EXPECT_EQ(parsed.chain.hash(), made.chosen()->chain.hash());
 }
 
+TEST(TuneText, TheFileOfAStoppedWalkHasItsChains) {
+    Tuning made = tuning({.budget_s = 1, .error = {}});
+    EXPECT_FALSE(stopped_walk_of("")) << "no file";
+    made.search.chosen = 0;
+    EXPECT_FALSE(stopped_walk_of(tuned_chain_file(made)));
+    made.key = "abc";
+    made.search.stopped = true;
+    made.search.candidates[1].confirmed = true;
+    const std::string file = tuned_chain_file(made);
+    EXPECT_THAT(file,
+                HasSubstr("# the walk was stopped after 4 chains; the same command goes on\n"));
+    EXPECT_EQ(parse_chain(file, "tuned", builtin_passes()).chain.hash(),
+              made.chosen()->chain.hash());
+    const auto walk = stopped_walk_of(file);
+    ASSERT_TRUE(walk);
+    EXPECT_EQ(walk->key, "abc");
+    ASSERT_EQ(walk->by_hash.size(), 4u);
+    for (const Candidate& one : made.search.candidates) {
+        const auto& point = walk->by_hash.at(one.chain.hash());
+        EXPECT_EQ(point.measured.error, one.measured.error);
+        EXPECT_EQ(point.measured.times.seconds, one.measured.times.seconds);
+        EXPECT_EQ(point.measured.times.spread_s, one.measured.times.spread_s);
+        EXPECT_EQ(point.measured.times.repeats, one.measured.times.repeats);
+        EXPECT_EQ(point.measured.times.doubt, one.measured.times.doubt);
+        EXPECT_EQ(point.confirmed, one.confirmed);
+    }
+    // A file that somebody has edited is not replaced.
+    std::string edited = file;
+    edited.replace(edited.find("samples: 9"), 10, "samples: 5");
+    for (const std::string& other : {edited, file + "# mine\n", file.substr(0, file.size() - 20)})
+        EXPECT_FALSE(stopped_walk_of(other));
+}
+
 TEST(TuneText, AnUnmetGoalHasARemedy) {
     EXPECT_THAT(outcome_text(tuning({.budget_s = 0.01, .error = {}})),
                 AllOf(HasSubstr("--budget 0.01s: the fastest of 4 chains measured takes 0.05 s"),

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "config/describe.h"
+#include "config/reporter.h"
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
@@ -74,11 +75,28 @@ Result<int> info_subcommand(const Options& options) {
     return kExitOk;
 }
 
-// `format`: "text", "json" or "markdown".
-int passes_subcommand(const std::string& format) {
-    const std::string text = format == "json"       ? passes_as_json(builtin_passes()) + "\n"
-                             : format == "markdown" ? passes_as_markdown(builtin_passes())
-                                                    : passes_as_text(builtin_passes());
+struct PassesOptions {
+    std::string pass;  // empty: all
+    std::string format = "text";
+};
+
+Result<int> passes_subcommand(const PassesOptions& options) {
+    const PassRegistry& passes = builtin_passes();
+    const auto in_format = [&](const auto& shown, auto as_text, auto as_json, auto as_markdown) {
+        return options.format == "json"       ? as_json(shown) + "\n"
+               : options.format == "markdown" ? as_markdown(shown)
+                                              : as_text(shown);
+    };
+    std::string text;
+    if (options.pass.empty()) {
+        text = in_format(passes, passes_as_text, passes_as_json, passes_as_markdown);
+    } else if (const PassType* type = passes.find(options.pass)) {
+        text = in_format(*type, pass_as_text, pass_as_json, pass_as_markdown);
+    } else {
+        std::vector<std::string> names;
+        for (const auto& known : passes.types()) names.push_back(known.name);
+        return Status(StatusCode::usage, unknown_word("pass", options.pass, names));
+    }
     std::fputs(text.c_str(), stdout);
     return kExitOk;
 }
@@ -99,14 +117,15 @@ RunSubcommand add_schema(CLI::App&, Options&) {
 }
 
 RunSubcommand add_passes(CLI::App& subcommand, Options&) {
-    const auto format = std::make_shared<std::string>("text");
+    const auto options = std::make_shared<PassesOptions>();
+    subcommand.add_option("PASS", options->pass, "only this pass, without camera and rules");
     auto* json = subcommand.add_flag_callback(
-        "--json", [format] { *format = "json"; }, "JSON");
+        "--json", [options] { options->format = "json"; }, "JSON");
     subcommand
         .add_flag_callback(
-            "--markdown", [format] { *format = "markdown"; }, "Markdown tables")
+            "--markdown", [options] { options->format = "markdown"; }, "Markdown tables")
         ->excludes(json);
-    return [format] { return passes_subcommand(*format); };
+    return [options] { return passes_subcommand(*options); };
 }
 
 }  // namespace postchain

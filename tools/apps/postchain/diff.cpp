@@ -106,20 +106,23 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
     work.files.read(b, "the compared image");
     if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
     sequence = a.has_token();
+    const auto in_a = a.discover(), in_b = b.discover();
+    for (const auto& [pattern, found] : {std::pair(&a, &in_a), std::pair(&b, &in_b)})
+        if (found->empty() && (!sequence || options.job.frames.empty()))
+            return Status(StatusCode::input, pattern->text() + ": " + io::why_none(*pattern))
+                .at(a.text() + " against " + b.text());
     if (!sequence) {
         if (!options.job.frames.empty())
             return Status(StatusCode::usage,
                           "--frames: A and B are single images; give patterns (A.####.exr)");
         return std::vector<DiffFrame>{{a.literal_frame(), a.text(), b.text()}};
     }
-    const auto in_a = a.discover(), in_b = b.discover();
     std::vector<int> numbers;
     if (!options.job.frames.empty()) {
         ASSIGN_OR_RETURN(auto range, io::FrameRange::parse(options.job.frames).at("--frames"));
         numbers = std::move(range.frames);
     } else {
         for (const auto& [number, path] : in_a) numbers.push_back(number);
-        if (numbers.empty()) return Status(StatusCode::input, a.text() + ": " + io::why_none(a));
         std::vector<int> more;
         for (const auto& [number, path] : in_b)
             if (!in_a.count(number)) more.push_back(number);
@@ -286,7 +289,8 @@ Json to_json(const std::optional<double>& value) {
     return value ? Json(*value) : Json(nullptr);
 }
 
-Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
+// `constants`: with those of the metrics, which no option changes.
+Json settings_json(const DiffWork& work, const metrics::ExposureRange& range, bool constants) {
     const auto& flip = work.compare.flip;
     Json json = {{"pixels_per_degree", flip.pixels_per_degree}};
     if (work.over) json["over"] = *work.over;
@@ -296,7 +300,8 @@ Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
         json["exposure_stop"] = range.stop;
         json["exposures"] = range.count();
     }
-    for (const auto& [name, value] : metrics::metric_constants()) json[name] = value;
+    if (constants)
+        for (const auto& [name, value] : metrics::metric_constants()) json[name] = value;
     return json;
 }
 
@@ -413,7 +418,7 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
             Json json = {{"frame", frame.number}, {"a", frame.a}, {"b", frame.b}};
             for (const auto& [name, value] : values) json[name] = to_json(value);
             json["nonfinite_reference"] = pair->reference.nonfinite;
-            if (!work.sequence) json["settings"] = settings_json(work, exposures);
+            if (!work.sequence) json["settings"] = settings_json(work, exposures, true);
             print_line(json);
         } else if (work.sequence) {
             std::string text = concat("frame ", frame.number, ":");
@@ -432,7 +437,7 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
     }
     if (stop.asked()) return stop.interrupted("no summary; run the same command again");
 
-    const Json settings = settings_json(work, exposures);
+    const Json settings = settings_json(work, exposures, options.json || options.verbose);
     if (work.sequence) {
         Values summary = metrics::summary_of(all);
         if (options.json) {

@@ -221,15 +221,16 @@ Result<int> inspect_subcommand(const Options& options) {
     if (!settings.frames) shown.resize(std::min<size_t>(1, shown.size()));
     Status first_failure, contradicted;
     sequence::SequenceSurvey survey;
-    const auto failed = [&](const Status& status) {
-        fail(status);
+    FrameErrors errors;
+    const auto failed = [&](int frame, const Status& status) {
+        errors.add(frame, status);
         if (first_failure.ok()) first_failure = status;
     };
     for (int frame : shown) {
         const auto files = list.files.find(frame);
         if (files == list.files.end()) {
-            failed(Status(StatusCode::input,
-                          sequence::absent_files(frame, settings) + ": frame is not on disk"));
+            failed(frame, Status(StatusCode::input, sequence::absent_files(frame, settings) +
+                                                        ": frame is not on disk"));
             continue;
         }
         const auto found = sequence::inspect_frame(settings, files->second, frame, survey);
@@ -238,7 +239,7 @@ Result<int> inspect_subcommand(const Options& options) {
         else if (!found.json.is_null())
             print_line(found.json);
         if (!found.status.ok()) {
-            failed(found.status);
+            failed(frame, found.status);
             continue;
         }
         log_notes(found);
@@ -246,6 +247,7 @@ Result<int> inspect_subcommand(const Options& options) {
             (*found.signs)->verdict() == SignVerdict::contradicted)
             report_contradiction(**found.signs, frame, settings.strict, contradicted);
     }
+    errors.finish();
     const auto code = [&] {
         return contradicted.ok() || !first_failure.ok()
                    ? exit_code(first_failure, survey.readable())

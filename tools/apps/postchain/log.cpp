@@ -9,6 +9,8 @@
 #include <ctime>
 
 #include "chain/base/printable.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/sequence_survey.h"
 
 namespace postchain::log {
 namespace {
@@ -127,6 +129,23 @@ void tell_openjd() {
 }  // namespace postchain::log
 
 namespace postchain {
+
+void FrameErrors::add(int frame, const Status& status) {
+    const auto [fault, is_new] =
+        faults_.try_emplace(sequence::fault_of(status.message()), Fault{frame, {}});
+    if (is_new)
+        log::error(status.message());
+    else
+        fault->second.more.push_back(frame);
+}
+
+void FrameErrors::finish() const {
+    for (const auto& [words, fault] : faults_)
+        if (!fault.more.empty())
+            log::error(concat(fault.more.size() == 1 ? "frame " : "frames ",
+                              sequence::frames_text(fault.more), ": the error of frame ",
+                              fault.first));
+}
 
 int fail(const Status& status) {
     if (!status.message().empty()) log::error(status.message());

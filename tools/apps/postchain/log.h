@@ -2,7 +2,9 @@
 // per line; JSON lines on stdout; and its exit code.
 #pragma once
 
+#include <map>
 #include <string>
+#include <vector>
 
 #include "config/diagnostic.h"
 #include "tools/sequence/files/json.h"
@@ -53,6 +55,22 @@ void tell_openjd();
 }  // namespace postchain::log
 
 namespace postchain {
+
+// Errors of frames. One that many frames share, apart from the path it begins with, is printed for
+// the first of them.
+class FrameErrors {
+  public:
+    void add(int frame, const Status& status);
+    // Says which frames had errors that were not printed. Call it after the last frame.
+    void finish() const;
+
+  private:
+    struct Fault {
+        int first = 0;
+        std::vector<int> more;
+    };
+    std::map<std::string, Fault> faults_;  // by message without its path
+};
 
 // Prints the status as an error, unless it is already printed, and returns its exit code.
 int fail(const Status& status);

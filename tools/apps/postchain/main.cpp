@@ -10,6 +10,7 @@
 #include <new>
 #include <system_error>
 
+#include "chain/base/parameter.h"
 #include "chain/base/printable.h"
 #include "config/reporter.h"
 #include "tools/apps/postchain/log.h"
@@ -29,6 +30,24 @@ bool asks_for(const std::string& option, const std::string& choice, int argc, ch
     return false;
 }
 
+// The arguments that the subcommand does not take, in words: the first unknown option, with the
+// closest known one. Empty if there are none.
+std::string unexpected(const CLI::App& subcommand) {
+    const std::vector<std::string> words = subcommand.remaining();
+    std::vector<std::string> known;
+    for (const CLI::Option* option : subcommand.get_options())
+        for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    for (const std::string& word : words) {
+        if (!word.starts_with('-')) continue;
+        const std::string name = word.substr(0, word.find('='));
+        const std::string near = name.starts_with("--") ? nearest_word(name, known) : "";
+        return concat("unknown option '", name, "'",
+                      near.empty() ? "" : " (did you mean '" + near + "'?)");
+    }
+    if (words.empty()) return "";
+    return concat("unexpected argument '", words[0], "'");
+}
+
 int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
     log::set_up(false, false, asks_for("--log-format", "json", argc, argv));
     if (asks_for("--progress", "openjd", argc, argv)) log::tell_openjd();
@@ -39,6 +58,11 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
         for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; }))
             subcommands.push_back(subcommand->get_name());
         text = unknown_word("subcommand", argv[1], subcommands);
+    } else if (dynamic_cast<const CLI::ExtrasError*>(&error) ||
+               dynamic_cast<const CLI::RequiredError*>(&error)) {
+        // A misspelled option is missing under its right name, too.
+        const std::string words = unexpected(given.empty() ? app : *given[0]);
+        if (!words.empty()) text = words;
     }
     log::error(concat(text, "; see postchain ", given.empty() ? "" : given[0]->get_name() + " ",
                       "--help"));

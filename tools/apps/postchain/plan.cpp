@@ -16,6 +16,7 @@
 #include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"
+#include "tools/sequence/source/sequence_survey.h"
 
 namespace postchain {
 namespace {
@@ -207,6 +208,7 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
                                                      plan_summary(chain.chain, planned, seconds));
         std::fputs(printable(text, Lines::keep).c_str(), stdout);
     };
+    FrameErrors errors;
     std::string said;  // of the previous frame, without its path
     const auto show = [&](const sequence::PlannedFrame& planned) {
         for (const auto& warning : planned.warnings) log::warning(warning);
@@ -217,16 +219,16 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
         }
         // An error repeated for the next frame applies to every frame.
         const Status status = planned.plan.status();
-        const size_t words = status.message().find(": ");
-        const std::string what =
-            words == std::string::npos ? status.message() : status.message().substr(words);
+        const std::string what = sequence::fault_of(status.message());
         if (status.code() == StatusCode::chain && what == said) return false;
         said = what;
-        log::error(status.message());
+        errors.add(planned.frame, status);
         if (first_failure.ok()) first_failure = status;
         return true;
     };
-    RETURN_IF_ERROR(sequence::plan_sequence(chain.chain, settings, show));
+    const Status planned = sequence::plan_sequence(chain.chain, settings, show);
+    errors.finish();
+    RETURN_IF_ERROR(planned);
     return exit_code(first_failure, good);
 }
 

@@ -40,14 +40,17 @@ std::string frame_line(const sequence::FrameReport& report) {
     return text;
 }
 
-void say(const sequence::FrameReport& report, const sequence::RunProgress& progress, bool json) {
+void say(const sequence::FrameReport& report, const sequence::RunProgress& progress, bool json,
+         FrameErrors& errors) {
     if (json) {
         std::printf("%s\n", sequence::report_line(report, progress).c_str());
         std::fflush(stdout);
     }
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.write.notes) log::warning(report.output + ": " + note);
-    if (!report.status.ok())
+    if (report.outcome == sequence::Outcome::failed)
+        errors.add(report.frame, report.status);
+    else if (!report.status.ok())  // a missing frame is named with its file
         log::error(report.status.message());
     else if (log::progress_is_shown())
         log::detail(frame_line(report));
@@ -179,9 +182,10 @@ Result<int> run_subcommand(const Options& options, const std::optional<sequence:
     const std::string renderer = sequence::renderer_text(context->device());
     log::detail("renderer: " + renderer);
     Executor executor(context->device());
+    FrameErrors errors;
     const auto finished = [&](const sequence::FrameReport& report,
                               const sequence::RunProgress& progress) {
-        say(report, progress, options.json);
+        say(report, progress, options.json, errors);
         cuts.erase(report.frame);
         if (like && report.frame == like->frame && report.status.ok())
             log::info(concat(options.like, report.provenance == like->work
@@ -193,6 +197,7 @@ Result<int> run_subcommand(const Options& options, const std::optional<sequence:
         sequence::run_sequence(chain.chain, settings, executor, renderer,
                                {.finished = finished, .stop = &stop.flag(), .waits = WaitLines()});
     log::progress("");
+    errors.finish();
     if (!summary.ok()) return summary.status();
     std::string text = concat(summary->written, " written");
     const auto count = [&](size_t frames, const char* what) {

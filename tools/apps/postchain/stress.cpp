@@ -19,6 +19,7 @@
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain {
@@ -115,6 +116,8 @@ Result<int> stress_subcommand(const Options& options, const StressOptions& stres
     const io::OutputFiles files = files_of(options, stress, subjects);
     RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
+    // The page needs it for its error maps; without it the cells are not run.
+    if (!stress.folder.empty()) RETURN_IF_ERROR(io::image_module(StatusCode::output).status());
     ASSIGN_OR_RETURN(auto context, context_of(options));
     Executor executor(context->device());
 

@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 
 #include "chain/base/printable.h"
 #include "tools/apps/postchain/log.h"
@@ -20,8 +22,17 @@ struct TuneOptions {
     tune::TuneSettings settings;
 };
 
-Result<io::OutputFiles> files_of(const tune::TuneSettings& settings) {
-    io::OutputFiles files(settings.on_existing);
+// The chain file of a stopped walk, which this one goes on with.
+std::optional<tune::StoppedWalk> stopped_walk(const tune::TuneSettings& settings) {
+    if (settings.on_existing == io::OnExisting::overwrite) return std::nullopt;
+    std::ifstream file(settings.folder, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return tune::stopped_walk_of(text.str());
+}
+
+Result<io::OutputFiles> files_of(const tune::TuneSettings& settings, bool continues) {
+    io::OutputFiles files(continues ? io::OnExisting::overwrite : settings.on_existing);
     sequence::read_inputs(settings.run, files);
     if (!settings.truth.empty()) {
         ASSIGN_OR_RETURN(const auto truth, io::InputSpec::parse(settings.truth).at("--truth"));
@@ -56,7 +67,8 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     ASSIGN_OR_RETURN(auto run, run_settings_of(options));
     experiment::complete(settings, {std::move(run), options.job.input, names, cameras,
                                     options.command_line, options.threads});
-    ASSIGN_OR_RETURN(const auto files, files_of(settings));
+    const auto earlier = stopped_walk(settings);
+    ASSIGN_OR_RETURN(const auto files, files_of(settings, earlier.has_value()));
     RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
 
@@ -66,10 +78,19 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     settings.software = context->device().software;
     Executor executor(context->device());
     auto tuning = tune::run_tune(std::move(starts), fixed, settings, executor, progress_printer(),
-                                 &stop.flag());
+                                 &stop.flag(), earlier ? &*earlier : nullptr);
     log::progress("");
-    if (stop.asked()) return stop.interrupted("no chain is written; run the same command again");
+    if (stop.asked() && !tuning.ok())
+        return stop.interrupted("no chain is written; run the same command again");
     if (!tuning.ok()) return tuning.status();
+    if (tuning->search.stopped) {
+        RETURN_IF_ERROR(write_chain_file(*tuning, settings.folder, files));
+        return stop.interrupted(concat(settings.folder, " is the best of ",
+                                       tuning->search.candidates.size(),
+                                       " measured chains; the same command goes on"));
+    }
+    if (earlier)
+        log::info(concat(earlier->by_hash.size(), " chains were measured before the stop"));
     for (const auto& line : tune::doubts_of(*tuning)) log::warning(line);
     if (!tuning->with_truth) log::info("reference: " + tuning->reference);
     if (tuning->chosen()) RETURN_IF_ERROR(write_chain_file(*tuning, settings.folder, files));

@@ -184,10 +184,12 @@ class Maker {
         const double high = b_nearer ? result.interval->high : result.interval->low;
         // Two families give an interval.
         const std::string text =
-            concat(by, " (", amount(low), " to ", amount(high), "), in ",
+            concat(by, " (", amount(low), " to ", amount(high), "; p ",
+                   report::figure(result.difference->corrected, 3), "), in ",
                    b_nearer ? result.nearer : result.farther, " of ", result.families, " families");
         if (result.decision == Decision::equal)
-            return concat("no difference beyond ", report::figure(*result.margin), ": ", text);
+            return concat("no difference beyond ", report::figure(*result.margin), " (p ",
+                          report::figure(result.equivalence->corrected, 3), "): ", text);
         if (result.decision == Decision::not_decided) return "not decided: " + text;
         return within_margin(result)
                    ? concat(text, ", which is less than ", report::figure(*result.margin))

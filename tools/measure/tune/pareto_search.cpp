@@ -34,17 +34,33 @@ class Searcher {
         : steps_(steps), goal_(goal), most_(size_t(most)), evaluator_(evaluator) {}
 
     Result<ParetoSearch> run(std::vector<Start> starts) {
+        const Status status = walk(std::move(starts));
+        if (status.ok()) {
+            result_.complete = !stopped_early_;
+            return std::move(result_);
+        }
+        if (status.code() != StatusCode::canceled) return status;
+        result_.chosen = choice();
+        if (!result_.chosen)
+            result_.chosen = least(result_.candidates, [&](size_t i) {
+                return result_.candidates[i].measured.error ? value_of(i) : std::nullopt;
+            });
+        if (!result_.chosen) return status;
+        result_.stopped = true;
+        return std::move(result_);
+    }
+
+  private:
+    Status walk(std::vector<Start> starts) {
         for (Start& start : starts) RETURN_IF_ERROR(attempt(std::move(start.chain), start.name));
         // A time that does not hold may leave no chain within the budget; then the walk goes on.
         do {
             while (const auto next = next_to_expand()) RETURN_IF_ERROR(expand(*next));
             RETURN_IF_ERROR(confirm());
         } while (!result_.chosen && next_to_expand());
-        result_.complete = !stopped_early_;
-        return std::move(result_);
+        return Status();
     }
 
-  private:
     bool full() const { return result_.candidates.size() >= most_; }
 
     Status attempt(Chain chain, const std::string& name) {

@@ -55,7 +55,8 @@ struct Candidate {
 struct ParetoSearch {
     std::vector<Candidate> candidates;  // in the order they were measured; the starts first
     std::optional<size_t> chosen;       // none: no chain meets the goal
-    bool complete = false;              // false: the number of chains ended it
+    bool complete = false;              // false: the number of chains, or a stop, ended it
+    bool stopped = false;               // `chosen`: the best so far, which may not meet the goal
 
     // Chains that no other beats in both error and time, the fastest first.
     std::vector<size_t> front() const;
@@ -70,7 +71,8 @@ struct Start {
     Chain chain;
 };
 using Steps = std::function<std::vector<Step>(const Chain&)>;
-// Measures at most `most` chains, but every start. Errors: those of the evaluator.
+// Measures at most `most` chains, but every start. Errors: those of the evaluator; but if it is
+// canceled and an error was measured, the search so far, which `stopped`.
 Result<ParetoSearch> search_front(std::vector<Start> starts, const Steps& steps, const Goal& goal,
                                   int most, ChainEvaluator& evaluator);
 

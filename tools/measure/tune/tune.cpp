@@ -9,6 +9,7 @@
 #include "chain/base/text.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/experiment_input.h"
+#include "tools/measure/experiment/result_store.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/settings/run_settings.h"
@@ -93,6 +94,9 @@ class Shot final : public ChainEvaluator {
     Result<Times> time_again(const Chain& chain) override {
         say("timing again: " + knobs_text(chain));
         ASSIGN_OR_RETURN(auto plans, plans_of(chain));
+        // Compiles, if the chain was measured before a stop.
+        for (size_t i = 0; i < plans.size(); ++i)
+            RETURN_IF_ERROR(executor_.filter(plans[i], frames_[i].source.planes).status());
         return times_of(plans, kConfirmingRepeats * settings_.repeats);
     }
 
@@ -163,6 +167,51 @@ class Shot final : public ChainEvaluator {
     std::vector<std::pair<std::vector<Plan>, Measured>> known_;
     std::vector<std::string> notes_, changes_;
 };
+
+// Measures only what a stopped walk has not.
+class Continued final : public ChainEvaluator {
+  public:
+    Continued(const StoppedWalk* earlier, ChainEvaluator& rest) : earlier_(earlier), rest_(rest) {}
+
+    Result<Measured> measure(const Chain& chain) override {
+        if (const auto* point = find(chain)) return point->measured;
+        return rest_.measure(chain);
+    }
+    Result<Times> time_again(const Chain& chain) override {
+        if (const auto* point = find(chain); point && point->confirmed)
+            return point->measured.times;
+        return rest_.time_again(chain);
+    }
+
+  private:
+    const StoppedWalk::Point* find(const Chain& chain) const {
+        if (!earlier_) return nullptr;
+        const auto point = earlier_->by_hash.find(chain.hash());
+        return point == earlier_->by_hash.end() ? nullptr : &point->second;
+    }
+
+    const StoppedWalk* earlier_;
+    ChainEvaluator& rest_;
+};
+
+// Everything that the figures depend on, but the number of chains.
+Result<std::string> key_of(const std::vector<Start>& starts, const std::vector<std::string>& fixed,
+                           const std::vector<int>& frames, const TuneSettings& settings,
+                           const experiment::ExperimentInput& input,
+                           const report::Report& conditions) {
+    RuleNames rules;
+    for (const Start& start : starts) rules.merge(settings.run.plan.rules(start.chain));
+    std::string text =
+        concat(experiment::conditions_of(conditions, settings, rules), settings.budget, " ",
+               settings.error.value_or(0), " ", joined(fixed), "\n");
+    for (const Start& start : starts)
+        for (const int frame : frames) {
+            ASSIGN_OR_RETURN(const auto key, experiment::key_of_result(
+                                                 start.chain, frame, start.name, settings, input));
+            text += key + "\n";
+        }
+    return hex_of(hash_text(text));
+}
 
 // A few frames of those that have a ground truth.
 Result<std::vector<int>> frames_to_measure(const TuneSettings& settings) {
@@ -246,8 +295,8 @@ std::vector<std::string> default_starts(bool with_truth) {
 
 Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string>& fixed,
                         const TuneSettings& given, Executor& executor,
-                        const experiment::ProgressCallback& progress,
-                        const std::atomic<bool>* stop) {
+                        const experiment::ProgressCallback& progress, const std::atomic<bool>* stop,
+                        const StoppedWalk* earlier) {
     ASSIGN_OR_RETURN(auto goal, goal_of(given));
     if (given.truth.empty() && starts.size() != 1)
         return Status(StatusCode::usage,
@@ -263,19 +312,27 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     report::Report conditions;
     ASSIGN_OR_RETURN(auto input, experiment::open_input(report::Kind::bench, settings, conditions));
 
+    Tuning tuning;
+    ASSIGN_OR_RETURN(tuning.key, key_of(starts, fixed, numbers, settings, input, conditions));
+    if (earlier && earlier->key != tuning.key)
+        return Status(StatusCode::output,
+                      settings.folder +
+                          ": is of a stopped walk with other settings, frames or "
+                          "device; use --on-existing overwrite, or name another "
+                          "with --output");
     const StopScope within_a_frame(executor, stop);
     Shot shot(settings, goal, executor, progress);
     RETURN_IF_ERROR(
         shot.open(input, numbers, planes_of(starts), without_shortcuts(starts.front().chain)));
-    Tuning tuning;
     tuning.with_truth = input.truth.has_value();
     tuning.reference = tuning.with_truth ? "ground truth " + *conditions.truth
                                          : converged_words(starts.front(), shot.changes());
     const auto steps = [&](const Chain& chain) {
         return steps_from(chain, fixed, tuning.with_truth);
     };
+    Continued evaluator(earlier, shot);
     ASSIGN_OR_RETURN(auto found,
-                     search_front(std::move(starts), steps, goal, settings.max_chains, shot));
+                     search_front(std::move(starts), steps, goal, settings.max_chains, evaluator));
     RETURN_IF_ERROR(io::check_unchanged(input.stamps));
     tuning.goal = goal;
     tuning.search = std::move(found);

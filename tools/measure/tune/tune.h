@@ -8,6 +8,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,9 +38,20 @@ Result<Goal> goal_of(const TuneSettings& settings);
 // Shipped chains to start from if none is named.
 std::vector<std::string> default_starts(bool with_truth);
 
+// The measured chains of a stopped walk, from which the same walk goes on.
+struct StoppedWalk {
+    struct Point {
+        Measured measured;
+        bool confirmed = false;  // the times are those of time_again()
+    };
+    std::string key;                    // of everything that the figures depend on
+    std::map<uint64_t, Point> by_hash;  // of the chain
+};
+
 struct Tuning {
     Goal goal;
     ParetoSearch search;
+    std::string key;  // as StoppedWalk::key
     // The conditions of the figures, in words.
     std::string version;
     std::string input;      // as typed
@@ -57,11 +69,13 @@ struct Tuning {
 
 // `fixed`: knobs that stay as they are. With a ground truth the search also changes the order of
 // the passes; without it there is one start, whose own converged image is the reference. Writes
-// nothing. If no chain meets the goal, Tuning::chosen() is null. Errors: (usage); (input) of the
-// shot and the ground truth; those of planning; (gl); (canceled) by `stop`.
+// nothing. If no chain meets the goal, Tuning::chosen() is null. `earlier`: chains that are not
+// measured again. Errors: (usage); (input) of the shot and the ground truth; those of planning;
+// (gl); (output): `earlier` has another key; (canceled) by `stop` before anything was measured:
+// later the search has `stopped`.
 Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string>& fixed,
                         const TuneSettings& settings, Executor& executor,
-                        const experiment::ProgressCallback& progress,
-                        const std::atomic<bool>* stop);
+                        const experiment::ProgressCallback& progress, const std::atomic<bool>* stop,
+                        const StoppedWalk* earlier = nullptr);
 
 }  // namespace postchain::tune

@@ -1,6 +1,7 @@
 #include "tools/measure/tune/tune_text.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include "chain/base/printable.h"
 #include "config/chain_file.h"
@@ -37,6 +38,33 @@ std::string row(const Tuning& tuning, size_t i) {
         padded(report::figure(*candidate.measured.error, 3), 9), "  ", name_of(candidate));
 }
 
+constexpr std::string_view kWalkLine = "# walk ";
+constexpr std::string_view kPointLine = "# measured ";
+constexpr std::string_view kEndLine = "# unchanged ";
+
+// What follows `word` if the line begins with it.
+std::optional<std::string> after(std::string_view word, const std::string& line) {
+    if (!line.starts_with(word)) return std::nullopt;
+    return line.substr(word.size());
+}
+
+// The measured chains as comments, whose last is a hash of the text above it.
+void append_walk(std::string& file, const Tuning& tuning) {
+    file += concat(kWalkLine, tuning.key, "\n");
+    for (const Candidate& candidate : tuning.search.candidates) {
+        const Times& times = candidate.measured.times;
+        const io::Json point = {{"chain_hash", candidate.chain.hash()},
+                                {"seconds", times.seconds},
+                                {"spread_s", times.spread_s},
+                                {"repeats", times.repeats},
+                                {"doubt", times.doubt},
+                                {"hdr_flip", candidate.measured.error},
+                                {"confirmed", candidate.confirmed}};
+        file += concat(kPointLine, io::json_text(point), "\n");
+    }
+    file += concat(kEndLine, hex_of(hash_text(file)), "\n");
+}
+
 // Lines without their ends.
 std::vector<std::string> table(const Tuning& tuning) {
     std::vector<std::string> lines = {"   s/frame   spread hdr_flip  chain"};
@@ -71,7 +99,12 @@ std::string outcome_text(const Tuning& tuning) {
 
 std::vector<std::string> doubts_of(const Tuning& tuning) {
     std::vector<std::string> lines = tuning.notes;
-    if (!tuning.search.complete)
+    if (tuning.search.stopped)
+        lines.push_back(concat(
+            "the walk was stopped after ", tuning.search.candidates.size(),
+            " chains; the same command goes on",
+            meets(tuning.goal, tuning.chosen()->measured) ? "" : "; no chain meets the goal yet"));
+    else if (!tuning.search.complete)
         lines.push_back(concat("the walk ended after ", tuning.search.candidates.size(),
                                " chains (--max-chains); more may lie on the front"));
     size_t doubtful = 0;
@@ -108,16 +141,50 @@ std::string tuned_chain_file(const Tuning& tuning) {
         "device: " + tuning.device,
         "time: " + tuning.timing +
             ", of the passes without reading and writing; per frame the median of " +
-            concat(tuning.search.candidates.front().measured.times.repeats) +
-            " repetitions (chosen chain: " + concat(tuning.chosen()->measured.times.repeats) +
-            ", timed again); spread: quartiles",
+            concat(tuning.search.candidates.front().measured.times.repeats) + " repetitions" +
+            (tuning.search.stopped && !tuning.chosen()->confirmed
+                 ? ""
+                 : concat(" (chosen chain: ", tuning.chosen()->measured.times.repeats,
+                          ", timed again)")) +
+            "; spread: quartiles",
         concat("Chains that no other of the ", tuning.search.candidates.size(),
                " measured beats in both time and error (*: this file):")};
     for (const std::string& line : table(tuning)) lines.push_back(line);
     for (const std::string& line : doubts_of(tuning)) lines.push_back(line);
     std::string text;
     for (const std::string& line : lines) text += "# " + printable(line) + "\n";
-    return text + write_chain(tuning.chosen()->chain);
+    text += write_chain(tuning.chosen()->chain);
+    if (tuning.search.stopped) append_walk(text, tuning);
+    return text;
+}
+
+std::optional<StoppedWalk> stopped_walk_of(const std::string& file) {
+    StoppedWalk walk;
+    std::istringstream lines(file);
+    std::string above;
+    for (std::string line; std::getline(lines, line); above += line + "\n") {
+        if (const auto key = after(kWalkLine, line)) walk.key = *key;
+        if (const auto point = after(kPointLine, line)) {
+            const auto json = io::Json::parse(*point, nullptr, false);
+            try {
+                Measured measured;
+                measured.times = {json.at("seconds").get<double>(),
+                                  json.at("spread_s").get<double>(), json.at("repeats").get<int>(),
+                                  json.at("doubt").get<std::string>()};
+                json.at("hdr_flip").get_to(measured.error);
+                walk.by_hash[json.at("chain_hash").get<uint64_t>()] = {
+                    std::move(measured), json.at("confirmed").get<bool>()};
+            } catch (const io::Json::exception&) {
+                return std::nullopt;
+            }
+        }
+        if (const auto hash = after(kEndLine, line)) {
+            const bool whole =
+                *hash == hex_of(hash_text(above)) && above.size() + line.size() + 1 == file.size();
+            return whole && !walk.key.empty() ? std::optional(std::move(walk)) : std::nullopt;
+        }
+    }
+    return std::nullopt;
 }
 
 io::Json tuning_json(const Tuning& tuning) {

@@ -1,6 +1,7 @@
 // Texts of a Tuning: the chain file, the front, JSON.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,11 @@ std::string outcome_text(const Tuning& tuning);
 std::string front_text(const Tuning& tuning);
 // The limits of the figures, a line each.
 std::vector<std::string> doubts_of(const Tuning& tuning);
-// The chain file of the chosen chain, which must exist, with conditions and front as comments.
+// The chain file of the chosen chain, which must exist, with conditions and front as comments; of a
+// stopped search also with every measured chain, for stopped_walk_of().
 std::string tuned_chain_file(const Tuning& tuning);
+// Empty if `file` is not the text of a stopped search, or has been edited since.
+std::optional<StoppedWalk> stopped_walk_of(const std::string& file);
 // docs/tune.md lists its keys.
 io::Json tuning_json(const Tuning& tuning);
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <functional>
 #include <map>
 
+#include "chain/base/parameter.h"
 #include "chain/base/text.h"
 
 namespace postchain::io {
@@ -83,9 +85,10 @@ void add_sequences(const std::string& folder, const std::vector<NameParts>& name
     }
 }
 
-}  // namespace
-
-Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
+// Sequences of the files whose name is `wanted`, in no order. Errors (input): the folder cannot be
+// read.
+Result<std::vector<FoundSequence>> sequences_of(
+    const std::string& folder, const std::function<bool(const std::string& name)>& wanted) {
     std::map<std::pair<std::string, std::string>, std::vector<NameParts>> groups;
     std::vector<FoundSequence> found;
     const std::string prefix = folder.ends_with('/') ? folder : folder + "/";
@@ -93,7 +96,7 @@ Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
         const std::string name = it->path().filename().string();
         std::error_code of_type;
-        if (!is_exr(name) || !it->is_regular_file(of_type)) continue;
+        if (!wanted(name) || !it->is_regular_file(of_type)) continue;
         const NameParts parts = parts_of(name);
         // More than nine digits are a date, not a frame number.
         const bool numbered = !parts.digits.empty() && parts.digits.size() <= 9;
@@ -104,12 +107,56 @@ Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
     }
     if (error) return Status(StatusCode::input, folder + ": cannot be read: " + error.message());
     for (const auto& [name, members] : groups) add_sequences(prefix, members, found);
+    return found;
+}
+
+// "shot.#.exr", whatever the form of the number: a token, "*" or digits.
+std::string form_of(const PathPattern& pattern) {
+    std::string name = fs::path(pattern.format(0)).filename().string();
+    std::replace(name.begin(), name.end(), '*', '0');
+    const NameParts parts = parts_of(name);
+    return parts.digits.empty() ? name : parts.before + "#" + parts.after;
+}
+
+}  // namespace
+
+Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
+    ASSIGN_OR_RETURN(auto found, sequences_of(folder, is_exr));
     if (found.empty())
         return Status(StatusCode::input,
                       folder + ": has no EXR file; give the folder of a sequence");
     std::sort(found.begin(), found.end(),
               [](const FoundSequence& a, const FoundSequence& b) { return a.pattern < b.pattern; });
     return found;
+}
+
+std::string nearest_input(const PathPattern& pattern) {
+    const std::string extension = lower_case(fs::path(pattern.text()).extension().string());
+    const auto found = sequences_of(pattern.folder(), [&](const std::string& name) {
+        return name[0] != '.' && lower_case(name).ends_with(extension);
+    });
+    if (!found.ok() || extension.empty()) return "";
+    std::vector<std::string> forms;
+    for (const FoundSequence& sequence : *found) {
+        const auto parsed = PathPattern::parse(sequence.pattern);
+        forms.push_back(parsed.ok() ? form_of(*parsed) : "");
+    }
+    const std::string form = form_of(pattern);
+    const std::string nearest =
+        std::ranges::find(forms, form) != forms.end() ? form : nearest_word(form, forms);
+    if (nearest.empty()) return "";
+    const FoundSequence& meant =
+        (*found)[size_t(std::ranges::find(forms, nearest) - forms.begin())];
+    const bool names_a_frame =
+        !pattern.has_token() && pattern.text().find('*') == std::string::npos &&
+        std::ranges::find(meant.frames, pattern.literal_frame()) != meant.frames.end();
+    const std::string path =
+        names_a_frame ? PathPattern::parse(meant.pattern)->format(pattern.literal_frame())
+                      : meant.pattern;
+    // The folder as it was typed.
+    const size_t slash = pattern.text().rfind('/');
+    return pattern.text().substr(0, slash == std::string::npos ? 0 : slash + 1) +
+           fs::path(path).filename().string();
 }
 
 }  // namespace postchain::io

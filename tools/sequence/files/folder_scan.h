@@ -21,4 +21,9 @@ struct FoundSequence {
 // cannot be read, or has no EXR file.
 Result<std::vector<FoundSequence>> scan_folder(const std::string& folder);
 
+// The input that the user of a pattern or name without a file probably meant, as --input takes it:
+// in the same folder and with the same extension, the same name with another form of the number
+// (also for "*"), or else the name spelled most like it. Empty if there is none.
+std::string nearest_input(const PathPattern& pattern);
+
 }  // namespace postchain::io

@@ -13,6 +13,8 @@
 #include <set>
 #include <unordered_set>
 
+#include "tools/sequence/files/folder_scan.h"
+
 namespace postchain::io {
 
 namespace {
@@ -332,12 +334,18 @@ struct Absence {
     bool looked = true;
 };
 
+std::string suggestion_of(const PathPattern& pattern) {
+    const std::string nearest = nearest_input(pattern);
+    return nearest.empty() ? "" : concat(" (did you mean '", nearest, "'?)");
+}
+
 Absence absence_of(const PathPattern& pattern) {
     struct stat info;
     if (!pattern.has_token()) {
         if (::stat(pattern.text().c_str(), &info) == 0 || errno == ENOENT) {
-            const bool link = ::lstat(pattern.text().c_str(), &info) == 0;
-            return {link ? "is a link to a file that does not exist" : "no such file"};
+            if (::lstat(pattern.text().c_str(), &info) == 0)
+                return {"is a link to a file that does not exist"};
+            return {"no such file" + suggestion_of(pattern)};
         }
         return {concat("cannot be opened: ", std::strerror(errno)), false};
     }
@@ -348,7 +356,7 @@ Absence absence_of(const PathPattern& pattern) {
             return {
                 "is a pattern for frame numbers, which matches no file; the file of this very "
                 "name must be renamed"};
-        return {"no file matches this pattern"};
+        return {"no file matches this pattern" + suggestion_of(pattern)};
     }
     if (errno == ENOENT) return {concat("the folder ", folder, " does not exist")};
     return {concat("the folder ", folder, " cannot be read: ", std::strerror(errno)), false};

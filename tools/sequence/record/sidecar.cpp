@@ -25,6 +25,27 @@ Json times_json(const FrameReport& report) {
             {"overlapped", true}};
 }
 
+// plan_json() without steps and textures, which are most of it: `postchain plan --json` prints
+// them.
+Json brief_plan(const Plan& plan) {
+    Json json = io::json_from(plan_json(plan));
+    for (const char* key : {"steps", "textures"}) json.erase(key);
+    return json;
+}
+
+// Values that fit on a line are on one; those of longer objects and lists have a line each.
+std::string folded(const Json& json, const std::string& indent = "") {
+    constexpr size_t kLine = 120;
+    const std::string text = io::json_text(json);
+    if (!json.is_structured() || indent.size() + text.size() <= kLine) return text;
+    const std::string inner = indent + " ";
+    std::string lines;
+    for (const auto& [key, value] : json.items())
+        lines += concat(lines.empty() ? "" : ",", "\n", inner,
+                        json.is_object() ? io::json_text(key) + ": " : "", folded(value, inner));
+    return concat(json.is_object() ? "{" : "[", lines, "\n", indent, json.is_object() ? "}" : "]");
+}
+
 Json summary_json(const FrameReport& report) {
     Json inputs = Json::object();
     for (const auto& [role, path] : report.inputs) inputs[name_of(role)] = path;
@@ -80,7 +101,7 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
         json["layers"] = std::move(layers);
     if (report.plan) {
-        json["plan"] = io::json_from(plan_json(*report.plan));
+        json["plan"] = brief_plan(*report.plan);
         for (const auto& elision : report.plan->elisions)
             if (const auto found = found_in(elision, *report.plan, report.work_done);
                 found && found->kind == ElisionKind::blocks)
@@ -102,7 +123,7 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     if (!report.write.notes.empty()) json["write_notes"] = report.write.notes;
     json["renderer"] = report.renderer;
     json["version"] = version;
-    return io::json_text(json, 2) + "\n";
+    return folded(json) + "\n";
 }
 
 std::string sidecar_path(const std::string& output) {

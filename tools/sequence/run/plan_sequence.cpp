@@ -37,13 +37,10 @@ Calibration calibration_of(const std::string& path, const Json& json) {
     const Json& times = json.at("times_ms");
     calibration.read_ms = times.at("read").get<double>() + times.at("convert").get<double>();
     calibration.write_ms = times.at("write").get<double>();
-    std::map<int, uint64_t> taps;
-    for (const Json& step : plan.at("steps"))
-        taps[step.at("pass").get<int>()] += step.at("taps").get<uint64_t>();
     for (const Json& pass : times.at("passes"))
-        calibration.passes.push_back({pass.at("name").get<std::string>(),
-                                      pass.at("ms").get<double>(),
-                                      taps[pass.at("pass").get<int>()]});
+        calibration.passes.push_back(
+            {pass.at("name").get<std::string>(), pass.at("ms").get<double>(),
+             plan.at("passes").at(pass.at("pass").get<size_t>()).at("taps").get<uint64_t>()});
     return calibration;
 }
 

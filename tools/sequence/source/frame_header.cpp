@@ -149,8 +149,10 @@ Result<Profile> match_channels(const SourceSettings& settings, FrameHeader& head
     if (!match.ok() || !match->roles.count(Role::color)) {
         RETURN_IF_ERROR(color_file.explain_no_color());
         if (!match.ok()) return match.status().at(color_file.path());
-        return Status(StatusCode::input, concat(color_file.path(), ": no color; looked for ",
-                                                match->missing[Role::color], "\n", match->text()));
+        return Status(
+            StatusCode::input,
+            concat(color_file.path(), ": no color; profile ", match->profile, " looks for ",
+                   match->missing[Role::color], "; found:", names_in(color_file)));
     }
     header.match = std::move(*match);
     std::map<Role, std::shared_ptr<io::PixelFile>> more;

@@ -205,6 +205,11 @@ void SequenceSurvey::add_failed(int frame, const Status& status) {
     last_.reset();
 }
 
+std::string fault_of(const std::string& message) {
+    const size_t end = message.find(": ");
+    return end == std::string::npos ? message : message.substr(end + 2);
+}
+
 size_t SequenceSurvey::readable() const {
     return size_t(std::count_if(frames_.begin(), frames_.end(), [](const FrameSummary& summary) {
         return summary.failure.empty();
@@ -242,9 +247,12 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
     const double usual_change = median(changes);
     for (size_t i = 0; i < frames_.size(); ++i) {
         const FrameSummary& summary = frames_[i];
-        const auto add = [&](const std::string& what) { found.push_back({summary.frame, what}); };
+        const auto add = [&](const std::string& what) {
+            found.push_back({summary.frame, what, ""});
+        };
         if (!summary.failure.empty()) {
             add("cannot be read: " + summary.failure);
+            found.back().fault = fault_of(summary.failure);
             continue;
         }
         if (summary.size != size) add(concat("is ", summary.size, "; most are ", size));
@@ -319,9 +327,11 @@ io::Json SequenceSurvey::json() const {
 
 std::string SequenceSurvey::text() const {
     if (frames_.empty()) return {};
-    std::string text =
-        concat(frames_.size(), " frames examined, ", frames_.front().frame, " to ",
-               frames_.back().frame, ": ", usual_size(), ", ", usual_planes().text(), "\n");
+    std::string text = concat(
+        frames_.size(), " frames examined, ", frames_.front().frame, " to ", frames_.back().frame,
+        ": ",
+        readable() == 0 ? "none can be read" : concat(usual_size(), ", ", usual_planes().text()),
+        "\n");
     const auto add = [&](const char* what, const std::optional<Range>& range, const char* unit) {
         if (!range) return;
         text += concat("  ", what, " ", number(range->least));
@@ -343,8 +353,17 @@ std::string SequenceSurvey::text() const {
     const auto found = findings();
     if (found.empty()) return text + "no unusual frames\n";
     text += "unusual frames:\n";
-    for (const Finding& finding : found)
-        text += printable(concat("  frame ", finding.frame, ": ", finding.what)) + "\n";
+    std::map<std::string, size_t> frames;  // not yet listed, by fault
+    for (const Finding& finding : found) ++frames[finding.fault];
+    for (const Finding& finding : found) {
+        std::string who = concat("  frame ", finding.frame);
+        if (!finding.fault.empty()) {
+            const size_t same = std::exchange(frames[finding.fault], 0);
+            if (same == 0) continue;
+            if (same > 1) who += concat(" and ", same - 1, " more");
+        }
+        text += printable(concat(who, ": ", finding.what)) + "\n";
+    }
     return text;
 }
 

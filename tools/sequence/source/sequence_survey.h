@@ -47,6 +47,9 @@ class Thumbnail {
     std::array<uint64_t, size_t(kWidth)* kHeight> pixels_ = {};
 };
 
+// A message without the path it begins with: the same for every frame with this fault.
+std::string fault_of(const std::string& message);
+
 class SequenceSurvey {
   public:
     // Frames are added in numeric order.
@@ -57,6 +60,7 @@ class SequenceSurvey {
     struct Finding {
         int frame = 0;
         std::string what;
+        std::string fault;  // of a frame that cannot be read: why, without its path
     };
     // By frame: unreadable, other size or planes than most frames, NaN or Inf, all motion vectors
     // zero, a probable cut after it. A cut is reported if the thumbnail changes by more than 0.05
@@ -64,7 +68,8 @@ class SequenceSurvey {
     std::vector<Finding> findings() const;
     size_t readable() const;  // frames
     bool failed() const { return readable() < frames_.size(); }
-    std::string text() const;  // several lines to read
+    // Several lines to read; frames that cannot be read for the same fault share one.
+    std::string text() const;
     io::Json json() const;
 
   private:

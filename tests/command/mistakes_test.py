@@ -1,0 +1,161 @@
+"""What the command says of a mistyped name, a misspelled option, and files without known channels.
+
+usage: mistakes_test.py POSTCHAIN"""
+import json
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import exr
+
+POSTCHAIN = None
+WIDTH, HEIGHT = 16, 9
+
+
+def run(*words, folder=None):
+    return subprocess.run([POSTCHAIN, *map(str, words)], cwd=folder, capture_output=True, text=True,
+                          check=False)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def write(self, name, channels=("R", "G", "B"), value=0.5):
+        window = struct.pack("<4i", 0, 0, WIDTH - 1, HEIGHT - 1)
+        attributes = {"dataWindow": ("box2i", window), "displayWindow": ("box2i", window),
+                      "lineOrder": ("lineOrder", b"\0"),
+                      "pixelAspectRatio": ("float", struct.pack("<f", 1)),
+                      "screenWindowCenter": ("v2f", bytes(8)),
+                      "screenWindowWidth": ("float", struct.pack("<f", 1))}
+        exr.write(self.folder / name, exr.Picture(WIDTH, HEIGHT, attributes, {
+            channel: ("f", [value] * (WIDTH * HEIGHT)) for channel in channels}))
+
+    def said(self, code, *words):
+        done = run(*words, folder=self.folder)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stderr
+
+
+class Names(Case):
+    def test_another_form_of_the_number_is_named(self):
+        for n in (1, 2):
+            self.write(f"beauty.{n:04}.exr")
+        for typed in ("beauty.#.exr", "beauty.*.exr", "beauty.%02d.exr", "beuaty.####.exr"):
+            for words in (["inspect", typed], ["plan", "fast", "-i", typed],
+                          ["diff", typed, "beauty.####.exr"] if "*" not in typed else
+                          ["diff", typed, "beauty.0001.exr"]):
+                self.assertIn(f"{typed}: ", said := self.said(4, *words))
+                self.assertIn("(did you mean 'beauty.####.exr'?)", said)
+        # The folder as it was typed, and a single frame by its own name.
+        self.assertIn(f"(did you mean '{self.folder}/beauty.####.exr'?)",
+                      self.said(4, "inspect", self.folder / "beauty.#.exr"))
+        self.assertIn("(did you mean './beauty.0002.exr'?)",
+                      self.said(4, "inspect", "./beuty.0002.exr"))
+        self.assertIn("(did you mean 'beauty.####.exr'?)", self.said(4, "inspect", "beauty.0009.exr"))
+
+    def test_nothing_is_named_that_is_not_like_it(self):
+        self.write("beauty.0001.exr")
+        for typed in ("depth_of_the_car.####.exr", "beauty.####.png", "no/beauty.####.exr"):
+            self.assertNotIn("did you mean", self.said(4, "inspect", typed))
+
+
+class Options(Case):
+    def test_every_subcommand_names_the_closest_option(self):
+        subcommands = re.findall(r"^  (\w+)  ", run("--help").stdout.split("Subcommands:")[1], re.M)
+        self.assertGreater(len(subcommands), 15)
+        for name in subcommands:
+            for typed, meant in (("--verbos", "--verbose"), ("--log-fromat=json", "--log-format")):
+                self.assertIn(f"unknown option '{typed.split('=')[0]}' (did you mean '{meant}'?)",
+                              said := self.said(2, name, typed))
+                self.assertIn(f"see postchain {name} --help", said)
+
+    def test_of_the_camera_and_of_a_required_option(self):
+        said = self.said(2, "run", "fast", "-i", "a.exr", "--camra", "camera.json", "-o", "b.exr")
+        self.assertIn("unknown option '--camra' (did you mean '--camera'?)", said)
+        said = self.said(2, "run", "fast", "--inptu", "a.exr", "-o", "b.exr")
+        self.assertIn("unknown option '--inptu' (did you mean '--input'?)", said)
+        self.assertIn("unknown option '--versio' (did you mean '--version'?)",
+                      self.said(2, "--versio"))
+
+    def test_others(self):
+        said = self.said(2, "info", "--quite-another")
+        self.assertIn("unknown option '--quite-another';", said)
+        self.assertIn("unexpected argument 'more'", self.said(2, "info", "more"))
+        # A required option that is missing, without another mistake.
+        self.assertIn("--input is required", self.said(2, "run", "fast", "-o", "b.exr"))
+
+
+class Channels(Case):
+    """RenderMan names color Ci."""
+
+    def setUp(self):
+        super().setUp()
+        for n in (1, 2, 3):
+            self.write(f"r.{n:04}.exr", ("Ci.r", "Ci.g", "Ci.b", "Z"))
+
+    def test_one_line_once(self):
+        for words in (["run", "fast", "-i", "r.####.exr", "-o", "o.####.exr", "--device",
+                       "software", "--on-error", "continue"],
+                      ["plan", "fast", "-i", "r.####.exr"],
+                      ["inspect", "r.####.exr", "--frames", "1-3"]):
+            said = self.said(4, *words)
+            self.assertNotIn("\\n", said)
+            self.assertEqual(said.count("no color; "), 1, said)
+            self.assertIn("; found: Ci.b Ci.g Ci.r Z", said)
+            self.assertIn("error: frames 2-3: the error of frame 1", said)
+
+    def test_all_faults_of_a_profile(self):
+        (self.folder / "mine.yaml").write_text("profile: 1\ncolour: {}\ndepht: {}\n")
+        said = self.said(2, "inspect", "r.0001.exr", "--profile", "mine.yaml")
+        self.assertNotIn("\\n", said)
+        self.assertRegex(said, r"unknown key 'colour'.*; mine.yaml:3:1: error: depht: ")
+
+    def test_the_survey_lists_the_fault_once(self):
+        found = run("inspect", "r.####.exr", folder=self.folder).stdout
+        self.assertIn("3 frames examined, 1 to 3: none can be read\n", found)
+        self.assertIn("  frame 1 and 2 more: cannot be read: r.0001.exr: no color; ", found)
+        self.assertEqual(found.count("no color; "), 1, found)
+        # Programs get each.
+        survey = json.loads(run("inspect", "r.####.exr", "--json", folder=self.folder).stdout
+                            .splitlines()[-1])["sequence"]
+        self.assertEqual([one["frame"] for one in survey["findings"]], [1, 2, 3])
+
+
+class Passes(Case):
+    def test_one_pass(self):
+        whole = run("passes").stdout
+        one = run("passes", "motion_blur")
+        self.assertEqual(one.returncode, 0, one.stderr)
+        self.assertTrue(one.stdout.startswith("motion_blur: "))
+        self.assertIn(one.stdout + "\n", whole)
+        self.assertNotIn("depth_of_field: ", one.stdout)
+        self.assertNotIn("focal_length_mm", one.stdout)
+        described = json.loads(run("passes", "fxaa", "--json").stdout)
+        self.assertIn(described, json.loads(run("passes", "--json").stdout)["passes"])
+        self.assertEqual(described["name"], "fxaa")
+        self.assertIn(run("passes", "fxaa", "--markdown").stdout, run("passes", "--markdown").stdout)
+        self.assertIn("unknown pass 'motion_blurr' (did you mean 'motion_blur'?)",
+                      self.said(2, "passes", "motion_blurr"))
+
+
+class Diff(Case):
+    def test_constants_only_with_v(self):
+        self.write("a.exr")
+        self.write("b.exr", value=0.25)
+        brief = run("diff", "a.exr", "b.exr", folder=self.folder).stdout
+        self.assertIn("\nwith pixels_per_degree 67.02 tone_mapper aces exposure_start ", brief)
+        self.assertNotIn("ssim_k1", brief)
+        self.assertIn("ssim_k1 0.01", run("diff", "a.exr", "b.exr", "-v", folder=self.folder).stdout)
+        settings = json.loads(run("diff", "a.exr", "b.exr", "--json",
+                                  folder=self.folder).stdout)["settings"]
+        self.assertEqual(settings["ssim_k1"], 0.01)
+
+
+if __name__ == "__main__":
+    POSTCHAIN = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main(verbosity=1)

@@ -219,7 +219,8 @@ class Planner {
         Packed packed = {
             planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};
         add_packed(packed);
-        add_shown(packed);
+        const TextureId shown = add_shown(packed);
+        if (motion_) add_split(packed, shown);
         if (second_layer_) add_second_surfaces(packed.surfaces);
         return packed.surfaces;
     }
@@ -314,11 +315,12 @@ class Planner {
     }
 
     // Changes the surfaces of bright edges and, of a neighbor, of those whose light differs.
-    void add_shown(const Packed& packed) {
+    TextureId add_shown(const Packed& packed) {
         const TextureId shown = planner_.texture("shown" + suffix_of(packed.neighbor),
                                                  Format::r32ui, kSquares.times(2, 1));
         Step edges = make_surface_step_of(packed, "bright_edges");
         edges.spread = groups_for(kSquares);
+        edges.program.defines["SPLIT"] = flag(motion_ && !packed.neighbor);
         edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
                           {1, packed.surfaces},
                           {2, packed.marks},
@@ -335,6 +337,28 @@ class Planner {
         }
         step.taps += 10 * pixels_;
         planner_.step(std::move(step));
+        return shown;
+    }
+
+    // Finds, at all other edges, the color that pixels of two surfaces have of their own.
+    void add_split(const Packed& packed, TextureId shown) {
+        const TextureId mixed = planner_.texture("mixed", Format::r32ui);
+        const auto make = [&](const char* name, int first, TextureId read, TextureId written) {
+            Step step = make_surface_step(name);
+            step.spread = groups_for(kSquares);
+            step.bindings = {{first, read},
+                             {1, packed.surfaces},
+                             {2, packed.marks},
+                             {3, shown},
+                             {0, written, Access::write}};
+            return step;
+        };
+        Step find = make("mixed_pixels", 0, planner_.input(Role::color), mixed);
+        find.taps = 10 * pixels_;
+        planner_.step(std::move(find));
+        Step split = make("split_pixels", 4, mixed, packed.surfaces);
+        split.taps = pixels_;
+        planner_.step(std::move(split));
     }
 
     TextureId layer_images(const std::string& name) {

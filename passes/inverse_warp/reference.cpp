@@ -275,6 +275,14 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     return frames;
 }
 
+std::vector<OtherSurfaces> other_surfaces(const Frames& frames) {
+    std::vector<OtherSurfaces> others;
+    for (const Frame& neighbor : frames.neighbors)
+        others.push_back({neighbor.offset, &neighbor.surfaces});
+    if (frames.second_layer) others.push_back({0, &frames.second_layer->surfaces});
+    return others;
+}
+
 // Samples 0 .. ceil(n) - 1, whose lens samples begin at `first`.
 struct SampleSet {
     double n = 0;
@@ -292,7 +300,8 @@ class Gather {
           width_(context.frame.width),
           height_(context.frame.height),
           frames_(frames_of(context, settings, frame)),
-          blocks_(blocks_of(frames_.here.surfaces, width_, height_, settings)),
+          blocks_(
+              blocks_of(frames_.here.surfaces, width_, height_, other_surfaces(frames_), settings)),
           background_(frames_.here.color, frames_.here.surfaces),
           noise_(noise::table(settings.noise(), context.frame.frame_number)),
           weights_of_more_(blocks_.size()),

@@ -170,7 +170,6 @@ Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const
 namespace {
 
 constexpr double kAcceptPx = 0.75, kClosePx = 2.5;
-constexpr double kFarther = 1.02;  // at the place of a surface, beyond this ratio
 constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {

@@ -271,9 +271,63 @@ class BrightEdges {
     const Settings& settings_;
 };
 
+// light.glsl
+constexpr double kOneMotionPx = 1, kOneMotion = 0.5;
+
+struct Place {
+    int x = 0, y = 0;
+};
+
+// A neighbor's surfaces in this frame.
+class ShownHere {
+  public:
+    ShownHere(const std::vector<Surface>& here, int width, int height, double offset,
+              const Settings& settings)
+        : here_(here), width_(width), height_(height), half_open_(half_open_of(settings)) {
+        now_.u = -offset / half_open_;
+    }
+
+    // The pixel of this frame at the place of surface s, seen in the neighbor's pixel x, y.
+    std::optional<Place> place_of(const Surface& s, int x, int y) const {
+        const Vec at = Vec{double(x), double(y)} + s.displacement(now_, half_open_);
+        const double px = std::floor(at.x + 0.5), py = std::floor(at.y + 0.5);
+        if (px < 0 || py < 0 || px >= width_ || py >= height_) return std::nullopt;
+        return Place{int(px), int(py)};
+    }
+
+    // That pixel, if it shows the surface.
+    std::optional<Place> shown_at(const Surface& s, int x, int y) const {
+        const std::optional<Place> at = place_of(s, x, y);
+        if (!at) return std::nullopt;
+        const Surface& t = surface(*at);
+        const Vec apart = s.a - t.a;
+        if (t.edge || !one_depth(s.inverse_depth, t.inverse_depth) ||
+            dot(apart, apart) >
+                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a))
+            return std::nullopt;
+        return at;
+    }
+
+    // Does this frame show something farther there?
+    bool refutes(const Surface& s, int x, int y) const {
+        const std::optional<Place> at = place_of(s, x, y);
+        return at && kFarther * surface(*at).inverse_depth < s.inverse_depth;
+    }
+
+  private:
+    const Surface& surface(Place at) const {
+        return here_[size_t(at.y) * size_t(width_) + size_t(at.x)];
+    }
+
+    const std::vector<Surface>& here_;
+    const int width_, height_;
+    const double half_open_;
+    Sample now_;  // this frame's time as seen from the neighbor
+};
+
 // light.comp, shown_surfaces.comp
 constexpr int kPatchPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
-constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kMinDifference = 0.004;
+constexpr double kMinDifference = 0.004;
 
 class Comparison {
   public:
@@ -281,19 +335,17 @@ class Comparison {
                const Settings& settings)
         : here_(finite_color(here.color)),
           there_(finite_color(there.color)),
-          surfaces_here_(here.surfaces),
           surfaces_there_(there.surfaces),
-          half_open_(half_open_of(settings)),
+          shown_here_(here.surfaces, here_.width, here_.height, offset, settings),
           columns_((here_.width + kPatchPx - 1) / kPatchPx),
           rows_((here_.height + kPatchPx - 1) / kPatchPx) {
-        now_.u = -offset / half_open_;
         for (int y = 0; y < rows_; ++y)
             for (int x = 0; x < columns_; ++x) patches_.push_back(light_of(x, y));
     }
 
     // Is the light other around surface s, seen in the neighbor's pixel x, y?
     bool has_other_light(const Surface& s, int x, int y) const {
-        if (s.inverse_depth < 0 || shown_here(s, x, y)) return false;
+        if (s.inverse_depth < 0 || shown_here_.shown_at(s, x, y)) return false;
         for (int ring = 0; ring <= kRings; ++ring) {
             PatchLight sum;
             double apart = 0;
@@ -324,24 +376,6 @@ class Comparison {
         int count = 0;             // 0: none is known
         double here = 0, there = 0, square = 0;
     };
-    struct Place {
-        int x = 0, y = 0;
-    };
-
-    // The pixel of this frame that shows surface s, seen in the neighbor's pixel x, y.
-    std::optional<Place> shown_here(const Surface& s, int x, int y) const {
-        const Vec at = Vec{double(x), double(y)} + s.displacement(now_, half_open_);
-        const double px = std::floor(at.x + 0.5), py = std::floor(at.y + 0.5);
-        if (px < 0 || py < 0 || px >= here_.width || py >= here_.height) return std::nullopt;
-        const Surface& t = surfaces_here_[size_t(py) * size_t(here_.width) + size_t(px)];
-        const Vec apart = s.a - t.a;
-        if (t.edge || !one_depth(s.inverse_depth, t.inverse_depth) ||
-            dot(apart, apart) >
-                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a))
-            return std::nullopt;
-        return Place{int(px), int(py)};
-    }
-
     static double brightness(const double* color, double level) {
         double sum = 0;
         for (int c = 0; c < 3; ++c) sum += as_part_of(std::max(color[c], 0.0), level);
@@ -366,7 +400,7 @@ class Comparison {
                  x += kStepPx) {
                 const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
                 if (s.edge || s.inverse_depth < 0) continue;
-                if (const auto at = shown_here(s, x, y))
+                if (const auto at = shown_here_.shown_at(s, x, y))
                     pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y), level),
                                       brightness(there_.pixel(x, y), level)});
             }
@@ -395,44 +429,56 @@ class Comparison {
     }
 
     const ImageD here_, there_;
-    const std::vector<Surface>& surfaces_here_;
     const std::vector<Surface>& surfaces_there_;
-    const double half_open_;
+    const ShownHere shown_here_;
     const int columns_, rows_;
-    Sample now_;  // this frame's time as seen from the neighbor
     std::vector<PatchLight> patches_;
 };
 
-// block_surfaces.comp, starts.comp
+// block_surfaces.comp, hidden_surfaces.comp, starts.comp
 constexpr double kAlikePx = 1;
 constexpr double kEqual = 1.001;  // of squares
 constexpr int kMoreInRow = 2;
+constexpr int kSquarePx = 4;
+
+// A surface from which a search may start, and where it is at this frame's time, from the block
+// that shows it, px.
+struct Candidate {
+    Surface surface;
+    Vec shift;
+};
 
 class Blocks {
   public:
-    Blocks(const std::vector<Surface>& surfaces, int width, int height, const Settings& settings)
+    Blocks(const std::vector<Surface>& surfaces, int width, int height,
+           const std::vector<OtherSurfaces>& others, const Settings& settings)
         : surfaces_(surfaces),
+          others_(others),
           s_(settings),
           width_(width),
           height_(height),
           columns_((width + kBlockPx - 1) / kBlockPx),
           rows_((height + kBlockPx - 1) / kBlockPx),
           blocks_(size_t(columns_ * rows_)),
+          candidates_(blocks_.size()),
           row_starts_(blocks_.size()) {}
 
     std::vector<Block> choose() {
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) choose_surfaces(i, j);
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) choose_in_row(i, j);
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) choose_starts(i, j);
+        const auto for_each = [&](auto choose_in) {
+            for (int j = 0; j < rows_; ++j)
+                for (int i = 0; i < columns_; ++i) (this->*choose_in)(i, j);
+        };
+        for_each(&Blocks::choose_surfaces);
+        for_each(&Blocks::choose_hidden);
+        for_each(&Blocks::choose_in_row);
+        for_each(&Blocks::choose_starts);
         return std::move(blocks_);
     }
 
   private:
     size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
-    Block& block(int i, int j) { return blocks_[size_t(j * columns_ + i)]; }
+    size_t block_index(int i, int j) const { return size_t(j * columns_ + i); }
+    Block& block(int i, int j) { return blocks_[block_index(i, j)]; }
 
     // The three surfaces of a block that are displaced most differently.
     void choose_surfaces(int i, int j) {
@@ -453,30 +499,100 @@ class Blocks {
         b.surfaces[2] = farthest([&](const Surface& s) {
             return std::min(apart(s, b.surfaces[0], s_), apart(s, b.surfaces[1], s_));
         });
+        for (const Surface& s : b.surfaces) candidates_[block_index(i, j)].push_back({s, {}});
+    }
+
+    // How differently a hidden surface is displaced from those that the block shows, px^2; 0 if one
+    // of them moves alike or none is farther.
+    double apart_from(const Block& shown, const Surface& hidden) const {
+        double least = 3e38, far = 3e38;
+        for (const Surface& t : shown.surfaces) {
+            const double px2 = apart(hidden, t, s_);
+            if (px2 <= kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * displaced(t, s_))
+                return 0;
+            least = std::min(least, px2);
+            far = std::min(far, t.inverse_depth);
+        }
+        return hidden.inverse_depth > kOneDepth * far ? least : 0;
+    }
+
+    // Of each neighbor and of the layer behind, the surface in this block of it that this frame
+    // hides and that is displaced most differently from those shown at its place.
+    void choose_hidden(int i, int j) {
+        for (const OtherSurfaces& other : others_) {
+            const bool neighbor = other.offset != 0;
+            const ShownHere shown_here(surfaces_, width_, height_, other.offset, s_);
+            double max_apart = 0;
+            Candidate best;
+            const auto consider = [&](int x, int y) {
+                const Surface& s = (*other.surfaces)[index(x, y)];
+                if (s.inverse_depth < 0 || s.edge) return;
+                if (neighbor && (shown_here.shown_at(s, x, y) || shown_here.refutes(s, x, y)))
+                    return;
+                const Candidate hidden =
+                    neighbor ? seen_from_here(s, other.offset) : Candidate{s, {}};
+                const double px2 = apart_from(block_at(x, y, hidden.shift), hidden.surface);
+                if (px2 <= max_apart * kEqual) return;
+                max_apart = px2;
+                best = hidden;
+            };
+            const int end_x = std::min((i + 1) * kBlockPx, width_);
+            const int end_y = std::min((j + 1) * kBlockPx, height_);
+            // A neighbor's square by square: on a tie the first wins.
+            const int edge = neighbor ? kSquarePx : kBlockPx;
+            for (int first_y = j * kBlockPx; first_y < end_y; first_y += edge)
+                for (int first_x = i * kBlockPx; first_x < end_x; first_x += edge)
+                    for (int y = first_y; y < std::min(first_y + edge, end_y); ++y)
+                        for (int x = first_x; x < std::min(first_x + edge, end_x); ++x)
+                            consider(x, y);
+            if (max_apart > 0) candidates_[block_index(i, j)].push_back(best);
+        }
+    }
+
+    // The block of what is so far from a pixel.
+    const Block& block_at(int x, int y, Vec shift) {
+        const double to_x = std::clamp(x + std::floor(shift.x + 0.5), 0.0, width_ - 1.0);
+        const double to_y = std::clamp(y + std::floor(shift.y + 0.5), 0.0, height_ - 1.0);
+        return block(int(to_x) / kBlockPx, int(to_y) / kBlockPx);
+    }
+
+    // A neighbor's surface as this frame may hide it: it moves straight, as it does between the two
+    // frames.
+    Candidate seen_from_here(Surface s, double offset) const {
+        s.a = s.a - offset * s.b;
+        s.b = {};
+        s.straight = 0;
+        s = stored(s);
+        return {s, -offset / half_open_of(s_) * s.a};
     }
 
     // Can a surface be displaced so many blocks along x, or along y?
-    bool reaches(const Surface& s, int blocks, bool along_x) const {
+    bool reaches(const Candidate& candidate, int blocks, bool along_x) const {
+        const Surface& s = candidate.surface;
         double reach = 1 + 1.1 * std::abs(s.radius);
         if (s_.shutter) {
             const double a = along_x ? s.a.x : s.a.y, b = along_x ? s.b.x : s.b.y;
             reach += std::abs(a) + std::abs(b) + 0.1 * std::sqrt(dot(s.a, s.a));
         }
-        return reach >= std::max(std::abs(blocks) - 1, 0) * kBlockPx;
+        const double shift = along_x ? candidate.shift.x : candidate.shift.y;
+        return reach >= std::max(std::abs(blocks + shift / kBlockPx) - 1, 0.0) * kBlockPx;
     }
 
-    // Up to `count` surfaces that are displaced most differently.
-    std::vector<Surface> most_different(const std::vector<Surface>& candidates, int count) const {
-        std::vector<Surface> chosen;
+    // Up to `count` candidates that are displaced most differently.
+    std::vector<Candidate> most_different(const std::vector<Candidate>& candidates,
+                                          int count) const {
+        std::vector<Candidate> chosen;
         for (int k = 0; k < count; ++k) {
             double max_apart = kAlikePx * kAlikePx;
-            const Surface* next = nullptr;
-            for (const Surface& s : candidates) {
+            const Candidate* next = nullptr;
+            for (const Candidate& one : candidates) {
+                const Surface& s = one.surface;
                 double apart_px2 = k == 0 ? displaced(s, s_) + 2 * kAlikePx * kAlikePx : 3e38;
-                for (const Surface& c : chosen) apart_px2 = std::min(apart_px2, apart(s, c, s_));
+                for (const Candidate& c : chosen)
+                    apart_px2 = std::min(apart_px2, apart(s, c.surface, s_));
                 if (apart_px2 > max_apart * kEqual) {
                     max_apart = apart_px2;
-                    next = &s;
+                    next = &one;
                 }
             }
             if (!next) break;
@@ -485,35 +601,38 @@ class Blocks {
         return chosen;
     }
 
-    // From the surfaces of the blocks in its row.
+    // From the candidates of the blocks in its row.
     void choose_in_row(int i, int j) {
-        std::vector<Surface> candidates;
+        std::vector<Candidate> reaching;
         for (int x = 0; x < columns_; ++x)
-            for (const Surface& s : block(x, j).surfaces)
-                if (reaches(s, x - i, true)) candidates.push_back(s);
-        row_starts_[size_t(j * columns_ + i)] =
-            most_different(candidates, s_.parameters.search.starts + kMoreInRow);
+            for (const Candidate& one : candidates_[block_index(x, j)])
+                if (reaches(one, x - i, true)) reaching.push_back(one);
+        row_starts_[block_index(i, j)] =
+            most_different(reaching, s_.parameters.search.starts + kMoreInRow);
     }
 
     // From those that the rows of its column have chosen.
     void choose_starts(int i, int j) {
-        std::vector<Surface> candidates;
+        std::vector<Candidate> reaching;
         for (int y = 0; y < rows_; ++y)
-            for (const Surface& s : row_starts_[size_t(y * columns_ + i)])
-                if (reaches(s, y - j, false)) candidates.push_back(s);
+            for (const Candidate& one : row_starts_[block_index(i, y)])
+                if (reaches(one, y - j, false)) reaching.push_back(one);
         Block& b = block(i, j);
-        for (const Surface& s : candidates) b.longest_px = std::max(b.longest_px, longest(s, s_));
-        b.starts = most_different(candidates, s_.parameters.search.starts);
+        for (const Candidate& one : reaching)
+            b.longest_px = std::max(b.longest_px, longest(one.surface, s_));
+        for (const Candidate& one : most_different(reaching, s_.parameters.search.starts))
+            b.starts.push_back(one.surface);
         std::stable_sort(b.starts.begin(), b.starts.end(), [](const Surface& a, const Surface& c) {
             return a.inverse_depth > c.inverse_depth;
         });
     }
 
     const std::vector<Surface>& surfaces_;
+    const std::vector<OtherSurfaces>& others_;
     const Settings& s_;
     int width_, height_, columns_, rows_;
     std::vector<Block> blocks_;
-    std::vector<std::vector<Surface>> row_starts_;
+    std::vector<std::vector<Candidate>> candidates_, row_starts_;
 };
 
 }  // namespace
@@ -584,8 +703,8 @@ void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double 
 }
 
 std::vector<Block> blocks_of(const std::vector<Surface>& surfaces, int width, int height,
-                             const Settings& settings) {
-    return Blocks(surfaces, width, height, settings).choose();
+                             const std::vector<OtherSurfaces>& others, const Settings& settings) {
+    return Blocks(surfaces, width, height, others, settings).choose();
 }
 
 }  // namespace postchain::inverse_warp::reference

@@ -25,10 +25,11 @@ double apart(const Motion& a, const Motion& b) {
     return dot(f, f) + dot(k, k);
 }
 
+double without_last(int bits, double x) {
+    return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits));
+}
+
 Surface stored(Surface s) {
-    const auto without_last = [](int bits, double x) {
-        return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits));
-    };
     const auto step = [](double x) {
         return std::clamp(std::floor(float(x) * 64 + 0.5), -32767.0, 32767.0) / 64;
     };
@@ -166,11 +167,167 @@ class PlaneSurfaces {
     int width_, height_;
 };
 
+// Do two surfaces at an edge leave each other, and the one in front its place, so far that no pixel
+// need be a mixture of both?
+bool parts(const Surface& s, const Surface& t, const Settings& settings) {
+    const Surface& front = s.inverse_depth > t.inverse_depth ? s : t;
+    return longest(front, settings) > 6 && apart(s, t, settings) > 6 * 6;
+}
+
+// mixed_pixels.comp, split_pixels.comp
+class MixedPixels {
+    using Offset = std::pair<int, int>;
+
+  public:
+    MixedPixels(const ImageD& color, const std::vector<Surface>& surfaces, const Settings& settings)
+        : color_(color), surfaces_(surfaces), settings_(settings) {}
+
+    // The surface of pixel x, y, at an edge.
+    Surface split(int x, int y) const {
+        const Surface& own = surface(x, y);
+        const double* c = color_.pixel(x, y);
+        // Pixels away from edges, nearest first, and the nearest one of another surface at an edge.
+        std::vector<Offset> same, others;
+        std::optional<double> mixed_depth;
+        for (const Offset& at : kAround5) {
+            if (!inside(x + at.first, y + at.second)) continue;
+            const Surface& s = surface(x + at.first, y + at.second);
+            const bool is_same = one_depth(s.inverse_depth, own.inverse_depth);
+            if (s.edge && !is_same && !mixed_depth) mixed_depth = s.inverse_depth;
+            if (s.edge) continue;
+            if (is_same) same.push_back(at);
+            if (!is_same &&
+                (others.empty() || one_depth(s.inverse_depth, depth(x, y, others.front()))))
+                others.push_back(at);
+        }
+        if ((same.empty() && others.empty()) || (others.empty() && !mixed_depth)) return own;
+        const double other_depth = others.empty() ? *mixed_depth : depth(x, y, others.front());
+        const bool in_front = own.inverse_depth > other_depth;
+        const bool thin = same.empty() || others.empty();
+        Offset mine, theirs;
+        if (thin) {
+            // The one in front shows nowhere alone: its color is the one that goes farthest from
+            // that behind.
+            if (!(in_front ? same : others).empty()) return own;
+            const std::vector<Offset>& behind = in_front ? others : same;
+            const std::array<double, 3> mean = mean_of(x, y, behind);
+            const auto front = farthest(x, y, in_front ? own.inverse_depth : other_depth, mean);
+            if (!front) return own;
+            const Offset back = closest(x, y, behind, mean.data());
+            mine = in_front ? *front : back;
+            theirs = in_front ? back : *front;
+        } else {
+            mine = closest(x, y, same, c);
+            theirs = closest(x, y, others, c);
+        }
+        const auto share = share_of(c, pixel(x, y, mine), pixel(x, y, theirs));
+        const Surface& other = surface(x + theirs.first, y + theirs.second);
+        if (!share || !parts(surface(x + mine.first, y + mine.second), other, settings_))
+            return own;
+        const bool takes = thin && !in_front && *share < 0.5;
+        const Offset place = takes ? theirs : mine;
+        if (place == Offset{0, 0}) return own;
+        Surface result = takes ? other : own;
+        result.edge = true;
+        result.color_from = {double(place.first), double(place.second)};
+        result.a.x = without_last(8, result.a.x);
+        return result;
+    }
+
+  private:
+    // Offsets to the pixels of the square of 5 x 5 around, in the order in which equals are
+    // preferred.
+    static constexpr std::array<Offset, 24> kAround5 = {
+        {{-1, 0},  {1, 0},  {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1},
+         {-2, 0},  {2, 0},  {0, -2}, {0, 2}, {-2, -1}, {2, -1}, {-2, 1}, {2, 1},
+         {-1, -2}, {1, -2}, {-1, 2}, {1, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
+
+    bool inside(int x, int y) const {
+        return x >= 0 && y >= 0 && x < color_.width && y < color_.height;
+    }
+    const Surface& surface(int x, int y) const {
+        return surfaces_[size_t(y) * size_t(color_.width) + size_t(x)];
+    }
+    double depth(int x, int y, Offset at) const {
+        return surface(x + at.first, y + at.second).inverse_depth;
+    }
+    const double* pixel(int x, int y, Offset at) const {
+        return color_.pixel(x + at.first, y + at.second);
+    }
+    static double difference(const double* a, const double* b) {
+        double sum = 0;
+        for (size_t c = 0; c < 3; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+        return sum;
+    }
+    std::array<double, 3> mean_of(int x, int y, const std::vector<Offset>& places) const {
+        std::array<double, 3> mean = {};
+        for (const Offset& at : places)
+            for (size_t c = 0; c < 3; ++c) mean[c] += pixel(x, y, at)[c] / double(places.size());
+        return mean;
+    }
+    // Of the places at most 1 px^2 farther than the nearest, the one whose color is closest.
+    Offset closest(int x, int y, const std::vector<Offset>& places, const double* rgb) const {
+        const auto squared = [](Offset at) { return at.first * at.first + at.second * at.second; };
+        Offset best = places.front();
+        for (const Offset& at : places)
+            if (squared(at) <= squared(places.front()) + 1 &&
+                difference(pixel(x, y, at), rgb) < difference(pixel(x, y, best), rgb))
+                best = at;
+        return best;
+    }
+    // Of the pixel and the eight around, the one of this depth that lies farthest from `mean` on
+    // the way to the pixel's color.
+    std::optional<Offset> farthest(int x, int y, double inverse_depth,
+                                   const std::array<double, 3>& mean) const {
+        std::optional<Offset> best;
+        double most = -1;
+        for (int k = -1; k < 8; ++k) {
+            const Offset at = k < 0 ? Offset{0, 0} : kAround5[size_t(k)];
+            if (!inside(x + at.first, y + at.second) || !one_depth(depth(x, y, at), inverse_depth))
+                continue;
+            double along = 0;
+            for (size_t c = 0; c < 3; ++c)
+                along += (pixel(x, y, at)[c] - mean[c]) * (color_.pixel(x, y)[c] - mean[c]);
+            if (along <= most) continue;
+            most = along;
+            best = at;
+        }
+        return most >= 0 ? best : std::nullopt;
+    }
+    // The share of the color `mine` in a mixture with `theirs`; none: it is not such a mixture.
+    static std::optional<double> share_of(const double* c, const double* mine,
+                                          const double* theirs) {
+        const std::array<double, 3> black = {};
+        const double contrast = difference(mine, theirs);
+        if (contrast <=
+            0.05 * 0.05 *
+                std::max(difference(mine, black.data()), difference(theirs, black.data())))
+            return std::nullopt;
+        double share = 0, rest = 0;
+        for (size_t k = 0; k < 3; ++k)
+            share += (c[k] - theirs[k]) * (mine[k] - theirs[k]) / contrast;
+        for (size_t k = 0; k < 3; ++k) {
+            const double off = c[k] - theirs[k] - share * (mine[k] - theirs[k]);
+            rest += off * off;
+        }
+        if (share < -0.1 || share > 1.1 || rest > 0.1 * 0.1 * contrast) return std::nullopt;
+        return share;
+    }
+
+    const ImageD& color_;
+    const std::vector<Surface>& surfaces_;
+    const Settings& settings_;
+};
+
 // bright_edges.comp, shown_surfaces.comp
 class BrightEdges {
   public:
-    BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings)
-        : color_(finite_color(color)), surfaces_(std::move(surfaces)), settings_(settings) {}
+    BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings,
+                bool split)
+        : color_(finite_color(color)),
+          surfaces_(std::move(surfaces)),
+          settings_(settings),
+          split_(split) {}
 
     std::vector<Surface> shown() const {
         std::vector<Surface> result;
@@ -193,7 +350,14 @@ class BrightEdges {
                     own.edge = own.edge || !one_depth(own.inverse_depth,
                                                       inner[index(x + i, y + j)].inverse_depth);
                 }
-        return result;
+        if (!split_) return result;
+        std::vector<Surface> split = result;
+        const MixedPixels mixed(color_, result, settings_);
+        for (int y = 0; y < color_.height; ++y)
+            for (int x = 0; x < color_.width; ++x)
+                if (surface(x, y).edge && !changed[index(x, y)])
+                    split[index(x, y)] = mixed.split(x, y);
+        return split;
     }
 
   private:
@@ -236,6 +400,11 @@ class BrightEdges {
         const bool hides = own.inverse_depth > other.inverse_depth;
         const bool stays = longest(own, settings_) <= 3;
         if (hides && stays) return std::nullopt;
+        // A light that goes on for 16 px is no lamp: the pixel is split.
+        const int on_x = std::clamp(x + 16 * (brightest->first - x), 0, color_.width - 1);
+        const int on_y = std::clamp(y + 16 * (brightest->second - y), 0, color_.height - 1);
+        if (split_ && parts(own, other, settings_) && light(on_x, on_y) >= 0.5 * most)
+            return std::nullopt;
         // One that leaves it would leave a rim there.
         const bool rim = stays && apart(own, other, settings_) > 10 * 10;
         const double around = light_around(x, y);
@@ -269,6 +438,7 @@ class BrightEdges {
     const ImageD color_;
     const std::vector<Surface> surfaces_;
     const Settings& settings_;
+    const bool split_;
 };
 
 // light.glsl
@@ -657,8 +827,8 @@ std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& se
 }
 
 std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
-                                    const Settings& settings) {
-    return BrightEdges(color, std::move(of_planes), settings).shown();
+                                    const Settings& settings, bool split) {
+    return BrightEdges(color, std::move(of_planes), settings, split).shown();
 }
 
 double displaced(const Surface& s, const Settings& settings) {

@@ -66,7 +66,8 @@ void add_alone(precise inout Side side, ivec2 offset, float inverse_depth, vec3 
     if (!one_depth(inverse_depth, side.inverse_depth)) return;
     side.sum += seen;
     side.count += 1.0;
-    const float off = precise_dot(seen - own, seen - own);
+    precise const vec3 to = seen - own;
+    const float off = precise_dot(to, to);
     if (squared(offset) > side.reach || off >= side.off) return;
     side.offset = offset;
     side.color = seen;
@@ -85,7 +86,8 @@ bool find_thin(ivec2 p, vec3 own, inout Side front, inout Side back) {
                     read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
         const vec3 seen = color_of(read);
-        const float along = precise_dot(seen - mean, way), off = precise_dot(seen - mean, seen - mean);
+        precise const vec3 to = seen - mean;
+        const float along = precise_dot(to, way), off = precise_dot(to, to);
         if (at == read && i < kAdjacent && one_depth(s.inverse_depth, front.inverse_depth) &&
             along > most) {
             most = along;

@@ -6,9 +6,9 @@
 const float kPartPx = 6.0;
 
 bool parts(Surface s, Surface t) {
-    const bool s_in_front = s.inverse_depth > t.inverse_depth;
-    return longest_of(s) * float(s_in_front) + longest_of(t) * float(!s_in_front) > kPartPx &&
-           apart(s, t) > kPartPx * kPartPx;
+    float longest = longest_of(t);
+    if (s.inverse_depth > t.inverse_depth) longest = longest_of(s);
+    return longest > kPartPx && apart(s, t) > kPartPx * kPartPx;
 }
 
 // A place is the number of a pixel in the square of 5 x 5 around, row by row.
@@ -23,6 +23,12 @@ uint place_of(ivec2 offset) {
 ivec2 offset_of(uint place) {
     const int at = int(place), y = (at * 13) >> 6;  // at / 5, which a software renderer does lane by lane
     return ivec2(at - kMixEdgePx * y, y) - kMixReachPx;
+}
+
+// The place around pixel x.
+vec2 beside(vec2 x, uint place) {
+    precise const vec2 at = x + vec2(offset_of(place));
+    return at;
 }
 
 // In a surface of this frame, whose `refuted` means that it is mixed: five more of the last bits of a.x

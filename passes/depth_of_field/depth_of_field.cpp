@@ -104,6 +104,8 @@ class DepthOfFieldOnFrame final : public Filter {
             warps() || context.precision == Precision::fp32 || bounds.color_is_half;
         if (context.has_one_color() && copy_is_exact && !hint)
             return Identity{kRuleFacts, {"all pixels have one color"}};
+        if constexpr (std::is_base_of_v<inverse_warp::WarpOnFrame, Filter>)
+            if (inverse_warp::uses_hidden_surfaces(this->settings(), context)) return std::nullopt;
         const double largest =
             coc_.largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
         if (!(largest <= exact_px)) return std::nullopt;

@@ -101,6 +101,11 @@ bool uses_second_layer(const Settings& settings, const PlanContext& context) {
     return context.available.has(Role::behind) && !given_hint;
 }
 
+bool uses_hidden_surfaces(const Settings& settings, const PlanContext& context) {
+    return !searched_neighbors(settings, context.available).empty() ||
+           uses_second_layer(settings, context);
+}
+
 Guarantees guarantees_of(const Settings& settings) {
     Guarantees guarantees;
     guarantees.keeps_constants = true;

@@ -5,7 +5,8 @@
 //   color, surfaces, marks --bright_edges-> shown
 //   inverse_depth [, motion [, motion_back]], shown --shown_surfaces-> some of surfaces
 //       likewise of the frames before and after
-//   surfaces --block_surfaces-> block_surfaces
+//   surfaces [of the frame and the layer behind] --block_surfaces-> block_surfaces
+//   surfaces and marks of a neighbor --hidden_surfaces-> some of block_surfaces
 //   block_surfaces --row_starts-> row_starts
 //   row_starts --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
@@ -133,6 +134,10 @@ NeighborList searched_neighbors(const Settings& settings, RoleSet available);
 // step has too few textures for both, and that hint comes from a pass that has blurred the frame's
 // color.
 bool uses_second_layer(const Settings& settings, const PlanContext& context);
+
+// True if the pass searches other frames or the layer behind: what this frame wholly hides may then
+// move or be out of focus, and the frame's bounds do not cover it.
+bool uses_hidden_surfaces(const Settings& settings, const PlanContext& context);
 
 // Settings that lead to the same programs as these and to every other choice of programs that
 // another shutter time can lead to.

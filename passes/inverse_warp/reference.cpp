@@ -255,14 +255,14 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
                                            plane(Role::motion_back, motion), false,
                                            turns(Neighbor::before), turns(Neighbor::after)},
                                           settings),
-                       settings)};
+                       settings, motion)};
     for (const Neighbor neighbor : neighbors) {
         const auto of = [&](Role role) { return plane(role_of(neighbor, role)); };
         const double offset = neighbor == Neighbor::before ? -1.0 : 1.0;
         const ImageD& other = *of(Role::color);
         const std::vector<Surface> of_planes = surfaces_of_planes(
             {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back), true}, settings);
-        std::vector<Surface> shown = shown_surfaces(other, of_planes, settings);
+        std::vector<Surface> shown = shown_surfaces(other, of_planes, settings, false);
         hide_other_light({color, frames.here.surfaces}, {other, of_planes}, offset, settings,
                          shown);
         frames.neighbors.push_back(
@@ -274,6 +274,14 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
         frames.second_layer =
             second_layer_of(frame.planes.at(Role::behind), color.height, motion, settings);
     return frames;
+}
+
+std::vector<OtherSurfaces> other_surfaces(const Frames& frames) {
+    std::vector<OtherSurfaces> others;
+    for (const Frame& neighbor : frames.neighbors)
+        others.push_back({neighbor.offset, &neighbor.surfaces});
+    if (frames.second_layer) others.push_back({0, &frames.second_layer->surfaces});
+    return others;
 }
 
 // Samples 0 .. ceil(n) - 1, whose lens samples begin at `first`.
@@ -293,7 +301,8 @@ class Gather {
           width_(context.frame.width),
           height_(context.frame.height),
           frames_(frames_of(context, settings, frame)),
-          blocks_(blocks_of(frames_.here.surfaces, width_, height_, settings)),
+          blocks_(
+              blocks_of(frames_.here.surfaces, width_, height_, other_surfaces(frames_), settings)),
           background_(frames_.here.color, frames_.here.surfaces),
           noise_(noise::table(settings.noise(), context.frame.frame_number)),
           weights_of_more_(blocks_.size()),

@@ -170,7 +170,6 @@ Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const
 namespace {
 
 constexpr double kAcceptPx = 0.75, kClosePx = 2.5;
-constexpr double kFarther = 1.02;  // at the place of a surface, beyond this ratio
 constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
@@ -213,8 +212,9 @@ Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
 // moves along with the nearer surface, so that a nearer pixel must have the same path.
 Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
     const Frame& here = frames.here;
-    const Vec at = here.inside(p - v.d);
+    const Vec at = here.inside(p - v.d), from = v.surface->color_from;
     if (!v.surface->edge) return at;
+    if (from.x != 0 || from.y != 0) return v.x + from;
     const auto moves_along = [&](Vec x) {
         const Surface& s = here.surface(here.inside(x));
         const Vec e = s.displacement(now, frames.half_open) - (p - at), f = s.a - v.surface->a;

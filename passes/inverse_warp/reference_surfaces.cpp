@@ -25,10 +25,11 @@ double apart(const Motion& a, const Motion& b) {
     return dot(f, f) + dot(k, k);
 }
 
+double without_last(int bits, double x) {
+    return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits));
+}
+
 Surface stored(Surface s) {
-    const auto without_last = [](int bits, double x) {
-        return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits));
-    };
     const auto step = [](double x) {
         return std::clamp(std::floor(float(x) * 64 + 0.5), -32767.0, 32767.0) / 64;
     };
@@ -166,11 +167,167 @@ class PlaneSurfaces {
     int width_, height_;
 };
 
+// Do two surfaces at an edge leave each other, and the one in front its place, so far that no pixel
+// need be a mixture of both?
+bool parts(const Surface& s, const Surface& t, const Settings& settings) {
+    const Surface& front = s.inverse_depth > t.inverse_depth ? s : t;
+    return longest(front, settings) > 6 && apart(s, t, settings) > 6 * 6;
+}
+
+// mixed_pixels.comp, split_pixels.comp
+class MixedPixels {
+    using Offset = std::pair<int, int>;
+
+  public:
+    MixedPixels(const ImageD& color, const std::vector<Surface>& surfaces, const Settings& settings)
+        : color_(color), surfaces_(surfaces), settings_(settings) {}
+
+    // The surface of pixel x, y, at an edge.
+    Surface split(int x, int y) const {
+        const Surface& own = surface(x, y);
+        const double* c = color_.pixel(x, y);
+        // Pixels away from edges, nearest first, and the nearest one of another surface at an edge.
+        std::vector<Offset> same, others;
+        std::optional<double> mixed_depth;
+        for (const Offset& at : kAround5) {
+            if (!inside(x + at.first, y + at.second)) continue;
+            const Surface& s = surface(x + at.first, y + at.second);
+            const bool is_same = one_depth(s.inverse_depth, own.inverse_depth);
+            if (s.edge && !is_same && !mixed_depth) mixed_depth = s.inverse_depth;
+            if (s.edge) continue;
+            if (is_same) same.push_back(at);
+            if (!is_same &&
+                (others.empty() || one_depth(s.inverse_depth, depth(x, y, others.front()))))
+                others.push_back(at);
+        }
+        if ((same.empty() && others.empty()) || (others.empty() && !mixed_depth)) return own;
+        const double other_depth = others.empty() ? *mixed_depth : depth(x, y, others.front());
+        const bool in_front = own.inverse_depth > other_depth;
+        const bool thin = same.empty() || others.empty();
+        Offset mine, theirs;
+        if (thin) {
+            // The one in front shows nowhere alone: its color is the one that goes farthest from
+            // that behind.
+            if (!(in_front ? same : others).empty()) return own;
+            const std::vector<Offset>& behind = in_front ? others : same;
+            const std::array<double, 3> mean = mean_of(x, y, behind);
+            const auto front = farthest(x, y, in_front ? own.inverse_depth : other_depth, mean);
+            if (!front) return own;
+            const Offset back = closest(x, y, behind, mean.data());
+            mine = in_front ? *front : back;
+            theirs = in_front ? back : *front;
+        } else {
+            mine = closest(x, y, same, c);
+            theirs = closest(x, y, others, c);
+        }
+        const auto share = share_of(c, pixel(x, y, mine), pixel(x, y, theirs));
+        const Surface& other = surface(x + theirs.first, y + theirs.second);
+        if (!share || !parts(surface(x + mine.first, y + mine.second), other, settings_))
+            return own;
+        const bool takes = thin && !in_front && *share < 0.5;
+        const Offset place = takes ? theirs : mine;
+        if (place == Offset{0, 0}) return own;
+        Surface result = takes ? other : own;
+        result.edge = true;
+        result.color_from = {double(place.first), double(place.second)};
+        result.a.x = without_last(8, result.a.x);
+        return result;
+    }
+
+  private:
+    // Offsets to the pixels of the square of 5 x 5 around, in the order in which equals are
+    // preferred.
+    static constexpr std::array<Offset, 24> kAround5 = {
+        {{-1, 0},  {1, 0},  {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1},
+         {-2, 0},  {2, 0},  {0, -2}, {0, 2}, {-2, -1}, {2, -1}, {-2, 1}, {2, 1},
+         {-1, -2}, {1, -2}, {-1, 2}, {1, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
+
+    bool inside(int x, int y) const {
+        return x >= 0 && y >= 0 && x < color_.width && y < color_.height;
+    }
+    const Surface& surface(int x, int y) const {
+        return surfaces_[size_t(y) * size_t(color_.width) + size_t(x)];
+    }
+    double depth(int x, int y, Offset at) const {
+        return surface(x + at.first, y + at.second).inverse_depth;
+    }
+    const double* pixel(int x, int y, Offset at) const {
+        return color_.pixel(x + at.first, y + at.second);
+    }
+    static double difference(const double* a, const double* b) {
+        double sum = 0;
+        for (size_t c = 0; c < 3; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+        return sum;
+    }
+    std::array<double, 3> mean_of(int x, int y, const std::vector<Offset>& places) const {
+        std::array<double, 3> mean = {};
+        for (const Offset& at : places)
+            for (size_t c = 0; c < 3; ++c) mean[c] += pixel(x, y, at)[c] / double(places.size());
+        return mean;
+    }
+    // Of the places at most 1 px^2 farther than the nearest, the one whose color is closest.
+    Offset closest(int x, int y, const std::vector<Offset>& places, const double* rgb) const {
+        const auto squared = [](Offset at) { return at.first * at.first + at.second * at.second; };
+        Offset best = places.front();
+        for (const Offset& at : places)
+            if (squared(at) <= squared(places.front()) + 1 &&
+                difference(pixel(x, y, at), rgb) < difference(pixel(x, y, best), rgb))
+                best = at;
+        return best;
+    }
+    // Of the pixel and the eight around, the one of this depth that lies farthest from `mean` on
+    // the way to the pixel's color.
+    std::optional<Offset> farthest(int x, int y, double inverse_depth,
+                                   const std::array<double, 3>& mean) const {
+        std::optional<Offset> best;
+        double most = -1;
+        for (int k = -1; k < 8; ++k) {
+            const Offset at = k < 0 ? Offset{0, 0} : kAround5[size_t(k)];
+            if (!inside(x + at.first, y + at.second) || !one_depth(depth(x, y, at), inverse_depth))
+                continue;
+            double along = 0;
+            for (size_t c = 0; c < 3; ++c)
+                along += (pixel(x, y, at)[c] - mean[c]) * (color_.pixel(x, y)[c] - mean[c]);
+            if (along <= most) continue;
+            most = along;
+            best = at;
+        }
+        return most >= 0 ? best : std::nullopt;
+    }
+    // The share of the color `mine` in a mixture with `theirs`; none: it is not such a mixture.
+    static std::optional<double> share_of(const double* c, const double* mine,
+                                          const double* theirs) {
+        const std::array<double, 3> black = {};
+        const double contrast = difference(mine, theirs);
+        if (contrast <=
+            0.05 * 0.05 *
+                std::max(difference(mine, black.data()), difference(theirs, black.data())))
+            return std::nullopt;
+        double share = 0, rest = 0;
+        for (size_t k = 0; k < 3; ++k)
+            share += (c[k] - theirs[k]) * (mine[k] - theirs[k]) / contrast;
+        for (size_t k = 0; k < 3; ++k) {
+            const double off = c[k] - theirs[k] - share * (mine[k] - theirs[k]);
+            rest += off * off;
+        }
+        if (share < -0.1 || share > 1.1 || rest > 0.1 * 0.1 * contrast) return std::nullopt;
+        return share;
+    }
+
+    const ImageD& color_;
+    const std::vector<Surface>& surfaces_;
+    const Settings& settings_;
+};
+
 // bright_edges.comp, shown_surfaces.comp
 class BrightEdges {
   public:
-    BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings)
-        : color_(finite_color(color)), surfaces_(std::move(surfaces)), settings_(settings) {}
+    BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings,
+                bool split)
+        : color_(finite_color(color)),
+          surfaces_(std::move(surfaces)),
+          settings_(settings),
+          split_(split) {}
 
     std::vector<Surface> shown() const {
         std::vector<Surface> result;
@@ -193,7 +350,14 @@ class BrightEdges {
                     own.edge = own.edge || !one_depth(own.inverse_depth,
                                                       inner[index(x + i, y + j)].inverse_depth);
                 }
-        return result;
+        if (!split_) return result;
+        std::vector<Surface> split = result;
+        const MixedPixels mixed(color_, result, settings_);
+        for (int y = 0; y < color_.height; ++y)
+            for (int x = 0; x < color_.width; ++x)
+                if (surface(x, y).edge && !changed[index(x, y)])
+                    split[index(x, y)] = mixed.split(x, y);
+        return split;
     }
 
   private:
@@ -236,6 +400,11 @@ class BrightEdges {
         const bool hides = own.inverse_depth > other.inverse_depth;
         const bool stays = longest(own, settings_) <= 3;
         if (hides && stays) return std::nullopt;
+        // A light that goes on for 16 px is no lamp: the pixel is split.
+        const int on_x = std::clamp(x + 16 * (brightest->first - x), 0, color_.width - 1);
+        const int on_y = std::clamp(y + 16 * (brightest->second - y), 0, color_.height - 1);
+        if (split_ && parts(own, other, settings_) && light(on_x, on_y) >= 0.5 * most)
+            return std::nullopt;
         // One that leaves it would leave a rim there.
         const bool rim = stays && apart(own, other, settings_) > 10 * 10;
         const double around = light_around(x, y);
@@ -269,11 +438,66 @@ class BrightEdges {
     const ImageD color_;
     const std::vector<Surface> surfaces_;
     const Settings& settings_;
+    const bool split_;
+};
+
+// light.glsl
+constexpr double kOneMotionPx = 1, kOneMotion = 0.5;
+
+struct Place {
+    int x = 0, y = 0;
+};
+
+// A neighbor's surfaces in this frame.
+class ShownHere {
+  public:
+    ShownHere(const std::vector<Surface>& here, int width, int height, double offset,
+              const Settings& settings)
+        : here_(here), width_(width), height_(height), half_open_(half_open_of(settings)) {
+        now_.u = -offset / half_open_;
+    }
+
+    // The pixel of this frame at the place of surface s, seen in the neighbor's pixel x, y.
+    std::optional<Place> place_of(const Surface& s, int x, int y) const {
+        const Vec at = Vec{double(x), double(y)} + s.displacement(now_, half_open_);
+        const double px = std::floor(at.x + 0.5), py = std::floor(at.y + 0.5);
+        if (px < 0 || py < 0 || px >= width_ || py >= height_) return std::nullopt;
+        return Place{int(px), int(py)};
+    }
+
+    // That pixel, if it shows the surface.
+    std::optional<Place> shown_at(const Surface& s, int x, int y) const {
+        const std::optional<Place> at = place_of(s, x, y);
+        if (!at) return std::nullopt;
+        const Surface& t = surface(*at);
+        const Vec apart = s.a - t.a;
+        if (t.edge || !one_depth(s.inverse_depth, t.inverse_depth) ||
+            dot(apart, apart) >
+                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a))
+            return std::nullopt;
+        return at;
+    }
+
+    // Does this frame show something farther there?
+    bool refutes(const Surface& s, int x, int y) const {
+        const std::optional<Place> at = place_of(s, x, y);
+        return at && kFarther * surface(*at).inverse_depth < s.inverse_depth;
+    }
+
+  private:
+    const Surface& surface(Place at) const {
+        return here_[size_t(at.y) * size_t(width_) + size_t(at.x)];
+    }
+
+    const std::vector<Surface>& here_;
+    const int width_, height_;
+    const double half_open_;
+    Sample now_;  // this frame's time as seen from the neighbor
 };
 
 // light.comp, shown_surfaces.comp
 constexpr int kPatchPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
-constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kMinDifference = 0.004;
+constexpr double kMinDifference = 0.004;
 
 class Comparison {
   public:
@@ -281,19 +505,17 @@ class Comparison {
                const Settings& settings)
         : here_(finite_color(here.color)),
           there_(finite_color(there.color)),
-          surfaces_here_(here.surfaces),
           surfaces_there_(there.surfaces),
-          half_open_(half_open_of(settings)),
+          shown_here_(here.surfaces, here_.width, here_.height, offset, settings),
           columns_((here_.width + kPatchPx - 1) / kPatchPx),
           rows_((here_.height + kPatchPx - 1) / kPatchPx) {
-        now_.u = -offset / half_open_;
         for (int y = 0; y < rows_; ++y)
             for (int x = 0; x < columns_; ++x) patches_.push_back(light_of(x, y));
     }
 
     // Is the light other around surface s, seen in the neighbor's pixel x, y?
     bool has_other_light(const Surface& s, int x, int y) const {
-        if (s.inverse_depth < 0 || shown_here(s, x, y)) return false;
+        if (s.inverse_depth < 0 || shown_here_.shown_at(s, x, y)) return false;
         for (int ring = 0; ring <= kRings; ++ring) {
             PatchLight sum;
             double apart = 0;
@@ -324,24 +546,6 @@ class Comparison {
         int count = 0;             // 0: none is known
         double here = 0, there = 0, square = 0;
     };
-    struct Place {
-        int x = 0, y = 0;
-    };
-
-    // The pixel of this frame that shows surface s, seen in the neighbor's pixel x, y.
-    std::optional<Place> shown_here(const Surface& s, int x, int y) const {
-        const Vec at = Vec{double(x), double(y)} + s.displacement(now_, half_open_);
-        const double px = std::floor(at.x + 0.5), py = std::floor(at.y + 0.5);
-        if (px < 0 || py < 0 || px >= here_.width || py >= here_.height) return std::nullopt;
-        const Surface& t = surfaces_here_[size_t(py) * size_t(here_.width) + size_t(px)];
-        const Vec apart = s.a - t.a;
-        if (t.edge || !one_depth(s.inverse_depth, t.inverse_depth) ||
-            dot(apart, apart) >
-                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a))
-            return std::nullopt;
-        return Place{int(px), int(py)};
-    }
-
     static double brightness(const double* color, double level) {
         double sum = 0;
         for (int c = 0; c < 3; ++c) sum += as_part_of(std::max(color[c], 0.0), level);
@@ -366,7 +570,7 @@ class Comparison {
                  x += kStepPx) {
                 const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
                 if (s.edge || s.inverse_depth < 0) continue;
-                if (const auto at = shown_here(s, x, y))
+                if (const auto at = shown_here_.shown_at(s, x, y))
                     pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y), level),
                                       brightness(there_.pixel(x, y), level)});
             }
@@ -395,44 +599,56 @@ class Comparison {
     }
 
     const ImageD here_, there_;
-    const std::vector<Surface>& surfaces_here_;
     const std::vector<Surface>& surfaces_there_;
-    const double half_open_;
+    const ShownHere shown_here_;
     const int columns_, rows_;
-    Sample now_;  // this frame's time as seen from the neighbor
     std::vector<PatchLight> patches_;
 };
 
-// block_surfaces.comp, starts.comp
+// block_surfaces.comp, hidden_surfaces.comp, starts.comp
 constexpr double kAlikePx = 1;
 constexpr double kEqual = 1.001;  // of squares
 constexpr int kMoreInRow = 2;
+constexpr int kSquarePx = 4;
+
+// A surface from which a search may start, and where it is at this frame's time, from the block
+// that shows it, px.
+struct Candidate {
+    Surface surface;
+    Vec shift;
+};
 
 class Blocks {
   public:
-    Blocks(const std::vector<Surface>& surfaces, int width, int height, const Settings& settings)
+    Blocks(const std::vector<Surface>& surfaces, int width, int height,
+           const std::vector<OtherSurfaces>& others, const Settings& settings)
         : surfaces_(surfaces),
+          others_(others),
           s_(settings),
           width_(width),
           height_(height),
           columns_((width + kBlockPx - 1) / kBlockPx),
           rows_((height + kBlockPx - 1) / kBlockPx),
           blocks_(size_t(columns_ * rows_)),
+          candidates_(blocks_.size()),
           row_starts_(blocks_.size()) {}
 
     std::vector<Block> choose() {
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) choose_surfaces(i, j);
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) choose_in_row(i, j);
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) choose_starts(i, j);
+        const auto for_each = [&](auto choose_in) {
+            for (int j = 0; j < rows_; ++j)
+                for (int i = 0; i < columns_; ++i) (this->*choose_in)(i, j);
+        };
+        for_each(&Blocks::choose_surfaces);
+        for_each(&Blocks::choose_hidden);
+        for_each(&Blocks::choose_in_row);
+        for_each(&Blocks::choose_starts);
         return std::move(blocks_);
     }
 
   private:
     size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
-    Block& block(int i, int j) { return blocks_[size_t(j * columns_ + i)]; }
+    size_t block_index(int i, int j) const { return size_t(j * columns_ + i); }
+    Block& block(int i, int j) { return blocks_[block_index(i, j)]; }
 
     // The three surfaces of a block that are displaced most differently.
     void choose_surfaces(int i, int j) {
@@ -453,30 +669,100 @@ class Blocks {
         b.surfaces[2] = farthest([&](const Surface& s) {
             return std::min(apart(s, b.surfaces[0], s_), apart(s, b.surfaces[1], s_));
         });
+        for (const Surface& s : b.surfaces) candidates_[block_index(i, j)].push_back({s, {}});
+    }
+
+    // How differently a hidden surface is displaced from those that the block shows, px^2; 0 if one
+    // of them moves alike or none is farther.
+    double apart_from(const Block& shown, const Surface& hidden) const {
+        double least = 3e38, far = 3e38;
+        for (const Surface& t : shown.surfaces) {
+            const double px2 = apart(hidden, t, s_);
+            if (px2 <= kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * displaced(t, s_))
+                return 0;
+            least = std::min(least, px2);
+            far = std::min(far, t.inverse_depth);
+        }
+        return hidden.inverse_depth > kOneDepth * far ? least : 0;
+    }
+
+    // Of each neighbor and of the layer behind, the surface in this block of it that this frame
+    // hides and that is displaced most differently from those shown at its place.
+    void choose_hidden(int i, int j) {
+        for (const OtherSurfaces& other : others_) {
+            const bool neighbor = other.offset != 0;
+            const ShownHere shown_here(surfaces_, width_, height_, other.offset, s_);
+            double max_apart = 0;
+            Candidate best;
+            const auto consider = [&](int x, int y) {
+                const Surface& s = (*other.surfaces)[index(x, y)];
+                if (s.inverse_depth < 0 || s.edge) return;
+                if (neighbor && (shown_here.shown_at(s, x, y) || shown_here.refutes(s, x, y)))
+                    return;
+                const Candidate hidden =
+                    neighbor ? seen_from_here(s, other.offset) : Candidate{s, {}};
+                const double px2 = apart_from(block_at(x, y, hidden.shift), hidden.surface);
+                if (px2 <= max_apart * kEqual) return;
+                max_apart = px2;
+                best = hidden;
+            };
+            const int end_x = std::min((i + 1) * kBlockPx, width_);
+            const int end_y = std::min((j + 1) * kBlockPx, height_);
+            // A neighbor's square by square: on a tie the first wins.
+            const int edge = neighbor ? kSquarePx : kBlockPx;
+            for (int first_y = j * kBlockPx; first_y < end_y; first_y += edge)
+                for (int first_x = i * kBlockPx; first_x < end_x; first_x += edge)
+                    for (int y = first_y; y < std::min(first_y + edge, end_y); ++y)
+                        for (int x = first_x; x < std::min(first_x + edge, end_x); ++x)
+                            consider(x, y);
+            if (max_apart > 0) candidates_[block_index(i, j)].push_back(best);
+        }
+    }
+
+    // The block of what is so far from a pixel.
+    const Block& block_at(int x, int y, Vec shift) {
+        const double to_x = std::clamp(x + std::floor(shift.x + 0.5), 0.0, width_ - 1.0);
+        const double to_y = std::clamp(y + std::floor(shift.y + 0.5), 0.0, height_ - 1.0);
+        return block(int(to_x) / kBlockPx, int(to_y) / kBlockPx);
+    }
+
+    // A neighbor's surface as this frame may hide it: it moves straight, as it does between the two
+    // frames.
+    Candidate seen_from_here(Surface s, double offset) const {
+        s.a = s.a - offset * s.b;
+        s.b = {};
+        s.straight = 0;
+        s = stored(s);
+        return {s, -offset / half_open_of(s_) * s.a};
     }
 
     // Can a surface be displaced so many blocks along x, or along y?
-    bool reaches(const Surface& s, int blocks, bool along_x) const {
+    bool reaches(const Candidate& candidate, int blocks, bool along_x) const {
+        const Surface& s = candidate.surface;
         double reach = 1 + 1.1 * std::abs(s.radius);
         if (s_.shutter) {
             const double a = along_x ? s.a.x : s.a.y, b = along_x ? s.b.x : s.b.y;
             reach += std::abs(a) + std::abs(b) + 0.1 * std::sqrt(dot(s.a, s.a));
         }
-        return reach >= std::max(std::abs(blocks) - 1, 0) * kBlockPx;
+        const double shift = along_x ? candidate.shift.x : candidate.shift.y;
+        return reach >= std::max(std::abs(blocks + shift / kBlockPx) - 1, 0.0) * kBlockPx;
     }
 
-    // Up to `count` surfaces that are displaced most differently.
-    std::vector<Surface> most_different(const std::vector<Surface>& candidates, int count) const {
-        std::vector<Surface> chosen;
+    // Up to `count` candidates that are displaced most differently.
+    std::vector<Candidate> most_different(const std::vector<Candidate>& candidates,
+                                          int count) const {
+        std::vector<Candidate> chosen;
         for (int k = 0; k < count; ++k) {
             double max_apart = kAlikePx * kAlikePx;
-            const Surface* next = nullptr;
-            for (const Surface& s : candidates) {
+            const Candidate* next = nullptr;
+            for (const Candidate& one : candidates) {
+                const Surface& s = one.surface;
                 double apart_px2 = k == 0 ? displaced(s, s_) + 2 * kAlikePx * kAlikePx : 3e38;
-                for (const Surface& c : chosen) apart_px2 = std::min(apart_px2, apart(s, c, s_));
+                for (const Candidate& c : chosen)
+                    apart_px2 = std::min(apart_px2, apart(s, c.surface, s_));
                 if (apart_px2 > max_apart * kEqual) {
                     max_apart = apart_px2;
-                    next = &s;
+                    next = &one;
                 }
             }
             if (!next) break;
@@ -485,35 +771,38 @@ class Blocks {
         return chosen;
     }
 
-    // From the surfaces of the blocks in its row.
+    // From the candidates of the blocks in its row.
     void choose_in_row(int i, int j) {
-        std::vector<Surface> candidates;
+        std::vector<Candidate> reaching;
         for (int x = 0; x < columns_; ++x)
-            for (const Surface& s : block(x, j).surfaces)
-                if (reaches(s, x - i, true)) candidates.push_back(s);
-        row_starts_[size_t(j * columns_ + i)] =
-            most_different(candidates, s_.parameters.search.starts + kMoreInRow);
+            for (const Candidate& one : candidates_[block_index(x, j)])
+                if (reaches(one, x - i, true)) reaching.push_back(one);
+        row_starts_[block_index(i, j)] =
+            most_different(reaching, s_.parameters.search.starts + kMoreInRow);
     }
 
     // From those that the rows of its column have chosen.
     void choose_starts(int i, int j) {
-        std::vector<Surface> candidates;
+        std::vector<Candidate> reaching;
         for (int y = 0; y < rows_; ++y)
-            for (const Surface& s : row_starts_[size_t(y * columns_ + i)])
-                if (reaches(s, y - j, false)) candidates.push_back(s);
+            for (const Candidate& one : row_starts_[block_index(i, y)])
+                if (reaches(one, y - j, false)) reaching.push_back(one);
         Block& b = block(i, j);
-        for (const Surface& s : candidates) b.longest_px = std::max(b.longest_px, longest(s, s_));
-        b.starts = most_different(candidates, s_.parameters.search.starts);
+        for (const Candidate& one : reaching)
+            b.longest_px = std::max(b.longest_px, longest(one.surface, s_));
+        for (const Candidate& one : most_different(reaching, s_.parameters.search.starts))
+            b.starts.push_back(one.surface);
         std::stable_sort(b.starts.begin(), b.starts.end(), [](const Surface& a, const Surface& c) {
             return a.inverse_depth > c.inverse_depth;
         });
     }
 
     const std::vector<Surface>& surfaces_;
+    const std::vector<OtherSurfaces>& others_;
     const Settings& s_;
     int width_, height_, columns_, rows_;
     std::vector<Block> blocks_;
-    std::vector<std::vector<Surface>> row_starts_;
+    std::vector<std::vector<Candidate>> candidates_, row_starts_;
 };
 
 }  // namespace
@@ -538,8 +827,8 @@ std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& se
 }
 
 std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
-                                    const Settings& settings) {
-    return BrightEdges(color, std::move(of_planes), settings).shown();
+                                    const Settings& settings, bool split) {
+    return BrightEdges(color, std::move(of_planes), settings, split).shown();
 }
 
 double displaced(const Surface& s, const Settings& settings) {
@@ -584,8 +873,8 @@ void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double 
 }
 
 std::vector<Block> blocks_of(const std::vector<Surface>& surfaces, int width, int height,
-                             const Settings& settings) {
-    return Blocks(surfaces, width, height, settings).choose();
+                             const std::vector<OtherSurfaces>& others, const Settings& settings) {
+    return Blocks(surfaces, width, height, others, settings).choose();
 }
 
 }  // namespace postchain::inverse_warp::reference

@@ -1,7 +1,8 @@
 // Surfaces of the inverse warp's double-precision reference: the surface seen in each pixel of a
 // frame, its motion and its circle of confusion (surface.glsl, surfaces.comp, bright_edges.comp,
-// shown_surfaces.comp), a neighbor's light beside this frame's (light.comp), and the surfaces from
-// which a search starts (block_surfaces.comp, starts.comp). Written from docs/inverse_warp.md.
+// shown_surfaces.comp, mixed_pixels.comp), a neighbor's light beside this frame's (light.comp), and
+// the surfaces from which a search starts (block_surfaces.comp, hidden_surfaces.comp, starts.comp).
+// Written from docs/inverse_warp.md.
 #pragma once
 
 #include <array>
@@ -47,6 +48,7 @@ struct Surface {
     double inverse_depth = 0;
     double radius = 0;
     bool edge = false;
+    Vec color_from;  // of a pixel that mixes two surfaces: from it to the one with its color
 
     // Longest path on either side of the frame.
     double path() const;
@@ -56,6 +58,8 @@ struct Surface {
 
 // Inverse depths up to this ratio are one surface.
 inline constexpr double kOneDepth = 1.05;
+// Beyond this ratio, what this frame shows at the place of a neighbor's surface is farther than it.
+inline constexpr double kFarther = 1.02;
 bool one_depth(double q, double r);
 
 // Planes of an image; null: not available.
@@ -77,9 +81,10 @@ inline constexpr double kNotThere = -2;
 // Row by row, as their texture stores them: a without its last 3 bits, b in steps of 1/64 px, the
 // inverse depth without its last 2 bits, w in 6 bits.
 std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& settings);
-// Bright pixels at edges get the surface whose light they show.
+// Bright pixels at edges get the surface whose light they show. With `split`, other pixels there
+// that mix two surfaces get the place of their color.
 std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
-                                    const Settings& settings);
+                                    const Settings& settings, bool split);
 
 // Size of a surface's displacements and difference between those of two, px^2; the longest, px.
 double displaced(const Surface& s, const Settings& settings);
@@ -111,8 +116,15 @@ struct Block {
     double longest_px = 0;            // longest displacement into it
 };
 
-// Blocks of kBlockPx x kBlockPx pixels, row by row. `surfaces`: width x height.
+// Surfaces of a neighbor or of the layer behind, some of which this frame hides.
+struct OtherSurfaces {
+    double offset = 0;  // frames: -1 before, 1 after; 0: the layer behind
+    const std::vector<Surface>* surfaces = nullptr;
+};
+
+// Blocks of kBlockPx x kBlockPx pixels, row by row. `surfaces`, and those of each of `others`:
+// width x height.
 std::vector<Block> blocks_of(const std::vector<Surface>& surfaces, int width, int height,
-                             const Settings& settings);
+                             const std::vector<OtherSurfaces>& others, const Settings& settings);
 
 }  // namespace postchain::inverse_warp::reference

@@ -34,6 +34,9 @@ constexpr double kNoiseVariance = 0.045;
 // column.
 constexpr int kMoreInRow = 2;
 
+// Surfaces of a block that this frame shows.
+constexpr int kShownSurfaces = 3;
+
 constexpr Area kBlocks = groups_for(Area());  // of the frame
 constexpr Area kSquares = Area().in_squares(INVERSE_WARP_SQUARE_PX);
 
@@ -46,10 +49,12 @@ std::string suffix_of(std::optional<Neighbor> neighbor) {
 }
 
 // The steps of a neighbor: constants, because uniforms are written without an allocation.
-constexpr std::array<std::string_view, 4> steps_of(Neighbor neighbor) {
+constexpr std::array<std::string_view, 5> steps_of(Neighbor neighbor) {
     if (neighbor == Neighbor::before)
-        return {"surfaces_before", "light_before", "bright_edges_before", "shown_surfaces_before"};
-    return {"surfaces_after", "light_after", "bright_edges_after", "shown_surfaces_after"};
+        return {"surfaces_before", "light_before", "bright_edges_before", "shown_surfaces_before",
+                "hidden_surfaces_before"};
+    return {"surfaces_after", "light_after", "bright_edges_after", "shown_surfaces_after",
+            "hidden_surfaces_after"};
 }
 
 // True if surfaces hold their motion, and also the motion from the frame before.
@@ -137,8 +142,9 @@ class Planner {
         Gathered from;
         from.surfaces = add_surfaces();
         from.neighbors = searched_neighbors(settings_, planner_.context().available);
-        from.neighbor_surfaces = add_surfaces_of(from.neighbors, from.surfaces);
-        from.starts = add_starts(add_block_surfaces(from.surfaces));
+        const std::vector<Packed> neighbors = add_surfaces_of(from.neighbors, from.surfaces);
+        if (!neighbors.empty()) from.neighbor_surfaces = neighbors[0].surfaces;
+        from.starts = add_starts(add_block_surfaces(from.surfaces, neighbors));
         from.background = add_background(from.surfaces);
         if (layered_) from.occupied = add_occupied(from.neighbors);
         const Hint hint = add_hint();
@@ -221,7 +227,8 @@ class Planner {
         Packed packed = {
             planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};
         add_packed(packed);
-        add_shown(packed);
+        const TextureId shown = add_shown(packed);
+        if (motion_) add_split(packed, shown);
         if (second_layer_) add_second_surfaces(packed.surfaces);
         return packed.surfaces;
     }
@@ -237,8 +244,9 @@ class Planner {
 
     // Surfaces of the neighbors, a half of the texture each if there are two. Those that this frame
     // hides are left out if the light has changed around them.
-    TextureId add_surfaces_of(const NeighborList& neighbors, TextureId surfaces_here) {
-        if (neighbors.empty()) return -1;
+    std::vector<Packed> add_surfaces_of(const NeighborList& neighbors, TextureId surfaces_here) {
+        if (neighbors.empty()) return {};
+        std::vector<Packed> every;
         const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
                                                     neighbors.size() == 2 ? Area().two() : Area());
         for (const Neighbor neighbor : neighbors) {
@@ -246,8 +254,9 @@ class Planner {
             add_packed(packed);
             add_light(packed);
             add_shown(packed);
+            every.push_back(packed);
         }
-        return surfaces;
+        return every;
     }
 
     // A step over all pixels of this frame or of a neighbor.
@@ -316,11 +325,12 @@ class Planner {
     }
 
     // Changes the surfaces of bright edges and, of a neighbor, of those whose light differs.
-    void add_shown(const Packed& packed) {
+    TextureId add_shown(const Packed& packed) {
         const TextureId shown = planner_.texture("shown" + suffix_of(packed.neighbor),
                                                  Format::r32ui, kSquares.times(2, 1));
         Step edges = make_surface_step_of(packed, "bright_edges");
         edges.spread = groups_for(kSquares);
+        edges.program.defines["SPLIT"] = flag(motion_ && !packed.neighbor);
         edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
                           {1, packed.surfaces},
                           {2, packed.marks},
@@ -337,6 +347,28 @@ class Planner {
         }
         step.taps += 10 * pixels_;
         planner_.step(std::move(step));
+        return shown;
+    }
+
+    // Finds, at all other edges, the color that pixels of two surfaces have of their own.
+    void add_split(const Packed& packed, TextureId shown) {
+        const TextureId mixed = planner_.texture("mixed", Format::r32ui);
+        const auto make = [&](const char* name, int first, TextureId read, TextureId written) {
+            Step step = make_surface_step(name);
+            step.spread = groups_for(kSquares);
+            step.bindings = {{first, read},
+                             {1, packed.surfaces},
+                             {2, packed.marks},
+                             {3, shown},
+                             {0, written, Access::write}};
+            return step;
+        };
+        Step find = make("mixed_pixels", 0, planner_.input(Role::color), mixed);
+        find.taps = 10 * pixels_;
+        planner_.step(std::move(find));
+        Step split = make("split_pixels", 4, mixed, packed.surfaces);
+        split.taps = pixels_;
+        planner_.step(std::move(split));
     }
 
     TextureId layer_images(const std::string& name) {
@@ -362,15 +394,37 @@ class Planner {
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
     }
 
-    TextureId add_block_surfaces(TextureId surfaces) {
+    // Surfaces of a block from which start surfaces are chosen: those that this frame shows, one of
+    // each neighbor, and one of the layer behind.
+    int candidates() const {
+        const NeighborList neighbors = searched_neighbors(settings_, planner_.context().available);
+        return kShownSurfaces + int(neighbors.size()) + int(second_layer_);
+    }
+
+    TextureId add_block_surfaces(TextureId surfaces, const std::vector<Packed>& neighbors) {
         const TextureId block_surfaces =
-            planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(3, 1));
+            planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(candidates(), 1));
         Step step = make_surface_step("block_surfaces");
+        step.program.defines["GIVEN"] = std::to_string(candidates());
+        if (second_layer_) step.program.defines["SECOND_LAYER"] = "1";
         step.spread = groups_for(kBlocks);
         step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
-        step.taps = 3 * pixels_;
+        step.taps = (kShownSurfaces + int(second_layer_)) * pixels_;
         planner_.step(std::move(step));
+        for (const Packed& packed : neighbors) add_hidden_surfaces(packed, block_surfaces);
         return block_surfaces;
+    }
+
+    void add_hidden_surfaces(const Packed& packed, TextureId block_surfaces) {
+        Step step = make_surface_step_of(packed, "hidden_surfaces");
+        step.program.defines["GIVEN"] = std::to_string(candidates());
+        step.spread = groups_for(kBlocks);
+        step.bindings = {{0, packed.surfaces},
+                         {1, packed.marks},
+                         {2, block_surfaces},
+                         {0, block_surfaces, Access::write}};
+        step.taps = 4 * pixels_;
+        planner_.step(std::move(step));
     }
 
     // Chooses for each block `chosen` surfaces from the `given` ones of each block in its row or
@@ -382,9 +436,17 @@ class Planner {
         step.program.defines["GIVEN"] = std::to_string(given);
         step.program.defines["STARTS"] = std::to_string(chosen);
         step.program.defines["LISTS"] = flag(false);
+        const NeighborList neighbors = searched_neighbors(settings_, planner_.context().available);
+        step.program.defines["NEIGHBORS"] = flag(!neighbors.empty());
         step.spread = kBlocks.in_squares(INVERSE_WARP_STARTS_BLOCKS);
-        const int ring = ring_of(
-            longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
+        double longest =
+            longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context()));
+        // The frame's bounds do not cover what it hides, and a neighbor's surfaces come from so
+        // many times their path.
+        if (candidates() > kShownSurfaces) longest = longest_px(settings_);
+        if (!neighbors.empty())
+            longest *= 1 + 1 / (settings_.shutter ? settings_.shutter->half_open : 1);
+        const int ring = ring_of(longest);
         const int line = std::min(2 * ring + 1, blocks_[rows ? 0 : 1]);
         step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * uint64_t(line) * uint64_t(given) *
                     uint64_t(chosen);
@@ -396,7 +458,7 @@ class Planner {
         const int count = settings_.parameters.search.starts, row_count = count + kMoreInRow;
         const TextureId row_starts =
             planner_.texture("row_starts", Format::rgba32ui, kBlocks.times(row_count, 1));
-        Step rows = make_starts_step("row_starts", true, 3, row_count);
+        Step rows = make_starts_step("row_starts", true, candidates(), row_count);
         rows.bindings = {{0, block_surfaces}, {0, row_starts, Access::write}};
         planner_.step(std::move(rows));
         Starts starts;

@@ -86,6 +86,7 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
                              .limit = kSharpRadiusPx,
                              .unit = "px"}};
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
+        if (inverse_warp::uses_hidden_surfaces(settings(), context)) return std::nullopt;
         const double largest =
             half_open * bounds.fastest_px(context.available.has(Role::motion_back)) +
             coc.largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);

@@ -155,6 +155,8 @@ class MotionBlurOnFrame final : public Filter {
             return Identity{kRuleConfiguration, {.name = "shutter_frames", .value = 0}};
         if (bounds.camera_cut) return Identity{kRuleCameraCut, {"motion leads across a cut"}};
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
+        if constexpr (std::is_base_of_v<inverse_warp::WarpOnFrame, Filter>)
+            if (inverse_warp::uses_hidden_surfaces(this->settings(), context)) return std::nullopt;
         const bool reads_back =
             parameters_.mode == Mode::inverse_warp && context.available.has(Role::motion_back);
         const double side = shutter::interval(parameters_.shutter, frame_.camera).longer_side();

@@ -6,6 +6,8 @@
 //   color, surfaces, marks -> shown   of squares, two texels: the pixels that show another surface
 //                                     than their own; whose it is, two bits each, an index of
 //                                     kAround
+//
+// SPLIT: edges that do not show a lamp are split
 #include "common/finite.glsl"
 #include "common/software_loop.glsl"
 
@@ -14,6 +16,7 @@
 #include "inverse_warp/surface.glsl"
 
 #include "inverse_warp/half.glsl"
+#include "inverse_warp/mixture.glsl"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
@@ -35,6 +38,10 @@ const float kApartPx = 1.0, kStaysPx = 3.0;
 // place. Less light counts there: times as bright as the surface around, as above.
 const float kLeavesPx = 10.0, kRimBrighter = 1.5, kRimOtherBrighter = 2.5;
 const int kReachPx = 2;
+// A light that goes on for kWidePx is no lamp: pixels at its edge are split (mixed_pixels.comp), as far as
+// the two surfaces part.
+const int kWidePx = 16;
+const float kWide = 0.5;  // of the light at the edge
 
 float largest(vec4 c) {
     return max(c.r, max(c.g, c.b));
@@ -100,6 +107,13 @@ bool hides_and_stays(Surface own, Surface other) {
     return own.inverse_depth > other.inverse_depth && longest_of(own) <= kStaysPx;
 }
 
+// Is the light at the offset kAround[to] from p one that goes on?
+bool is_wide(ivec2 p, int to) {
+    const ivec2 on = clamp(p + kWidePx * kAround[to], ivec2(0), uniforms.size - 1);
+    precise const float least = kWide * light_at(p + kAround[to]);
+    return light_at(on) >= least;
+}
+
 // Does pixel p show the lamp seen at the adjacent pixel `at`?
 bool shows_lamp(ivec2 p, ivec2 at) {
     const Surface own = surface_at(p), other = surface_at(at);
@@ -144,7 +158,10 @@ void main() {
         const Surface own = surface_at(p);
         const int to = find_lamp(p, own.inverse_depth);
         const Surface other = surface_at(to < 0 ? p : p + kAround[to]);
-        const bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
+        bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
+#if SPLIT
+        differs = differs && !(parts(own, other) && is_wide(p, max(to, 0)));
+#endif
         if (to >= 0 && differs)
             atomicOr(list[atomicAdd(lamps, 1u)], (uint(to) << kItemBits | item) << 16);
     } while ((i += kThreads) < end);

@@ -34,14 +34,16 @@ int number_of_search(uvec2 words) {
 
 Search unpack_search(uvec2 words, Pixel pixel, Sample now) {
     const vec2 at = vec2(unpack_cell(words.x));
-    const Surface surface = unpack_surface(texelFetch(surfaces, ivec2(at), 0));
-    const uint bits = words.y;
+    const uvec4 stored = texelFetch(surfaces, ivec2(at), 0);
+    const Surface surface = unpack_surface(stored);
+    const uint bits = words.y, place = place_in(stored);
     Search here = begin_search(pixel, surface);
     if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
                                 pixel.p);
         if ((bits & kAtX) != 0u) here.nearest.at.x = at.x;
         if ((bits & kAtY) != 0u) here.nearest.at.y = at.y;
+        if (place != kOwnPlace) here.nearest.at = beside(at, place);
     }
     here.far = surface;
     here.far_at = at;

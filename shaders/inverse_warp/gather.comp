@@ -39,6 +39,8 @@
 #include "inverse_warp/cells.glsl"
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
+
+#include "inverse_warp/mixture.glsl"
 #include "shared/inverse_warp_gather_units.h"
 
 layout(binding = GATHER_COLOR) uniform sampler2D color;
@@ -209,6 +211,8 @@ void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums)
             if (here.nearest_edge)
                 here.nearest.at = at_edge(here.nearest_at, here.nearest.at,
                                           here.nearest.inverse_depth, here.nearest.path, pixel.p, now);
+            if (here.nearest_place != kOwnPlace)
+                here.nearest.at = beside(here.nearest_at, here.nearest_place);
             if (is_settled(now, here)) {
                 Found shown = here.nearest;
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out

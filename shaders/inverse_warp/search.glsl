@@ -40,6 +40,7 @@ struct Search {
     Found nearest;         // of the accepted surfaces
     vec2 nearest_at;       // its pixel
     bool nearest_edge;     // which is at a depth edge: its color is read at_edge()
+    uint nearest_place;    // of its color, around the pixel (mixture.glsl)
     Surface far;           // the farthest surface visited
     vec2 far_at;           // its pixel
     bool shows_behind;     // the farthest surface is behind the first
@@ -74,6 +75,7 @@ Search begin_search(Pixel pixel, Surface begin) {
     s.nearest = Found(0, pixel.p, -1.0, vec2(0.0), false);
     s.nearest_at = pixel.p;
     s.nearest_edge = false;
+    s.nearest_place = kOwnPlace;
     s.far = begin;
     s.far.inverse_depth = 3.4e38;
     s.far_at = pixel.p;
@@ -136,6 +138,7 @@ void keep_nearest(inout Search s, inout SearchState state, Visit v, vec2 p, floa
     s.nearest = found_at(v.x, v.surface, v.d, v.beyond, p);
     s.nearest_at = v.x;
     s.nearest_edge = v.surface.edge;
+    s.nearest_place = place_in(v.bits);
     state.residual = v.error;
 }
 

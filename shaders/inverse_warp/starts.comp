@@ -12,6 +12,7 @@
 //                    -> work lists of blocks: still, moving (LISTS)
 //
 // GIVEN: surfaces of each block in the texture that is read
+// NEIGHBORS: some may be those of a neighbor's block, which this frame hides
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
 
@@ -66,8 +67,21 @@ float reach_of(Surface s) {
 }
 
 // Least distance along the line between pixels of two blocks that are so many blocks apart, px.
-float gap_px(int blocks) {
-    return float(max(blocks - 1, 0) * kBlockPx);
+float gap_px(float blocks) {
+    precise const float px = max(blocks - 1.0, 0.0) * float(kBlockPx);
+    return px;
+}
+
+// Where surface s of a neighbor's block is at this frame's time, from there, in blocks along the line.
+// The flags of a surface say whether it is a neighbor's (hidden_surfaces.comp).
+float shift_of(Surface s) {
+#if NEIGHBORS
+    const float frame = s.edge ? -1.0 : s.refuted ? 1.0 : 0.0;
+    precise const float shift = -frame * s.a[kAxis] * (1.0 / (float(kBlockPx) * uniforms.half_shutter));
+    return shift;
+#else
+    return 0.0;
+#endif
 }
 
 // First and last place on the lines of this work group's blocks from which a surface reaches one of
@@ -83,10 +97,14 @@ ivec2 find_reaching() {
     const int thread = int(gl_LocalInvocationIndex);
     const ivec2 block = min(group + thread % kGroupEdge, uniforms.blocks - 1);
     for (int at = thread / kGroupEdge; at < uniforms.blocks[kAxis]; at += kGroupEdge) {
-        float longest = 0.0;
-        for (int k = 0; k < GIVEN; ++k)
-            longest = max(longest, reach_of(given_surface(texel_of(on_line(block, at), k))));
-        if (longest < gap_px(max(group[kAxis] - at, at - group[kAxis] - kGroupEdge + 1))) continue;
+        bool reaches = false;
+        for (int k = 0; k < GIVEN; ++k) {
+            const Surface s = given_surface(texel_of(on_line(block, at), k));
+            precise const float from = float(at) + shift_of(s), before = float(group[kAxis]) - from,
+                                behind = from - float(group[kAxis] + kGroupEdge - 1);
+            reaches = reaches || reach_of(s) >= gap_px(max(before, behind));
+        }
+        if (!reaches) continue;
         atomicMin(first_reaching, at);
         atomicMax(last_reaching, at);
     }
@@ -106,7 +124,8 @@ struct Farthest {
 void consider(int k, int i, int place, ivec2 block, inout Farthest farthest, inout Starts chosen) {
     const ivec2 texel = texel_of(on_line(block, place), k);
     const Surface s = given_surface(texel);
-    if (reach_of(s) < gap_px(abs(place - block[kAxis]))) return;
+    precise const float away = float(place) + shift_of(s) - float(block[kAxis]);
+    if (reach_of(s) < gap_px(abs(away))) return;
     precise float apart_px2 = 3.0e38;
     if (i == 0) {
         chosen.longest_px = max(chosen.longest_px, longest_of(s));

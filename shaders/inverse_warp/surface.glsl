@@ -96,6 +96,15 @@ uvec4 pack_surface(Surface s) {
 }
 #endif
 
+// Without `edge` and `refuted`.
+uvec4 without_flags(uvec4 bits) {
+#if MOTION
+    return uvec4(bits.xyz, bits.w & ~3u);
+#else
+    return uvec4(bits.x & ~3u, bits.yzw);
+#endif
+}
+
 Surface not_there() {
     return Surface(kNotThere, false, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 }

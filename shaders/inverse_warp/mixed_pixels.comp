@@ -1,0 +1,171 @@
+#version 450 core
+// The pixels at depth edges that mix two surfaces: where the color of their own shows alone. A thin
+// surface in front shows nowhere alone: there its color is the one that differs most from the other's,
+// and a pixel that has more of it than of the other shows it, whatever its depth.
+//
+//   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or bits kMixed and kTakes, and the place
+#include "common/finite.glsl"
+#include "common/software_loop.glsl"
+
+#include "inverse_warp/around.glsl"
+#include "inverse_warp/square.glsl"
+#include "inverse_warp/surface.glsl"
+
+#include "inverse_warp/mixture.glsl"
+#include "inverse_warp/split_edges.glsl"
+
+layout(binding = 0) uniform sampler2D color;
+layout(binding = 1) uniform usampler2D surfaces;
+layout(binding = 0) writeonly uniform uimage2D mixed;
+
+// A pixel is a mixture if its color differs from one by at most kRest, the colors of both surfaces by
+// more than kContrast, and its share by at most kBeyond from one of 0 to 1; parts of the difference of
+// both colors, of the larger color, and of the pixel.
+const float kRest = 0.1, kContrast = 0.05, kBeyond = 0.1;
+// Of the pixels that show a surface alone, those up to kSlack px^2 farther than the nearest count: the
+// one whose color is closest to the pixel's.
+const int kSlack = 1;
+const int kNone = 1000;
+
+// The pixels around, nearest first.
+const int kOffsets = 24, kAdjacent = 8;
+const ivec2 kOffset[kOffsets] = ivec2[kOffsets](
+    ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1), ivec2(-1, -1), ivec2(1, -1), ivec2(-1, 1),
+    ivec2(1, 1), ivec2(-2, 0), ivec2(2, 0), ivec2(0, -2), ivec2(0, 2), ivec2(-2, -1), ivec2(2, -1),
+    ivec2(-2, 1), ivec2(2, 1), ivec2(-1, -2), ivec2(1, -2), ivec2(-1, 2), ivec2(1, 2), ivec2(-2, -2),
+    ivec2(2, -2), ivec2(-2, 2), ivec2(2, 2));
+
+// A surface beside the pixel.
+struct Side {
+    ivec2 offset;  // to the pixel that has its color
+    vec3 color;
+    float inverse_depth;
+    float off;    // squared difference of its color to the one that it shall be close to
+    int reach;  // px^2, of the pixels that count; kNone: none shows it alone
+    vec3 sum;   // over all pixels that show it alone
+    float count;
+};
+
+Surface surface_at(ivec2 p) {
+    return unpack_surface(texelFetch(surfaces, p, 0));
+}
+
+vec3 color_of(ivec2 p) {
+    return finite_color(texelFetch(color, p, 0)).rgb;
+}
+
+int squared(ivec2 offset) {
+    return offset.x * offset.x + offset.y * offset.y;
+}
+
+void add_alone(precise inout Side side, ivec2 offset, float inverse_depth, vec3 seen, vec3 own) {
+    if (side.reach == kNone) {
+        side.reach = squared(offset) + kSlack;
+        side.inverse_depth = inverse_depth;
+    }
+    if (!one_depth(inverse_depth, side.inverse_depth)) return;
+    side.sum += seen;
+    side.count += 1.0;
+    precise const vec3 to = seen - own;
+    const float off = precise_dot(to, to);
+    if (squared(offset) > side.reach || off >= side.off) return;
+    side.offset = offset;
+    side.color = seen;
+    side.off = off;
+}
+
+// The color of `front`, a surface that shows nowhere alone, and beside it the one of `back` that is
+// closest to its mean. False: no pixel around shows the front.
+bool find_thin(ivec2 p, vec3 own, inout Side front, inout Side back) {
+    precise const vec3 mean = back.sum / back.count, way = own - mean;
+    float most = -1.0;
+    back.off = 3.4e38;
+    int i = -1;
+    SOFTWARE_LOOP do {
+        const ivec2 offset = i < 0 ? ivec2(0) : kOffset[i], at = p + offset,
+                    read = clamp(at, ivec2(0), uniforms.size - 1);
+        const Surface s = surface_at(read);
+        const vec3 seen = color_of(read);
+        precise const vec3 to = seen - mean;
+        const float along = precise_dot(to, way), off = precise_dot(to, to);
+        if (at == read && i < kAdjacent && one_depth(s.inverse_depth, front.inverse_depth) &&
+            along > most) {
+            most = along;
+            front.offset = offset;
+            front.color = seen;
+        }
+        if (at == read && !s.edge && one_depth(s.inverse_depth, back.inverse_depth) &&
+            squared(offset) <= back.reach && off < back.off) {
+            back.off = off;
+            back.offset = offset;
+            back.color = seen;
+        }
+    } while (++i < kOffsets);
+    return most >= 0.0;
+}
+
+// The word of pixel p.
+uint word_of(ivec2 p) {
+    const Surface own = surface_at(p);
+    const vec3 c = color_of(p);
+    Side same = Side(ivec2(0), c, own.inverse_depth, 3.4e38, kNone, vec3(0.0), 0.0);
+    Side other = Side(ivec2(0), c, kNotThere, 3.4e38, kNone, vec3(0.0), 0.0);
+    float mixed_depth = kNotThere;  // of the nearest pixel at an edge that shows another surface
+    int i = 0;
+    SOFTWARE_LOOP do {
+        const ivec2 at = p + kOffset[i], read = clamp(at, ivec2(0), uniforms.size - 1);
+        const Surface s = surface_at(read);
+        const vec3 seen = color_of(read);
+        const bool is_same = one_depth(s.inverse_depth, own.inverse_depth);
+        if (at == read && !s.edge && is_same) add_alone(same, kOffset[i], own.inverse_depth, seen, c);
+        if (at == read && !s.edge && !is_same) add_alone(other, kOffset[i], s.inverse_depth, seen, c);
+        if (at == read && s.edge && !is_same && mixed_depth == kNotThere) mixed_depth = s.inverse_depth;
+    } while (++i < kOffsets);
+
+    if (same.reach == kNone && other.reach == kNone) return 0u;
+    const bool thin = same.reach == kNone || other.reach == kNone;
+    if (other.reach == kNone) other.inverse_depth = mixed_depth;
+    if (other.inverse_depth == kNotThere) return 0u;
+    const bool in_front = own.inverse_depth > other.inverse_depth;
+    if (thin) {
+        if ((in_front ? same.reach : other.reach) != kNone) return 0u;
+        Side front = other, back = same;
+        if (in_front) {
+            front = same;
+            back = other;
+        }
+        if (!find_thin(p, c, front, back)) return 0u;
+        same = back;
+        other = front;
+        if (in_front) {
+            same = front;
+            other = back;
+        }
+    }
+    precise const vec3 way = same.color - other.color;
+    const float contrast = precise_dot(way, way);
+    precise const float least =
+        kContrast * kContrast *
+        max(precise_dot(same.color, same.color), precise_dot(other.color, other.color));
+    if (contrast <= least) return 0u;
+    precise const float share = precise_dot(c - other.color, way) / contrast;
+    precise const vec3 rest = c - other.color - share * way;
+    precise const float most_rest = kRest * kRest * contrast;
+    if (share < -kBeyond || share > 1.0 + kBeyond || precise_dot(rest, rest) > most_rest ||
+        !parts(surface_at(p + same.offset), surface_at(p + other.offset)))
+        return 0u;
+    if (thin && !in_front && share < 0.5) return kMixed | kTakes | place_of(other.offset);
+    const uint place = place_of(same.offset);
+    return place == kOwnPlace ? 0u : kMixed | place;
+}
+
+void main() {
+    const int first = int(gl_LocalInvocationIndex);
+    list_edges();
+    int i = first;
+    const int end = int(list_length);
+    if (i < end) SOFTWARE_LOOP do {
+        const ivec2 p = pixel_of(list[i]);
+        imageStore(mixed, p, uvec4(word_of(p)));
+    } while ((i += kThreads) < end);
+}

@@ -1,0 +1,56 @@
+// A pixel at a depth edge mixes the colors of two surfaces. If both show alone beside it, the pixel takes
+// the color of its own surface from such a pixel (mixed_pixels.comp, split_pixels.comp).
+
+// Only where the surface in front leaves its place, and the other, by more than this: a shorter blur
+// shows the steps of an edge whose pixels are wholly of one surface or the other.
+const float kPartPx = 6.0;
+
+bool parts(Surface s, Surface t) {
+    float longest = longest_of(t);
+    if (s.inverse_depth > t.inverse_depth) longest = longest_of(s);
+    return longest > kPartPx && apart(s, t) > kPartPx * kPartPx;
+}
+
+// A place is the number of a pixel in the square of 5 x 5 around, row by row.
+const int kMixReachPx = 2;
+const int kMixEdgePx = 2 * kMixReachPx + 1;
+const uint kOwnPlace = 12u;
+
+uint place_of(ivec2 offset) {
+    return uint((offset.y + kMixReachPx) * kMixEdgePx + offset.x + kMixReachPx);
+}
+
+ivec2 offset_of(uint place) {
+    const int at = int(place), y = (at * 13) >> 6;  // at / 5, which a software renderer does lane by lane
+    return ivec2(at - kMixEdgePx * y, y) - kMixReachPx;
+}
+
+// The place around pixel x.
+vec2 beside(vec2 x, uint place) {
+    precise const vec2 at = x + vec2(offset_of(place));
+    return at;
+}
+
+// In a surface of this frame, whose `refuted` means that it is mixed: five more of the last bits of a.x
+// are the place of its color.
+#if MOTION
+bool is_mixed(uvec4 bits) {
+    return (bits.w & kRefuted) != 0u;
+}
+
+uvec4 with_place(uvec4 bits, uint place) {
+    return uvec4(bits.x & ~0xf8u | place << 3, bits.yz, bits.w | kRefuted | kEdge);
+}
+
+uint place_in(uvec4 bits) {
+    return is_mixed(bits) ? bits.x >> 3 & 31u : kOwnPlace;
+}
+#else
+bool is_mixed(uvec4 bits) {
+    return false;
+}
+
+uint place_in(uvec4 bits) {
+    return kOwnPlace;
+}
+#endif

@@ -111,7 +111,7 @@ TEST_F(Inputs, OutputThatOverlapsColor) {
         pc_frame frame = host.frame;
         frame.flags |= cut;
         const ImageF expected = cut ? picture : by_executor(host.test, "motion_blur");
-        const auto both = HostTexture::inside(GL_RGBA32F, picture, kWidth + 20, kHeight + 20, 0, 0);
+        const auto both = HostTexture::inside(GL_RGBA32F, picture, kWidth + 20, kHeight + 20, 4, 5);
         frame.color = frame.output = both;
         frame.width = kWidth;
         frame.height = kHeight;

@@ -54,7 +54,8 @@ struct Half {
 struct Sums {
     Color color;
     double weight = 0;
-    double moment = 0;  // of the displacements, px^2
+    double moment = 0;        // of the displacements, px^2
+    double longest_path = 0;  // squared, px^2
     Soft soft;
     std::array<Half, 2> halves;
 };
@@ -112,6 +113,7 @@ void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Hit& hi
     add(sums.color, now.weight, difference);
     sums.weight += now.weight;
     sums.moment += now.weight * dot(moved_px, moved_px);
+    if (settings.shutter) sums.longest_path = std::max(sums.longest_path, dot(hit.path, hit.path));
     add_to_half(sums.halves, now.number, difference, now.weight);
     add_soft(sums.soft, hit, difference, now.weight, settings);
 }
@@ -507,12 +509,21 @@ class Gather {
         store_hint(pixel, {0, 0}, 1);
     }
 
+    // The longest displacement of the pixel's own surface and of what its samples saw. An even disc
+    // has half of the squared radius as its second moment.
+    double longest_seen_px(const Pixel& pixel, const Sums& sums) const {
+        const double moment = sums.weight > 0 ? sums.moment / sums.weight : 0;
+        const double seen = std::sqrt(std::max(sums.longest_path, 2 * moment));
+        return std::min(std::max(longest(*pixel.surface, s_), seen), pixel.block->longest_px);
+    }
+
     void store_mean(const Pixel& pixel, const Sums& sums) {
         const int x = pixel.x, y = pixel.y;
         // From 0 at the limit to 1 at twice that.
-        const double onset = s_.still_limit_px > 0
-                                 ? std::min(pixel.block->longest_px / s_.still_limit_px - 1, 1.0)
-                                 : 1;
+        const double onset =
+            s_.still_limit_px > 0
+                ? std::clamp(longest_seen_px(pixel, sums) / s_.still_limit_px - 1, 0.0, 1.0)
+                : 1;
         const double mean_of = sums.weight > 0 ? onset / sums.weight : 0;
         const double mean_of_soft = 1 / std::max(sums.soft.weight, 1e-6);
         for (int c = 0; c < color_.channels; ++c) {

@@ -26,6 +26,7 @@ struct Half {
 struct Sums {
     Mean color;
     float moment;  // of the displacements, px^2
+    float longest_path;  // squared, px^2
     Soft soft;
     Half halves[2];
 };
@@ -36,7 +37,7 @@ const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
     const Half none = Half(vec3(0.0), 0.0);
-    return Sums(no_mean(), 0.0, Soft(no_mean(), vec3(0.0)), Half[2](none, none));
+    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), Half[2](none, none));
 }
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
@@ -78,6 +79,7 @@ void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Hit hit) {
     const vec2 moved_px = hit.at - pixel.p;
     add(sums.color, color, now.weight);
     sums.moment += now.weight * precise_dot(moved_px, moved_px);
+    if (kShutter) sums.longest_path = max(sums.longest_path, precise_dot(hit.path, hit.path));
 #if ADAPTIVE
     precise const vec3 difference = color.rgb - sums.color.first.rgb;
     add_to_half(sums.halves, now.number, difference, now.weight);

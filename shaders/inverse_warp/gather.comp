@@ -181,10 +181,18 @@ void store_unchanged(Pixel pixel) {
 #endif
 }
 
+// Longest displacement of the pixel's own surface and of what its samples saw. An even disc has half of the
+// squared radius as its second moment.
+float longest_seen_px(Pixel pixel, Sums sums) {
+    precise const float spread = 2.0 * sums.moment / max(sums.color.weight, 1e-6);
+    const float seen = sqrt(max(sums.longest_path, spread));
+    return min(max(longest_of(unpack_surface(pixel.own)), seen), pixel.longest_px);
+}
+
 void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     // From 0 at the limit, so that the blur begins without a jump.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
-    precise const float onset = clamp(pixel.longest_px / limit_px - 1.0, 0.0, 1.0);
+    precise const float onset = clamp(longest_seen_px(pixel, sums) / limit_px - 1.0, 0.0, 1.0);
     const vec4 own = own_color(pixel), mean = value_of(sums.color, own);
     imageStore(blurred, pixel.at, faded_in(own, mean, onset));
     store_layers(pixel, onset);

@@ -412,9 +412,9 @@ const std::vector<Case>& cases() {
         {"BallBehindAPost", hidden_ball(false), hidden_errors, {0.3, 0}},
         {"BallBehindAPostThatPasses", hidden_ball(false, 1), hidden_errors, {0.3, 0}},
         {"BallInTheLayerBehind", hidden_ball(true), hidden_errors, {0.1, 0}},
-        {"SlowWaves", wave(3, false), wave_errors, {0.014, 0.049}},
-        {"SlowestWaves", wave(1.6, false), wave_errors, {0.019, 0.029}},
-        {"WavesOutOfFocus", wave(0, true), wave_errors, {0.015, 0.04}},
+        {"SlowWaves", wave(3, false), wave_errors, {0.014, 0.01}},
+        {"SlowestWaves", wave(1.6, false), wave_errors, {0.019, 0.01}},
+        {"WavesOutOfFocus", wave(0, true), wave_errors, {0.015, 0.01}},
     };
     return all;
 }

@@ -33,23 +33,6 @@ std::set<std::string> keys_of(const ParameterTable& table) {
     return keys;
 }
 
-// Sends the progress of an experiment to the callback.
-experiment::ProgressCallback progress_of(const Callbacks& callbacks, Call& call, bool& stopped) {
-    return [&](const experiment::ExperimentProgress& now) {
-        if (callbacks.progress.is_none()) return;
-        call.send([&, now] {
-            py::dict report;
-            report["what"] = now.what;
-            report["done"] = now.done;
-            report["total"] = now.total;
-            report["elapsed_s"] = now.elapsed_s;
-            if (stopped || !callbacks.ended_by(report)) return;
-            stopped = true;
-            call.ask_to_stop();
-        });
-    };
-}
-
 // A name for the report, as that of a chain file.
 std::string report_name(const ChainObject& chain) {
     return std::filesystem::path(chain.name).stem().string();
@@ -141,6 +124,22 @@ io::OnExisting on_existing_of(const py::object& given, const char* function) {
 }
 
 }  // namespace
+
+experiment::ProgressCallback progress_of(const Callbacks& callbacks, Call& call, bool& stopped) {
+    return [&](const experiment::ExperimentProgress& now) {
+        if (callbacks.progress.is_none()) return;
+        call.send([&, now] {
+            py::dict report;
+            report["what"] = now.what;
+            report["done"] = now.done;
+            report["total"] = now.total;
+            report["elapsed_s"] = now.elapsed_s;
+            if (stopped || !callbacks.ended_by(report)) return;
+            stopped = true;
+            call.ask_to_stop();
+        });
+    };
+}
 
 const std::set<std::string>& ab_keys() {
     static const std::set<std::string> keys = keys_of(experiment::ab_parameters());

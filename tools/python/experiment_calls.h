@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/measure/experiment/experiment.h"
+#include "tools/python/call.h"
 #include "tools/python/device.h"
 #include "tools/python/sequence_calls.h"
 
@@ -19,6 +21,9 @@ const std::set<std::string>& ab_keys();
 const std::set<std::string>& bench_keys();
 const std::set<std::string>& experiment_input_keys();
 const std::set<std::string>& sheet_keys();  // of the job's rows
+
+// Sends the progress of a measurement to callbacks.progress. `stopped`: it has ended the call.
+experiment::ProgressCallback progress_of(const Callbacks& callbacks, Call& call, bool& stopped);
 
 // Each returns its report as a dict, with the report's page as "page". Raises; warns.
 pybind11::dict ab(const pybind11::object& a, const pybind11::object& b, const std::string& input,

@@ -4,6 +4,7 @@
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/python/errors.h"
+#include "tools/python/experiment_calls.h"
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 
@@ -120,21 +121,8 @@ py::dict tune(const TuneRequest& request, const Callbacks& callbacks,
     auto tuning = device->run(
         "tune",
         [&](Call& call, Executor& executor) {
-            const auto progress = [&](const experiment::ExperimentProgress& now) {
-                if (callbacks.progress.is_none()) return;
-                call.send([&, now] {
-                    py::dict report;
-                    report["what"] = now.what;
-                    report["done"] = now.done;
-                    report["total"] = now.total;
-                    report["elapsed_s"] = now.elapsed_s;
-                    if (stopped || !callbacks.ended_by(report)) return;
-                    stopped = true;
-                    call.ask_to_stop();
-                });
-            };
-            return tune::run_tune(std::move(starts), fixed, settings, executor, progress,
-                                  &call.stop());
+            return tune::run_tune(std::move(starts), fixed, settings, executor,
+                                  progress_of(callbacks, call, stopped), &call.stop());
         },
         callbacks.watch(stopped));
     if (!tuning.ok()) raise(tuning.status());

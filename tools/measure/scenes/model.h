@@ -86,6 +86,7 @@ struct SceneModel {
                    .near_clip = 0.05,
                    .far_clip = 60,
                    .shutter_frames = kDefaultShutterFrames,
+                   .shutter_position = ShutterPosition::center,
                    .meters_per_unit = 1,
                    .aperture_blades = 0,
                    .aperture_rotation_deg = 0,

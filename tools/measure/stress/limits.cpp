@@ -63,7 +63,7 @@ const KnownLimits& known_limits() {
            "change of 1 % some round the other way"}}},
         {"fxaa",
          {{"flip", "", "/radiance/both signs, 1e10/", 0.0051, kTies},
-          {"flip", "", "/crossed/*both signs, 65504", 0.012, kTies},
+          {"flip", "", "/crossed/*both signs, 65504", 0.0145, kTies},
           {"turn", "", "/radiance/both signs", 0.032, kTies},
           {"turn", "", "/crossed/", 0.0077, kTies},
           {"reference", "", "/radiance/both signs, 1e10/", 0.015, kTies},

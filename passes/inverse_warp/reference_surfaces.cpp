@@ -225,6 +225,7 @@ class MixedPixels {
         if (!share || !parts(surface(x + mine.first, y + mine.second), other, settings_))
             return own;
         const bool takes = thin && !in_front && *share < 0.5;
+        if (!takes && *share < 0.1) return own;
         const Offset place = takes ? theirs : mine;
         if (place == Offset{0, 0}) return own;
         Surface result = takes ? other : own;

@@ -22,6 +22,8 @@ layout(binding = 0) writeonly uniform uimage2D mixed;
 // more than kContrast, and its share by at most kBeyond from one of 0 to 1; parts of the difference of
 // both colors, of the larger color, and of the pixel.
 const float kRest = 0.1, kContrast = 0.05, kBeyond = 0.1;
+// A pixel has at least so much of its own surface: one beside a highlight would show it.
+const float kLeastOwn = 0.1;
 // Of the pixels that show a surface alone, those up to kSlack px^2 farther than the nearest count: the
 // one whose color is closest to the pixel's.
 const int kSlack = 1;
@@ -151,10 +153,12 @@ uint word_of(ivec2 p) {
     precise const float share = precise_dot(c - other.color, way) / contrast;
     precise const vec3 rest = c - other.color - share * way;
     precise const float most_rest = kRest * kRest * contrast;
-    if (share < -kBeyond || share > 1.0 + kBeyond || precise_dot(rest, rest) > most_rest ||
+    const bool takes = thin && !in_front && share < 0.5;
+    const float least_share = takes ? -kBeyond : kLeastOwn;
+    if (share < least_share || share > 1.0 + kBeyond || precise_dot(rest, rest) > most_rest ||
         !parts(surface_at(p + same.offset), surface_at(p + other.offset)))
         return 0u;
-    if (thin && !in_front && share < 0.5) return kMixed | kTakes | place_of(other.offset);
+    if (takes) return kMixed | kTakes | place_of(other.offset);
     const uint place = place_of(same.offset);
     return place == kOwnPlace ? 0u : kMixed | place;
 }

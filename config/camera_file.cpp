@@ -55,21 +55,19 @@ struct UnsupportedKey {
     const char* key;
     const char* lost;
 };
+constexpr const char* kNotShifted =
+    "vectors from the camera's matrices, ray distances and the cat's eye are those of a lens that "
+    "is "
+    "not shifted";
 constexpr UnsupportedKey kUnsupportedKeys[] = {
     {"shutter_offset", "the shutter is placed by shutter_position: start, center or end"},
     {"shutter_curve", "the shutter opens and closes at once"},
     {"shutter_efficiency", "the shutter opens and closes at once"},
     {"rolling_shutter", "every row is exposed at the same time"},
     {"rolling_shutter_type", "every row is exposed at the same time"},
-    {"lens_shift",
-     "vectors from the camera's matrices, ray distances and the cat's eye are those "
-     "of a lens that is not shifted"},
-    {"shift_x",
-     "vectors from the camera's matrices, ray distances and the cat's eye are those of "
-     "a lens that is not shifted"},
-    {"shift_y",
-     "vectors from the camera's matrices, ray distances and the cat's eye are those of "
-     "a lens that is not shifted"},
+    {"lens_shift", kNotShifted},
+    {"shift_x", kNotShifted},
+    {"shift_y", kNotShifted},
 };
 
 bool has_effect(const TextNode& node) {

@@ -46,7 +46,8 @@ struct SignCheck {
     }
     double margin() const;  // the smallest over the candidates that count; 1 if none does
     SignVerdict verdict() const;
-    // What to do if a candidate contradicts the conversion; otherwise empty.
+    // The change of the profile that helps if a candidate contradicts the conversion; otherwise
+    // empty.
     std::string remedy() const;
 };
 

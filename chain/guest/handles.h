@@ -49,7 +49,7 @@ class Use {
 
 // A handle of this chain.
 pc_chain* new_chain(Chain chain);
-// What a frame reads. Precondition: a Use of the chain.
+// The values that a frame reads. Precondition: a Use of the chain.
 ChainVersion version_of(const pc_chain* chain);
 
 // The result of work(). An exception becomes a Failure, so that none leaves the library.

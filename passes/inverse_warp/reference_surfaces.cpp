@@ -266,7 +266,7 @@ class MixedPixels {
             for (size_t c = 0; c < 3; ++c) mean[c] += pixel(x, y, at)[c] / double(places.size());
         return mean;
     }
-    // Of the places at most 1 px^2 farther than the nearest, the one whose color is closest.
+    // The place with the closest color among those at most 1 px^2 farther than the nearest.
     Offset closest(int x, int y, const std::vector<Offset>& places, const double* rgb) const {
         const auto squared = [](Offset at) { return at.first * at.first + at.second * at.second; };
         Offset best = places.front();
@@ -276,8 +276,8 @@ class MixedPixels {
                 best = at;
         return best;
     }
-    // Of the pixel and the eight around, the one of this depth that lies farthest from `mean` on
-    // the way to the pixel's color.
+    // The place among the pixel and the eight around that has this depth and lies farthest from
+    // `mean` on the way to the pixel's color.
     std::optional<Offset> farthest(int x, int y, double inverse_depth,
                                    const std::array<double, 3>& mean) const {
         std::optional<Offset> best;
@@ -687,7 +687,7 @@ class Blocks {
         return hidden.inverse_depth > kOneDepth * far ? least : 0;
     }
 
-    // Of each neighbor and of the layer behind, the surface in this block of it that this frame
+    // Adds, from this block of each neighbor and of the layer behind, the surface that this frame
     // hides and that is displaced most differently from those shown at its place.
     void choose_hidden(int i, int j) {
         for (const OtherSurfaces& other : others_) {

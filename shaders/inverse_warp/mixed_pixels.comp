@@ -24,8 +24,8 @@ layout(binding = 0) writeonly uniform uimage2D mixed;
 const float kRest = 0.1, kContrast = 0.05, kBeyond = 0.1;
 // A pixel has at least so much of its own surface: one beside a highlight would show it.
 const float kLeastOwn = 0.1;
-// Of the pixels that show a surface alone, those up to kSlack px^2 farther than the nearest count: the
-// one whose color is closest to the pixel's.
+// A surface has the color of the pixel that shows it alone and is closest to the pixel's color, among
+// those up to kSlack px^2 farther than the nearest.
 const int kSlack = 1;
 const int kNone = 1000;
 
@@ -42,7 +42,7 @@ struct Side {
     ivec2 offset;  // to the pixel that has its color
     vec3 color;
     float inverse_depth;
-    float off;    // squared difference of its color to the one that it shall be close to
+    float off;  // squared difference of its color to the one that it shall be close to
     int reach;  // px^2, of the pixels that count; kNone: none shows it alone
     vec3 sum;   // over all pixels that show it alone
     float count;

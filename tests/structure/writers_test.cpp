@@ -166,7 +166,7 @@ TEST(Writers, OnlyOnePlaceSaysOverwrite) {
         "tools/service/work/experiment_work.cpp",
         // Its own results, in a folder with the mark of a study.
         "tools/measure/study/work.cpp",
-        // Its own chain file of a stopped walk, which nobody has edited.
+        // Its own chain file of a stopped walk, unless it was edited.
         "tools/apps/postchain/tune.cpp"};
     const auto met = matches_of(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     for (const Match& one : met) EXPECT_TRUE(allowed.count(one.file)) << one.place;

@@ -1,5 +1,5 @@
-// The contents of the window, drawn without a window: ImGui makes the triangles, and nobody shows
-// them.
+// The contents of the window, drawn without a window: ImGui makes the triangles, and nothing
+// shows them.
 #pragma once
 
 #include <cctype>

@@ -362,7 +362,7 @@ py::dict layers_of(const ImageF& stack, const sequence::FrameLayers& layers, int
     return found;
 }
 
-// What was read of a frame, or raises; warns.
+// The frame that was read. Raises; warns.
 std::shared_ptr<const sequence::SourceFrame> read_of(const FramePtr& frame, RoleSet planes) {
     auto source = in_background("reading a frame", [&](Call&) { return frame->read(planes); });
     if (!source.ok()) raise(source.status());

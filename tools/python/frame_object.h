@@ -91,7 +91,7 @@ PlanOptions plan_options_of(const pybind11::kwargs& settings);
 // has AOVs or cryptomattes to filter. Raises; warns.
 pybind11::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                           const PlanOptions& options, const std::shared_ptr<Device>& device);
-// What filter() gives beside color, AOVs, cryptomattes and times.
+// The results of filter() beside color, AOVs, cryptomattes and times.
 struct FilterRequest {
     bool fill_mask = false;
     bool all_stages = false;

@@ -89,7 +89,7 @@ TEST(TuneText, TheFileOfAStoppedWalkHasItsChains) {
         EXPECT_EQ(point.measured.times.doubt, one.measured.times.doubt);
         EXPECT_EQ(point.confirmed, one.confirmed);
     }
-    // A file that somebody has edited is not replaced.
+    // An edited file is not replaced.
     std::string edited = file;
     edited.replace(edited.find("samples: 9"), 10, "samples: 5");
     for (const std::string& other : {edited, file + "# mine\n", file.substr(0, file.size() - 20)})

@@ -11,7 +11,7 @@ namespace postchain::view {
 enum class FileKind { chain, frames, camera, truth };
 const char* name_of(FileKind kind);  // "chain", ...
 
-// What to open in place of what is open; empty: stays.
+// The files to open; an empty one leaves what is open.
 struct OpenRequest {
     std::string chain, input, camera, truth;
     void set(FileKind kind, const std::string& path);

@@ -110,7 +110,7 @@ Result<view::SessionSettings> session_with(const view::OpenRequest& request, Opt
     }
     if (!request.input.empty()) {
         changed.job.input = request.input;
-        // Of the former frames.
+        // These belong to the former frames.
         changed.job.frames = changed.job.behind = "";
         changed_view.truth = "";
         changed_view.frame.reset();

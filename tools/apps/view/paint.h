@@ -27,7 +27,8 @@ enum class Look {
     vectors,  // direction as hue, length as brightness
     shares,   // red, green and blue as they are, 0..1
 };
-// What of a color image is shown: all, one channel as the view transform shows it, or alpha.
+// The channels of a color image that are shown: all, one channel as the view transform shows it, or
+// alpha.
 enum class Channel { color, red, green, blue, alpha };
 // How a texture with this many channels is shown.
 Look look_of(int channels);

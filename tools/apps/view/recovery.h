@@ -27,7 +27,7 @@ class Recovery {
     Recovery(const Recovery&) = delete;
     Recovery& operator=(const Recovery&) = delete;
 
-    // What an earlier viewer left; empty: nothing.
+    // The edits that an earlier viewer left; empty: none.
     std::string left() const;
     // Where to write; empty: nowhere.
     const std::string& path() const { return path_; }

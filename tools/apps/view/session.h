@@ -137,7 +137,7 @@ class Session {
     // the change.
     std::string picture_state() const;
 
-    // Of the window: "balanced.yaml*  shot.0012.exr"; the star: edits are not saved.
+    // The title of the window: "balanced.yaml*  shot.0012.exr"; the star: edits are not saved.
     std::string title() const;
 
     // Compares from now on with the chain as it is.

@@ -18,14 +18,14 @@ std::vector<std::string> planes_of(const Session& session);
 // The camera that the chain works with on this frame.
 Camera camera_of(const Session& session);
 
-// What a row that is not set takes, and from where: "the camera", "default".
+// The value that a row takes if it is not set, and its source: "the camera", "default".
 struct Inherited {
     ParameterValue value;
     std::string from;
 };
-// Of a row of a pass. Empty: only the filter knows, for example a part of the frame's width.
+// For a row of a pass. Empty: only the filter knows, for example a part of the frame's width.
 std::optional<Inherited> inherited(const Session& session, size_t link, const Parameter& row);
-// Of a row of the chain's camera. Empty: nothing states it.
+// For a row of the chain's camera. Empty: nothing states it.
 std::optional<Inherited> inherited_by_camera(const Session& session, const Parameter& row);
 // The value to begin with when a row is set: the inherited one, otherwise one of its range.
 ParameterValue first_value(const Parameter& row, const std::optional<Inherited>& inherited);

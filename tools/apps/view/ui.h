@@ -35,7 +35,7 @@ class Ui {
     // Opens files in place of those that are open; another chain after a question if edits are not
     // saved.
     void open(const OpenRequest& request);
-    // What to open now; then it is no longer asked for.
+    // The files to open now; a second call has none.
     std::optional<OpenRequest> take_request();
 
     UiContext& context() { return ui_; }

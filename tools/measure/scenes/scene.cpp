@@ -66,7 +66,7 @@ RenderSettings settings_of(const SceneRequest& request, const SceneModel& model,
     settings.behind = picture == Picture::behind || picture == Picture::deep;
     const bool shutter = picture == Picture::mb || picture == Picture::both;
     settings.shutter_frames = shutter ? *model.lens.shutter_frames : 0;
-    const auto position = model.lens.shutter_position.value_or(ShutterPosition::center);
+    const auto position = *model.lens.shutter_position;
     if (position != ShutterPosition::center)
         settings.shutter_center =
             (position == ShutterPosition::start ? 0.5 : -0.5) * settings.shutter_frames;
@@ -239,26 +239,25 @@ std::string camera_json(const SceneRequest& request, const SceneModel& model) {
         json["aperture_blades"] = *camera.aperture_blades;
         json["aperture_curvature"] = short_of(*camera.aperture_curvature);
     }
-    json.update(io::Json{
-        {"aperture_rotation_deg", short_of(*camera.aperture_rotation_deg)},
-        {"aperture_ratio", short_of(*camera.aperture_ratio)},
-        {"cats_eye", short_of(*camera.cats_eye)},
-        {"focus_distance", short_of(*camera.focus_distance)},
-        {"meters_per_unit", 1},
-        {"near_clip", short_of(*camera.near_clip)},
-        {"far_clip", short_of(*camera.far_clip)},
-        {"shutter_frames", short_of(*camera.shutter_frames)},
-        {"shutter_position", shutter_position_names()[size_t(
-                                 camera.shutter_position.value_or(ShutterPosition::center))]},
-        {"fps", 24},
-        {"frames", overrides.is_null() ? io::Json(request.frames) : overrides},
-        {"z", "planar depth along the camera axis, scene units"},
-        {"background_depth", 1e10},
-        {"coc_diameter_px", "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters"},
-        {"vector_px",
-         "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; full "
-         "inter-frame pixels"},
-        {"camera_matrix_world", matrices}});
+    json.update(
+        io::Json{{"aperture_rotation_deg", short_of(*camera.aperture_rotation_deg)},
+                 {"aperture_ratio", short_of(*camera.aperture_ratio)},
+                 {"cats_eye", short_of(*camera.cats_eye)},
+                 {"focus_distance", short_of(*camera.focus_distance)},
+                 {"meters_per_unit", 1},
+                 {"near_clip", short_of(*camera.near_clip)},
+                 {"far_clip", short_of(*camera.far_clip)},
+                 {"shutter_frames", short_of(*camera.shutter_frames)},
+                 {"shutter_position", shutter_position_names()[size_t(*camera.shutter_position)]},
+                 {"fps", 24},
+                 {"frames", overrides.is_null() ? io::Json(request.frames) : overrides},
+                 {"z", "planar depth along the camera axis, scene units"},
+                 {"background_depth", 1e10},
+                 {"coc_diameter_px", "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters"},
+                 {"vector_px",
+                  "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; full "
+                  "inter-frame pixels"},
+                 {"camera_matrix_world", matrices}});
     return io::json_text(json, 1) + "\n";
 }
 

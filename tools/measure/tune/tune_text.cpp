@@ -42,7 +42,7 @@ constexpr std::string_view kWalkLine = "# walk ";
 constexpr std::string_view kPointLine = "# measured ";
 constexpr std::string_view kEndLine = "# unchanged ";
 
-// What follows `word` if the line begins with it.
+// The text behind `word` if the line begins with it.
 std::optional<std::string> after(std::string_view word, const std::string& line) {
     if (!line.starts_with(word)) return std::nullopt;
     return line.substr(word.size());

@@ -78,7 +78,7 @@ async function follow_address() {
     return look(null);
 }
 
-// What is looked at, as the address names it.
+// The shot or job that is shown, as the address names it.
 function shown_address() {
     const { subject } = page.model, job = shown_job() ?? "";
     return { job, shot: job ? "" : subject?.input ?? "", camera: job ? "" : subject?.camera ?? "" };

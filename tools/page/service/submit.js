@@ -16,7 +16,7 @@ const kExamples = { study: "shots/order.yaml", input: "shots/a.####.exr", output
 const kWords = { study: "Study file", input: "Frames to read", output: "Frames to write", frames: "Which frames",
     camera: "Camera file", truth: "Ground truth", priority: "Priority", on_existing: "If outputs exist",
     sweep: "Parameters to vary", under: "Error limits" };
-// Of ab, bench and study.
+// For ab, bench and study.
 const kReport = { words: { output: "Folder of the report", on_existing: "If the folder has a report" },
     examples: { output: "out/report" } };
 

@@ -1,4 +1,4 @@
-// What can be known of the service's state only by waiting: its device, its disks, its store.
+// The state of the device, the disks and the store, which can be known only by waiting.
 // Looked at once in a while on a thread of its own, so that any number of requests for it wait for
 // nothing.
 #pragma once

@@ -32,6 +32,7 @@ const std::map<std::string_view, Row>& table() {
         {"max_samples", {kMethod, "most samples"}},
         {"shutter_frames", {kShutter, "shutter"}},
         {"shutter_angle_deg", {kShutter, "shutter angle"}},
+        {"shutter_position", {kShutter}},
         {"max_blur_px", {kShutter, "longest blur"}},
         {"max_blur_fraction", {kShutter, "longest blur, of the height"}},
         {"min_speed_px", {kShutter, "least speed"}},

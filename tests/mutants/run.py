@@ -1,6 +1,7 @@
 """Puts one fault at a time into the code, runs the tests that should fail, and prints a table.
 
 Usage: run.py [--build FOLDER] [NAME ...]   NAME: a pattern of names, such as 'clock*'
+       run.py [--build FOLDER] --check [NAME ...]   only whether every line and every test exists
 
 Each tests/mutants/*.toml is a list of
 
@@ -116,6 +117,7 @@ def run(mutant, tests, build):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", default=SOURCE / "build", type=pathlib.Path)
+    parser.add_argument("--check", action="store_true", help="put no fault in; check the lists alone")
     parser.add_argument("names", nargs="*", help="patterns of names; none: all mutants")
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # restores the file
@@ -129,6 +131,12 @@ def main():
     unknown = [word for word in wanted if word.partition(":")[0] not in tests]
     if unknown:
         sys.exit("no such test: " + ", ".join(unknown))
+    moved = [f"{mutant['file']}: {mutant['name']}" for mutant in mutants
+             if (SOURCE / mutant["file"]).read_text().count(mutant["line"]) != 1]
+    if arguments.check:
+        if moved:
+            sys.exit("the line does not stand once:\n" + "\n".join(moved))
+        return 0
     if not compile_tests(tests, build, wanted):
         sys.exit("the tests do not compile; run cmake --build --preset release")
     broken = [word for word in wanted if fails(tests, build, word)]

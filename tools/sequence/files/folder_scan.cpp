@@ -110,10 +110,9 @@ Result<std::vector<FoundSequence>> sequences_of(
     return found;
 }
 
-// "shot.#.exr", whatever the form of the number: a token, "*" or digits.
+// "shot.#.exr", whether the number is a token or digits; "*" stays, one letter away from it.
 std::string form_of(const PathPattern& pattern) {
-    std::string name = fs::path(pattern.format(0)).filename().string();
-    std::replace(name.begin(), name.end(), '*', '0');
+    const std::string name = fs::path(pattern.format(0)).filename().string();
     const NameParts parts = parts_of(name);
     return parts.digits.empty() ? name : parts.before + "#" + parts.after;
 }

@@ -227,6 +227,7 @@ Report make_ab_report(const std::string& folder) {
 
 Report make_undecided_report(const std::string& folder) {
     Report report = make_ab_report(folder);
+    report.reference = "a";
     report.winner.reset();
     for (MetricComparison& one : report.comparison->metrics) {
         one.finding = Finding::too_few_frames;

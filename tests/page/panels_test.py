@@ -89,6 +89,11 @@ class Panels(OnThePage, unittest.TestCase):
                          ["HDR-FLIP", "lower is better"])
         self.assertEqual(self.texts("[aria-label=Variants] th small"),
                          ["lower is better", "lower is better", "higher is better"])
+        self.open(name="undecided.html")
+        self.assertEqual(self.text("#way"), "lower is more alike")
+        self.assertEqual(self.texts("[aria-label=Variants] th small"),
+                         ["lower is more alike", "lower is more alike", "higher is more alike"])
+        self.open(name="ab.html")
         words = self.text(".explain")
         self.assertIn("t-interval, over frames: ", words)
         self.assertIn("tile interval (bootstrap), within these frames: each frame is cut into "

@@ -227,6 +227,10 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
           "| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |"})
         EXPECT_THAT(text, HasSubstr(part));
     EXPECT_THAT(text, Not(HasSubstr("without a measurable difference")));
+    Report alike = filled();
+    alike.reference = "a";
+    EXPECT_THAT(report_as_markdown(alike),
+                ::testing::AllOf(HasSubstr("| flip | lower is more alike | 0.25 |"), Not(HasSubstr("is better |"))));
     // psnr has no value in either.
     EXPECT_THAT(text, Not(HasSubstr("| psnr |")));
     // Every row of a table has as many bars as the one before it in that table.

@@ -19,9 +19,11 @@ const char* name_of(Better better) {
     return kNames[size_t(better)];
 }
 
-const char* words_of(Better better) {
+const char* words_of(Better better, std::string_view reference) {
     constexpr const char* kWords[] = {"lower is better", "higher is better", "best at 1"};
-    return kWords[size_t(better)];
+    constexpr const char* kLikeness[] = {"lower is more alike", "higher is more alike",
+                                         "alike at 1"};
+    return (reference == "a" ? kLikeness : kWords)[size_t(better)];
 }
 
 const char* name_of(Finding finding) {

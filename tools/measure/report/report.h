@@ -34,7 +34,9 @@ enum class Better {
     one,     // a ratio to ground truth: closer to 1 is better
 };
 const char* name_of(Better better);   // "lower", "higher", "one"
-const char* words_of(Better better);  // "lower is better", "higher is better", "best at 1"
+// "lower is better", "higher is better", "best at 1"; against the first chain (`reference` of a report is "a"), of
+// which no way is better: "lower is more alike", ...
+const char* words_of(Better better, std::string_view reference);
 struct MetricInfo {
     std::string name;  // key: "hdr_flip"
     std::string help;  // one line, with its epsilon

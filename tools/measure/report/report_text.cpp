@@ -168,7 +168,7 @@ class Markdown {
         if (report_.variants.size() > 4) {  // many variants: one row each
             cells = {"variant"};
             for (const MetricInfo& metric : measured())
-                cells.push_back(concat(metric.name, " (", words_of(metric.better), ")"));
+                cells.push_back(concat(metric.name, " (", words_of(metric.better, report_.reference), ")"));
             header(cells);
             for (const ScoredRow& one : rows) {
                 cells = {one.name};
@@ -181,7 +181,7 @@ class Markdown {
             for (const ScoredRow& one : rows) cells.push_back(one.name);
             header(cells);
             for (const MetricInfo& metric : measured()) {
-                cells = {metric.name, words_of(metric.better)};
+                cells = {metric.name, words_of(metric.better, report_.reference)};
                 for (const ScoredRow& one : rows) cells.push_back(mean(*one.metrics, metric.name));
                 row(cells);
             }
@@ -243,7 +243,7 @@ class Markdown {
 
     std::string way(const std::string& name) const {
         for (const MetricInfo& metric : report_.metrics)
-            if (metric.name == name) return words_of(metric.better);
+            if (metric.name == name) return words_of(metric.better, report_.reference);
         return "";
     }
 

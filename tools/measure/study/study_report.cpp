@@ -345,7 +345,7 @@ std::string report_as_markdown(const StudyReport& report) {
         }
     for (const auto& table : report.tables) {
         text += concat("\n## ", table.metric.name, "\n\n", markdown_cell(table.metric.help), "; ",
-                       report::words_of(table.metric.better), "\n\n");
+                       report::words_of(table.metric.better, "truth"), "\n\n");
         std::vector<std::string> head = {"scene", "family"};
         head.insert(head.end(), report.variants.begin(), report.variants.end());
         for (size_t p = 0; p < report.pairs.size(); ++p)

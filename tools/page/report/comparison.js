@@ -71,7 +71,7 @@ export function add_comparison({ model }, more) {
         const i = comparison.metrics.indexOf(m);
         return h("tr", {},
             h("th", { scope: "row", title: model.metric(m.metric)?.help }, metric_name(m.metric),
-                h("small", {}, way_of(model.metric(m.metric)))),
+                h("small", {}, way_of(model.metric(m.metric), model.reference_kind))),
             mean_cell(model, a, m.metric), mean_cell(model, b, m.metric),
             input && h("td", { class: "num" }, number(model.mean(input, m.metric))),
             h("td", { class: "num" }, Number.isFinite(m.mean) ? signed(m.mean) : "\u2013"),

@@ -1,6 +1,6 @@
 // The list of pictures: key, name, error, time, and the values under the cursor.
 import { by_id, h } from "../shared/dom.js";
-import { is_better, kWays, milliseconds, number } from "../shared/words.js";
+import { is_better, milliseconds, number, way_of } from "../shared/words.js";
 import { metric_name } from "./model.js";
 import { error_of } from "../viewer/tone.js";
 
@@ -58,12 +58,12 @@ export function fill_list(page) {
     });
     state.watch(["metric"], () => {
         select.value = state.get("metric");
-        const better = model.metric(state.get("metric"))?.better;
-        by_id("way").textContent = kWays[better] ?? "";
+        const metric = model.metric(state.get("metric"));
+        by_id("way").textContent = way_of(metric, model.reference_kind);
         let best;
         for (const source of model.variant_sources.filter(() => model.reference_kind !== "a")) {
             const mean = model.mean(source.data, state.get("metric"));
-            if (mean !== undefined && (best === undefined || is_better(better, mean, best)))
+            if (mean !== undefined && (best === undefined || is_better(metric?.better, mean, best)))
                 best = mean;
         }
         for (const source of model.sources.filter((s) => s.data)) {

@@ -187,7 +187,7 @@ export function add_pareto(page, more) {
         front = pareto_of(points, metric.better);
         const name = metric_name(metric.name);
         const input = model.source("input")?.data;
-        about.textContent = `${name} against ${model.compared}: ${way_of(metric)}. ` +
+        about.textContent = `${name} against ${model.compared}: ${way_of(metric, model.reference_kind)}. ` +
             (input && model.mean(input, metric.name) !== undefined
                 ? `The unfiltered input has ${number(model.mean(input, metric.name))}. ` : "") +
             "On the line: no other variant is both " +
@@ -248,7 +248,8 @@ export function add_frames_plot(page, more) {
         plot?.destroy();
         plot = undefined;
         box.replaceChildren();
-        about.textContent = `${metric_name(metric.name)} of each frame (${way_of(metric)}). ` +
+        const way = way_of(metric, model.reference_kind);
+        about.textContent = `${metric_name(metric.name)} of each frame (${way}). ` +
             "A click shows the frame.";
         if (!values.length) return;
         const y = axis_of(values, false, metric_name(metric.name), 54);

@@ -27,7 +27,8 @@ export function add_variants(page, more) {
         (worse ? ` ${kWorse}` : "") +
         (model.metrics.some((m) => model.is_relative(m.name)) ? ` ${kRelMse}` : ""),
         h("div", { class: "scroll" }, h("table", {}, head(["Variant"], ["Chain"],
-            ...model.metrics.map((m) => [metric_name(m.name), "num", m.help, way_of(m)])),
+            ...model.metrics.map((m) => [metric_name(m.name), "num", m.help,
+                way_of(m, model.reference_kind)])),
         h("tbody", {}, rows.map(({ row }) => row))))));
     follow(page, rows);
 }
@@ -97,5 +98,5 @@ export function add_facts({ model, viewer }, more) {
     more.append(section("panel", "Metrics",
         h("table", { class: "facts" }, h("tbody", {}, model.metrics.map((m) => h("tr", {},
             h("th", { scope: "row" }, metric_name(m.name)),
-            h("td", {}, `${m.help}; ${way_of(m)}`)))))));
+            h("td", {}, `${m.help}; ${way_of(m, model.reference_kind)}`)))))));
 }

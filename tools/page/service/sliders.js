@@ -76,7 +76,7 @@ function draw() {
         tab.textContent = `${which.toUpperCase()} ${chainTitle(which)}`;
         tab.setAttribute("aria-pressed", activeKey() === which);
     }
-    by_id("tab-b").hidden = !isCompared();
+    for (const id of ["tab-b", "swap"]) by_id(id).hidden = !isCompared();
     by_id("compare").setAttribute("aria-pressed", isCompared());
     by_id("compare").textContent = isCompared() ? "Close B" : "Compare with B";
     by_id("load").value = shippedName(activeKey()) ?? "";
@@ -112,7 +112,6 @@ export function start_sliders() {
     });
     by_id("swap").addEventListener("click", () => {
         if (activeChain().value) setChain(activeChain(), activeKey() === "a" ? "b" : "a");
-        if (!isCompared()) compare(true);
     });
     whenChainsChange(draw);
     whenFolderChanges(fill_load);

@@ -55,8 +55,11 @@ export function ranges(frames) {
 }
 
 // Which way a metric is better.
-export const kWays = { lower: "lower is better", higher: "higher is better", one: "best at 1" };
-export const way_of = (metric) => kWays[metric?.better] ?? "";
+const kWays = { lower: "lower is better", higher: "higher is better", one: "best at 1" };
+const kLikeness = { lower: "lower is more alike", higher: "higher is more alike", one: "alike at 1" };
+// `reference` of a report: against its first chain ("a") no way is better.
+export const way_of = (metric, reference) =>
+    (reference === "a" ? kLikeness : kWays)[metric?.better] ?? "";
 
 // True when a is better than b.
 export function is_better(better, a, b) {

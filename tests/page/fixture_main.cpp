@@ -1,7 +1,7 @@
 // page_fixture DIR: writes the report of fixture.h as DIR/index.html, as DIR/light.html with its
 // images in "DIR/its images", and without a truth as DIR/blind.html; with a score of the input,
-// a winner and a warning as DIR/scored.html, two variants that won and, without a truth, that did not as
-// DIR/ab.html and DIR/undecided.html, and with relMSE as DIR/relative.html.
+// a winner and a warning as DIR/scored.html, two variants that won and, without a truth, that did
+// not as DIR/ab.html and DIR/undecided.html, and with relMSE as DIR/relative.html.
 #include <cstdio>
 
 #include "tests/page/fixture.h"

@@ -230,7 +230,8 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
     Report alike = filled();
     alike.reference = "a";
     EXPECT_THAT(report_as_markdown(alike),
-                ::testing::AllOf(HasSubstr("| flip | lower is more alike | 0.25 |"), Not(HasSubstr("is better |"))));
+                ::testing::AllOf(HasSubstr("| flip | lower is more alike | 0.25 |"),
+                                 Not(HasSubstr("is better |"))));
     // psnr has no value in either.
     EXPECT_THAT(text, Not(HasSubstr("| psnr |")));
     // Every row of a table has as many bars as the one before it in that table.

@@ -33,9 +33,9 @@ enum class Better {
     higher,  // psnr, ssim
     one,     // a ratio to ground truth: closer to 1 is better
 };
-const char* name_of(Better better);   // "lower", "higher", "one"
-// "lower is better", "higher is better", "best at 1"; against the first chain (`reference` of a report is "a"), of
-// which no way is better: "lower is more alike", ...
+const char* name_of(Better better);  // "lower", "higher", "one"
+// "lower is better", "higher is better", "best at 1"; against the first chain (`reference` of a
+// report is "a"), of which no way is better: "lower is more alike", ...
 const char* words_of(Better better, std::string_view reference);
 struct MetricInfo {
     std::string name;  // key: "hdr_flip"

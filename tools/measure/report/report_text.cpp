@@ -168,7 +168,8 @@ class Markdown {
         if (report_.variants.size() > 4) {  // many variants: one row each
             cells = {"variant"};
             for (const MetricInfo& metric : measured())
-                cells.push_back(concat(metric.name, " (", words_of(metric.better, report_.reference), ")"));
+                cells.push_back(
+                    concat(metric.name, " (", words_of(metric.better, report_.reference), ")"));
             header(cells);
             for (const ScoredRow& one : rows) {
                 cells = {one.name};

@@ -1,6 +1,6 @@
 // Diagnostics: errors, warnings and notes of a configuration reader, with their places.
 //
-// Readers go on after an error, so that one run shows every mistake of a file.
+// Readers continue after an error, so that one run shows every mistake of a file.
 #pragma once
 
 #include <string>

@@ -94,7 +94,7 @@ bool is_all(const std::string& view, const FileChannels& file) {
 // The view that is meant; empty = the only one.
 std::string view_of(const std::string& view, const FileChannels& file) {
     const std::vector<std::string> with = views_with_channels(file), views = views_of(file);
-    // The same in each file of a sequence, in whichever order it has them.
+    // Independent of the order in which a file has them.
     if (is_all(view, file))
         return with.empty() ? std::string() : *std::min_element(with.begin(), with.end());
     return view.empty() && !views.empty() ? views[0] : view;

@@ -55,7 +55,7 @@ struct ProfileMatch {
     ConvertOptions options;                // without origin_x and origin_y
     std::vector<std::string> view_layers;  // candidates in this view; "" = the unnamed one
     std::vector<std::string> views;
-    std::vector<std::string> other_views;  // of kAllViews: those with channels, without `view`
+    std::vector<std::string> other_views;  // kAllViews: views with channels, without `view`
     std::vector<std::string> notes;
     std::string text() const;  // several lines
 };

@@ -19,7 +19,7 @@ Result<ParameterValue> value_of_plain_text(const std::string& text);
 Result<double> number_of(const TextNode& node);
 Result<int> integer_of(const TextNode& node, int least, int most);
 
-// Sets a row of `table`. Errors (StatusCode::chain): those of value_of() and ParameterTable::set().
+// Sets a row of `table`. Errors (StatusCode::chain) as value_of() and ParameterTable::set().
 Status set_row(const ParameterTable& table, ParameterRef parameters, const Parameter& row,
                const TextNode& value);
 

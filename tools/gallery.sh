@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the images of docs/gallery.md and of the README: for every generated scene a sheet of sharp
+# Makes the images of docs/quality.md and of the README: for every generated scene a sheet of sharp
 # input, results of two chains, ground truth, and their differences times four; FXAA alone; an aperture
 # in the shape of a heart. Needs a build (tools/demo.sh). Usage: tools/gallery.sh [TRUTH_SAMPLES]
 # (default: 192; about ten minutes on 2 cores)

@@ -260,7 +260,7 @@ def scene_set(text):
     """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"; or a file."""
     folder, _, frame = text.partition(":")
     if not pathlib.Path(folder).is_dir() and not folder.endswith(".json"):
-        raise argparse.ArgumentTypeError(f"{folder}: no such folder; see docs/dataset.md")
+        raise argparse.ArgumentTypeError(f"{folder}: no such folder; see docs/scenes.md")
     return pathlib.Path(folder), int(frame or 10)
 
 

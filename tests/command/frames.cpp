@@ -47,7 +47,7 @@ void write_frame(const std::string& path, const Planes& planes, const FrameFile&
                                        : "Z",
                                 file.depth_type, &depth, 0});
 
-    // Stored = canonical times these signs, by the tables of docs/frame.md.
+    // Stored = canonical times these signs, by the table of docs/profiles.md.
     ImageF motion = planes.motion, back = planes.back;
     const auto sign = [](ImageF& plane, float x, float y) {
         for (size_t i = 0; i < plane.pixels(); ++i) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders the scenes of the test set and writes their manifest (docs/dataset.md).
+"""Renders the scenes of the test set and writes their manifest (docs/scenes.md).
 
     tests/cycles/dataset.py OUT [SCENE...] [--blender blender] [--threads N] [--limit N]
     tests/cycles/dataset.py OUT --check

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the folder of the dataset that others download (docs/dataset.md).
+"""Makes the folder of the dataset that others download (docs/scenes.md).
 
     tests/cycles/package.py OUT FOLDER --results results.json
 
@@ -18,12 +18,12 @@ import dataset
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CODE = ["tests/cycles/*.py", "tests/cycles/scenes/*.py", "tools/blender/postchain_blender/camera.py",
         "tools/blender/postchain_blender/peel.py", "tests/bench/quality.py", "tests/bench/quality_tables.py",
-        "tests/bench/rims.py", "tests/bench/frame.py", "tests/bench/scatter_gather.py", "docs/dataset.md",
+        "tests/bench/rims.py", "tests/bench/frame.py", "tests/bench/scatter_gather.py", "docs/scenes.md",
         "docs/metrics.md", "LICENSE"]
 README = """# Motion blur and depth of field of path-traced scenes
 
 Ground truth of shutter and lens, together and each alone, with depth, motion vectors, neighboring frames and
-cameras, for filters that blur rendered frames. Description: code/docs/dataset.md; the metrics:
+cameras, for filters that blur rendered frames. Description: code/docs/scenes.md; the metrics:
 code/docs/metrics.md. License of everything here: Apache 2.0, code/LICENSE; nothing is third-party.
 
 | folder | contents |

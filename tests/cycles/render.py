@@ -1,4 +1,4 @@
-"""Renders a scene of scenes/ with Cycles (docs/dataset.md, docs/scenes.md):
+"""Renders a scene of scenes/ with Cycles (docs/scenes.md):
 
 blender -b -P tests/cycles/render.py -- SCENE OUT [--frames 1-12] ...
 """

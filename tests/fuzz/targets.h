@@ -3,7 +3,7 @@
 // One function per reader, called by libFuzzer (fuzzer.cpp, preset "fuzz") and by the replay of the
 // corpus in every build (replay_test.cpp). A function runs the reader and everything that can be
 // done with its result; a broken guarantee aborts with a line on stderr. Documentation:
-// docs/fuzzing.md.
+// docs/testing.md.
 #pragma once
 
 #include <string_view>

@@ -254,7 +254,7 @@ TEST_F(Allocations, ReadingAFrame) {
 }
 
 // Scanlines only: if memory runs out in the constructor of its tile writer, OpenEXR 3.1 frees
-// memory it never had (docs/robustness.md).
+// memory it never had (docs/testing.md).
 TEST_F(Allocations, WritingAFrame) {
     write_frame(0);
     io::WriteOptions options;

@@ -69,7 +69,7 @@ Chain chain_from(const std::string& text, const std::vector<std::string>& sets =
     return std::move(file.chain);
 }
 
-// The tables of docs/frame.md, checked on the planes and not on a filter's result.
+// The tables of docs/frame.md and docs/profiles.md, checked on planes, not on filtered results.
 TEST_F(Source, EveryConventionGivesTheCanonicalPlanes) {
     const Planes planes = make_planes(24, 16);
     for (const std::string name : {"cycles", "nuke", "arnold", "vray", "generic"}) {

@@ -142,7 +142,7 @@ TEST(DocLinks, FaultsAreSeen) {
     EXPECT_EQ(anchor_of("What `run` does, and why (1/d)"), "what-run-does-and-why-1d");
     for (const char* bad : {"docs/no-such-page.md", "docs/frame.md#nowhere"})
         EXPECT_NE(fault_of("README.md", bad), "") << bad;
-    for (const char* good : {"../README.md#two-commands", "#depth", "https://example.org/x.md"})
+    for (const char* good : {"../README.md#try-it", "#depth", "https://example.org/x.md"})
         EXPECT_EQ(fault_of("docs/frame.md", good), "") << good;
 }
 

@@ -70,33 +70,45 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
 }
 
 struct Subcommand {
+    const char* group;  // heading in --help
     const char* name;
     const char* help;
     RunSubcommand (*add)(CLI::App& subcommand, Options& options);
 };
+constexpr const char* kFilter = "Filter a sequence";
+constexpr const char* kLook = "Look at files";
+constexpr const char* kMeasure = "Measure and compare chains";
+constexpr const char* kMachine = "Test this machine and the filters";
+constexpr const char* kServe = "Serve other machines";
+constexpr const char* kReference = "Reference";
 constexpr Subcommand kSubcommands[] = {
-    {"run", "filter a sequence", add_run},
-    {"plan", "show what would run, what is left out and why", add_plan},
-    {"inspect", "channels, profile, facts and sign self-check of a file", add_inspect},
-    {"view", "show a sequence through a chain in a window, and edit the chain", add_view},
-    {"diff", "error metrics of an image or sequence against a reference", add_diff},
-    {"check", "which outputs of a sequence are whole, missing, or from other settings", add_check},
-    {"sheet", "thumbnails of a sequence in one image", add_sheet},
-    {"scene", "render a generated sequence, optionally with ground truth", add_scene},
-    {"ab", "compare two chains on one sequence: report with verdict", add_ab},
-    {"bench", "error against run time over swept parameters", add_bench},
-    {"study", "ab or bench over several scenes, in one table", add_study},
-    {"blind", "a page for observers who compare outputs without knowing which is which", add_blind},
-    {"tune", "find the chain with the least error in a given time, or the fastest within an error",
+    {kFilter, "run", "filter a sequence", add_run},
+    {kFilter, "plan", "show what would run, what is left out and why", add_plan},
+    {kFilter, "view", "show a sequence through a chain in a window, and edit the chain", add_view},
+    {kFilter, "tune",
+     "find the chain with the least error in a given time, or the fastest within an error",
      add_tune},
-    {"stress", "the stability matrix", add_stress},
-    {"selftest", "check that this device renders correct images", add_selftest},
-    {"serve", "accept jobs over HTTP", add_serve},
-    {"info", "GL devices, limits and library versions", add_info},
-    {"schema", "JSON Schema of a chain file", add_schema},
-    {"passes", "every pass and parameter", add_passes},
-    {"man", "the man page, as roff", add_man},
-    {"completion", "completion script for bash", add_completion},
+    {kLook, "inspect", "channels, profile, value ranges and check of the motion vectors",
+     add_inspect},
+    {kLook, "check", "which outputs of a sequence are whole, missing, or from other settings",
+     add_check},
+    {kLook, "sheet", "thumbnails of a sequence in one image", add_sheet},
+    {kLook, "diff", "error metrics of an image or sequence against a reference", add_diff},
+    {kMeasure, "ab", "compare two chains on one sequence: report with verdict", add_ab},
+    {kMeasure, "bench", "error against run time over swept parameters", add_bench},
+    {kMeasure, "study", "ab or bench over several scenes, in one table", add_study},
+    {kMeasure, "blind", "a page for observers who compare outputs without knowing which is which",
+     add_blind},
+    {kMeasure, "scene", "render a generated sequence, optionally with ground truth", add_scene},
+    {kMachine, "selftest", "check that this device renders correct images", add_selftest},
+    {kMachine, "stress", "filter extreme cases and list known limits: the stability matrix",
+     add_stress},
+    {kMachine, "info", "GL devices, limits and library versions", add_info},
+    {kServe, "serve", "accept jobs over HTTP", add_serve},
+    {kReference, "passes", "every pass and parameter", add_passes},
+    {kReference, "schema", "JSON Schema of a chain file", add_schema},
+    {kReference, "man", "the man page, as roff", add_man},
+    {kReference, "completion", "completion script for bash", add_completion},
 };
 
 int command(int argc, char** argv) {
@@ -114,6 +126,7 @@ int command(int argc, char** argv) {
     std::vector<std::pair<const CLI::App*, RunSubcommand>> added;
     for (const Subcommand& one : kSubcommands) {
         CLI::App& subcommand = *app.add_subcommand(one.name, one.help);
+        subcommand.group(one.group);
         added.emplace_back(&subcommand, one.add(subcommand, options));
         add_logging(subcommand, options);
         refuse_empty_words(subcommand);

@@ -41,7 +41,7 @@ class Truth {
 
     // Covers the filtered window of the input's frame.
     Result<metrics::RgbImage> load(int frame) const;
-    std::vector<std::string> paths() const;  // of all frames
+    std::vector<std::string> paths() const;  // files of all frames
     // Name, size and modification time of the frame's file.
     std::string identity(int frame) const;
 
@@ -50,7 +50,7 @@ class Truth {
     static Result<sequence::SourceFrame> read(sequence::FrameHeader header);
     std::map<int, std::map<Role, std::string>> files_;
     std::vector<int> frames_;
-    std::map<int, io::Window> windows_;  // of the input's frames, by number
+    std::map<int, io::Window> windows_;  // data windows of the input's frames, by number
     metrics::ExposureRange exposures_;
 };
 
@@ -101,8 +101,8 @@ Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
 struct ExperimentInput {
     std::optional<Truth> truth;
     metrics::ExposureRange exposures;                  // for all variants and frames
-    std::map<int, std::map<Role, std::string>> files;  // of the frames
-    std::vector<io::FileStamp> stamps;  // of input and ground truth, before the first was read
+    std::map<int, std::map<Role, std::string>> files;  // files of each frame, by plane
+    std::vector<io::FileStamp> stamps;  // input and ground truth, taken before the first read
 
     bool has_truth(int frame) const { return truth && truth->has(frame); }
     // Differences over time need consecutive frame numbers with ground truth.

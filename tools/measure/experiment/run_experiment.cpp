@@ -25,7 +25,7 @@ namespace postchain::experiment {
 namespace {
 
 constexpr const char* kTruthName = "truth";  // variant name for results that hold its noise
-constexpr int kInput = -1;                   // in place of a variant: the unfiltered input
+constexpr int kInput = -1;                   // index of the unfiltered input
 
 bool contains(const std::vector<int>& frames, int frame) {
     return std::ranges::find(frames, frame) != frames.end();
@@ -42,7 +42,7 @@ struct Frame {
     std::optional<metrics::RgbImage> truth_before;
     std::map<std::string, Converged> converged;  // by the converged chain's text
     std::optional<metrics::RgbImage> of_first;   // the first chain's result, if it is the reference
-    std::vector<std::map<std::string, ImageF>> maps;  // of each variant, if tiles are drawn
+    std::vector<std::map<std::string, ImageF>> maps;  // by variant, if tiles are drawn
 };
 
 // Measurements of one variant or of the input in one frame.
@@ -63,8 +63,8 @@ struct LastError {
 struct Asked {
     report::Kind kind = report::Kind::bench;
     std::string title;
-    std::vector<std::string> names;  // of the variants
-    std::vector<std::string> files;  // of each variant: the name of its results and images
+    std::vector<std::string> names;  // names of the variants
+    std::vector<std::string> files;  // by variant: file name of its results and images
     std::vector<std::string> seeds;
     // Called once the input is usable.
     std::function<Result<io::OutputFiles>(const ExperimentSettings&)> folder;
@@ -589,9 +589,9 @@ class Run {
     Reference reference_ = Reference::truth;
     std::vector<int> split_frames_, stability_frames_;
     RoleSet wanted_;
-    std::vector<std::map<int, FrameResult>> results_;           // of each variant, by frame
+    std::vector<std::map<int, FrameResult>> results_;           // by variant, then by frame
     std::map<int, FrameResult> input_results_, truth_results_;  // by frame; the second: noise
-    std::vector<LastError> last_errors_;                        // of each variant
+    std::vector<LastError> last_errors_;                        // by variant
     LastError last_error_of_input_;
     std::optional<ResultStore> store_;            // if results are resumed
     size_t done_ = 0;                             // units reused from an earlier run

@@ -22,12 +22,12 @@ struct ExperimentSettings {
     std::string no_truth;       // why there is none; empty = none was given
     // Lens and shutter of a generated one, by frame; empty = not generated.
     std::map<int, Camera> truth_cameras;
-    std::string folder;  // of the report; created if it does not exist
+    std::string folder;  // the report's folder; created if it does not exist
     std::string assets;  // folder of the page's images; empty = embedded
     io::OnExisting on_existing = io::OnExisting::fail;  // for an existing report
     bool resumes = false;                               // skip: continues an earlier report
     std::vector<std::string> command;
-    int threads = 0;  // of this process, stated in the report; 0 = one per core
+    int threads = 0;  // CPU threads, stated in the report; 0 = one per core
     std::string renderer;
     bool software = false;
     int repeats = 5;                          // repetitions of each timing
@@ -53,7 +53,7 @@ struct RunContext {
     sequence::RunSettings run;
     std::string input;                     // as typed
     std::vector<std::string> chain_files;  // as typed
-    std::vector<Camera> cameras;           // of the chains, which may name images
+    std::vector<Camera> cameras;           // one per chain; may name aperture images
     std::vector<std::string> command;
     int threads = 0;  // CPU threads; 0 = one per core
 };

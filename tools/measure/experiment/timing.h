@@ -9,8 +9,9 @@
 
 namespace postchain::experiment {
 
-inline constexpr int kWarmUps = 1;         // the first dispatch compiles
-inline constexpr double kBusyShare = 0.1;  // of all cores, used by others: times are unreliable
+inline constexpr int kWarmUps = 1;  // the first dispatch compiles
+// Share of all cores, used by other programs, from which times are unreliable.
+inline constexpr double kBusyShare = 0.1;
 
 // Processor seconds used by other processes since construction, from /proc/stat.
 class BusyMeter {

@@ -46,7 +46,7 @@ struct Comparison {
     // In the table's order. No value if the metric is undefined (PSNR of equal images, SSIM of an
     // image smaller than its window).
     Values values;
-    ExposureRange exposures;  // of hdr_flip
+    ExposureRange exposures;  // exposures of hdr_flip
     ImageF map;               // one channel; empty if not requested
 
     std::optional<double> value(const std::string& name) const;

@@ -24,7 +24,7 @@ inline constexpr double kMaxPixelsPerDegree = 1000;
 
 struct FlipSettings {
     double pixels_per_degree = kPixelsPerDegree;  // within the limits above
-    ToneMapper tone_mapper = ToneMapper::aces;    // of HDR-FLIP
+    ToneMapper tone_mapper = ToneMapper::aces;    // for HDR-FLIP
     int threads = 0;                              // 0 = one per core; does not change the result
 };
 

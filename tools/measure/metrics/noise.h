@@ -8,8 +8,8 @@
 // Source: Immerkaer, "Fast Noise Variance Estimation", Computer Vision and Image Understanding
 // 64(2), 1996, for N; it averages |r| over the image, which edges enlarge. The median instead:
 // Donoho and Johnstone, "Ideal spatial adaptation by wavelet shrinkage", Biometrika 81(3), 1994.
-// Fine texture counts as noise. Noise only at edges, or smeared by a denoiser, is underestimated.
-// docs/metrics.md states the error for path-traced frames.
+// Fine texture is taken for noise. Noise only at edges, or smeared by a denoiser, is
+// underestimated. docs/metrics.md states the error for path-traced frames.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@
 namespace postchain::metrics {
 
 inline constexpr int kNoiseTile = 8;                 // pixels
-inline constexpr double kNormalMedian = 0.67448975;  // of |x|, x normal with deviation 1
+inline constexpr double kNormalMedian = 0.67448975;  // median of |x|, x normal with deviation 1
 
 // Noise variance at every pixel, constant in a tile. One channel; 0 in images below 3x3 pixels.
 ImageF noise_variance(const ImageF& channel);

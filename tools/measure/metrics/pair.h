@@ -28,7 +28,7 @@ void composite_over(ImageF& rgba, double gray);
 
 struct Pair {
     RgbImage test;
-    RgbImage reference;  // of the test's size
+    RgbImage reference;  // same size as `test`
 
     int width() const { return reference.rgb.width; }
     int height() const { return reference.rgb.height; }

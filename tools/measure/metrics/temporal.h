@@ -14,7 +14,7 @@ class TemporalError {
     // Adds the next frame; the first one only initializes. Errors (input): another size.
     Status add(const Pair& pair);
     int steps() const { return steps_; }
-    std::optional<double> last() const { return last_; }  // of the last step
+    std::optional<double> last() const { return last_; }  // value of the last step
     std::optional<double> mean() const;                   // empty before the second frame
 
   private:
@@ -57,7 +57,7 @@ class GridError {
 
   private:
     int margin_;
-    double sum_ = 0;  // of each shift's mean
+    double sum_ = 0;  // sum of the means of the shifts
     int shifts_ = 0;
 };
 

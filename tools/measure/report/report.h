@@ -152,7 +152,7 @@ struct StoredImage {
     ImageKind kind = ImageKind::color;
     int variant = -1;  // index into Report::variants; -1: input or ground truth
     int frame = 0;
-    std::string map;   // of ImageKind::error: hdr_flip or flip; the page makes the others
+    std::string map;   // ImageKind::error: hdr_flip or flip; the page makes other maps
     std::string path;  // relative to Report::folder
     int width = 0, height = 0, channels = 0;  // linear RGB, or 1
 };
@@ -164,7 +164,7 @@ struct Crop {
     std::string why;                          // "paper: mean HDR-FLIP 0.41"
 };
 
-inline constexpr const char* kNoiseSigma = "sigma";  // of Report::truth_noise
+inline constexpr const char* kNoiseSigma = "sigma";  // key in Report::truth_noise
 
 struct Report {
     Kind kind = Kind::ab;
@@ -172,7 +172,7 @@ struct Report {
     std::string folder;     // output; not part of the JSON
     io::OutputFiles files;  // which files may be written there; not part of the JSON
     std::vector<std::string> command;
-    std::string version;  // of postchain
+    std::string version;  // postchain's version
 
     std::string input;                 // as typed
     std::optional<std::string> truth;  // as typed, or "generated (wheels, 256 samples)"
@@ -181,7 +181,7 @@ struct Report {
     // converged) or "a" (ab: the first variant's image, which then has no values).
     std::string reference;
     std::vector<int> frames;         // in order
-    std::vector<int> scored_frames;  // those that were measured: all without ground truth
+    std::vector<int> scored_frames;  // measured frames; without ground truth all frames
     int width = 0, height = 0;       // pixels
     std::vector<int> page_frames;    // frames whose images are kept
 

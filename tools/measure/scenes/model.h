@@ -50,13 +50,13 @@ struct Object {
     glm::dvec3 color{0.5};    // scene-linear Rec. 709
     glm::dvec3 color_b{0.1};  // second color of the pattern
     int pattern = SCENE_PLAIN;
-    double period = 1;  // of the pattern, scene units; for a torus: number of tread blocks around
+    double period = 1;  // pattern's period, scene units; torus: number of tread blocks around
     glm::dvec2 pattern_extra{0.0};
     glm::dvec4 hole{0.0};  // rectangle: center x, y and radius; w: text lines
     double gloss = 0;
     double lamp = 0;    // radiance = color * lamp, unlit; 0 = a surface
     bool casts = true;  // a shadow; off by default for rectangles
-    double alpha = 1;   // of a surface that is blended with its background
+    double alpha = 1;   // 1 = opaque; below 1 blended with the background
 };
 
 Object rectangle(double half_width, double half_height, PoseAt pose, glm::dvec3 color);

@@ -123,7 +123,7 @@ struct SceneRenderer::Impl {
     void set_aperture(const BokehKernel& image) {
         constexpr int kSide = BokehKernel::kSide;
         std::vector<float> values = image.values();
-        float most = 0;  // of the cells that the unit disc touches
+        float most = 0;  // largest value of a cell that the unit disc touches
         for (int y = 0; y < kSide; ++y)
             for (int x = 0; x < kSide; ++x)
                 if (std::hypot(x + 0.5 - kSide / 2, y + 0.5 - kSide / 2) < kSide / 2 + 1)

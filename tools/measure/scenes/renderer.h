@@ -5,7 +5,7 @@
 //   sample points (time = (i+0.5)/N; lens and pixel: sample_points())
 //   --render.comp, a few samples per dispatch--> sums --> mean
 //
-// The same request gives identical bits on the same machine and driver.
+// A request always gives the same bits on one machine and driver.
 #pragma once
 
 #include <functional>
@@ -29,7 +29,7 @@ struct RenderSettings {
     bool lens = false;          // thin lens of the model's f-stop, otherwise pinhole
     bool vectors = false;       // also render depth and motion vectors
     bool behind = false;        // without the object that each pixel's center shows
-    uint32_t seed = 0;          // of shutter and lens noise
+    uint32_t seed = 0;          // seed of shutter and lens noise
 };
 
 struct ScenePlanes {

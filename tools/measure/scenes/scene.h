@@ -22,7 +22,7 @@
 namespace postchain::scenes {
 
 struct SceneRequest {
-    std::string name;    // of scenes()
+    std::string name;    // a name from scenes()
     std::string folder;  // created if it does not exist; its parent must exist
     int width = 640;
     int height = 360;

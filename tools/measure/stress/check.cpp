@@ -20,13 +20,13 @@ using shared::kMaxHalf;
 // error of 2^-11: it needs a larger tolerance, and input changes well above it.
 struct Bounds {
     double tolerance = 0;    // relative, of one pixel
-    double fraction = 0.01;  // of pixels above it: taps, steps and ties that round differently
+    double fraction = 0.01;  // share of pixels above it: taps, steps, ties that round differently
     double mean = 0;         // mean error of the other pixels
     double grid = 0.05;
     double dot = 0;
     double eps = 0;     // relative change of an input
     double color = 4;   // factors
-    double motion = 0;  // of r px: a streak of that length crosses many edges
+    double motion = 0;  // share of r px: a streak of that length crosses many edges
     double depth = 4;
 };
 // A pixel jumps if it changes by more than this multiple of eps times the largest color.
@@ -223,7 +223,7 @@ class Measurement {
     const MatrixCell& cell_;
     Precision precision_;
     Bounds bounds_;
-    Plan plan_;  // of the cell, complete, and its result
+    Plan plan_;  // complete plan of the cell, and its result
     ImageF out_;
     // The planes with color as its storage holds it, as a half file would.
     FramePlanes stored_planes_;
@@ -487,7 +487,7 @@ Status Measurement::continuity() {
         if (!wants(check)) continue;
         const double eps = role == Role::inverse_depth ? eps_of_depth : bounds_.eps;
         ASSIGN_OR_RETURN(auto out, filter_anew(subject_.chain, changed(role, eps)));
-        // Pixels that jump are excluded if they are few; otherwise they count as change.
+        // Pixels that jump are excluded if they are few; otherwise they are part of the change.
         double change = 0, jumped = 0, jump = 0;
         size_t jumps = 0;
         for (size_t pixel = 0; pixel < out_.pixels(); ++pixel) {

@@ -29,7 +29,7 @@ struct ImagedCheck {
 };
 
 // Images of the first kMaxImaged failed checks and of the worst cell of each known limit.
-// `subjects` are those of the run. Errors: those of measure(); output: the PNG encoder's.
+// `subjects`: the run's. Errors: as measure(); output: the PNG encoder's.
 inline constexpr size_t kMaxImaged = 400;
 Result<std::vector<ImagedCheck>> pictures_of(Executor& executor,
                                              const std::vector<Subject>& subjects,

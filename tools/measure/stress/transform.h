@@ -13,7 +13,7 @@ ImageF turned_back(const ImageF& image, Symmetry how);
 FramePlanes turned(const FramePlanes& planes, Symmetry how);
 
 struct Window {
-    int x = 0;  // of its first pixel in the frame; may be negative
+    int x = 0;  // first pixel's position in the frame; may be negative
     int y = 0;
     int width = 0;
     int height = 0;

@@ -46,13 +46,13 @@ struct Study {
     std::vector<experiment::NamedChain> chains;    // or the variants of one
     std::vector<std::string> chain_files;          // as typed
     std::vector<std::pair<size_t, size_t>> pairs;  // indices of A and B
-    std::vector<Equal> equal;                      // of each pair
+    std::vector<Equal> equal;                      // by pair
     std::map<std::string, double> margins;         // by metric, instead of the defaults
     std::vector<Scene> scenes;
 
     // Adds a question.
     void ask(size_t a, size_t b, Equal same = Equal::unsaid);
-    std::vector<std::string> names() const;  // of the chains
+    std::vector<std::string> names() const;  // names of the chains
 };
 
 // One call of ab or bench: a scene and, for ab, a pair.

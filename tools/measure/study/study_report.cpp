@@ -19,7 +19,7 @@ namespace {
 using io::Json;
 
 constexpr const char* kVerdictMetric = "hdr_flip";
-constexpr double kEqualTime = 1.25;  // times with a ratio up to this count as equal
+constexpr double kEqualTime = 1.25;  // ratio of times up to which they are called equal
 
 std::string number(const std::optional<double>& value) {
     return value ? report::figure(*value) : "";

@@ -29,7 +29,7 @@ struct StudyReport {
     std::vector<std::string> variants, chain_texts;
     std::vector<std::string> revisions;  // commits by which scenes were measured
     std::vector<std::pair<size_t, size_t>> pairs;
-    std::vector<Equal> equal;                        // of each pair
+    std::vector<Equal> equal;                        // by pair
     std::vector<std::optional<double>> time_ratios;  // B / A, of pairs that say equal time
     std::vector<SceneEntry> scenes;
     std::vector<MetricTable> tables;

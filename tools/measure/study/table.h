@@ -34,8 +34,8 @@ struct SceneFigures {
 struct Row {
     std::string name, family;  // family: of a scene; empty in a family's row
     size_t scenes = 1;         // in it
-    Values means;              // of each variant
-    Values gains;              // of each pair
+    Values means;              // by variant
+    Values gains;              // by pair
 };
 
 // Below 5 % after Holm's correction over the questions: a, b: the gain is not 0; equal: it is not
@@ -49,8 +49,8 @@ struct PairResult {
     std::optional<double> mean;  // gain, over families
     std::optional<report::Interval> interval;
     std::optional<Probability> difference;   // probability of such a gain if there is no difference
-    std::optional<double> margin;            // a gain below it counts as no difference
-    std::optional<Probability> equivalence;  // the same if the true gain is beyond the margin
+    std::optional<double> margin;            // a gain below it is called no difference
+    std::optional<Probability> equivalence;  // probability if the true gain is beyond the margin
     int families = 0;
     int nearer = 0;   // families whose gain is above 0
     int farther = 0;  // below
@@ -64,12 +64,12 @@ struct PairResult {
 struct MetricTable {
     report::MetricInfo metric;
     std::vector<Row> scenes, families;
-    Values means;                // of each variant, over the families that have all of them
+    Values means;                // by variant, over the families that have all variants
     std::optional<size_t> best;  // the closest of these to ground truth
     std::vector<PairResult> pairs;
 };
 
-// Gains that count as no difference (docs/studies.md); none for metrics in units of the scene's
+// Gains that are called no difference (docs/studies.md); none for metrics in units of the scene's
 // light.
 std::optional<double> default_margin(const std::string& metric);
 

@@ -94,7 +94,7 @@ Result<TaskResult> measure_task(const Study& study, const Task& task, const std:
     return result;
 }
 
-// Figures of one task inside those of all.
+// One task's part of the figures of all tasks.
 experiment::ProgressCallback inside(const experiment::ProgressCallback& progress, const Task& task,
                                     size_t done, size_t total) {
     return [=](const experiment::ExperimentProgress& one) {

@@ -31,7 +31,7 @@ struct Machine {
 };
 
 struct WorkDone {
-    size_t tasks = 0;    // of the study
+    size_t tasks = 0;    // tasks of the study
     size_t made = 0;     // by this process
     size_t results = 0;  // that exist
     bool complete() const { return results == tasks; }

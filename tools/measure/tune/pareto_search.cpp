@@ -53,7 +53,7 @@ class Searcher {
   private:
     Status walk(std::vector<Start> starts) {
         for (Start& start : starts) RETURN_IF_ERROR(attempt(std::move(start.chain), start.name));
-        // A time that does not hold may leave no chain within the budget; then the walk goes on.
+        // A time that does not hold may leave no chain within the budget; then the walk continues.
         do {
             while (const auto next = next_to_expand()) RETURN_IF_ERROR(expand(*next));
             RETURN_IF_ERROR(confirm());

@@ -27,7 +27,7 @@ struct Goal {
 struct Times {
     double seconds = 0;   // per frame: mean over the frames of the median of the repetitions
     double spread_s = 0;  // mean over the frames of the interquartile range
-    int repeats = 0;      // of each frame
+    int repeats = 0;      // repetitions of each frame
     std::string doubt;    // why the times are not trustworthy; empty: they are
 };
 
@@ -46,10 +46,10 @@ class ChainEvaluator {
 
 struct Candidate {
     Chain chain;
-    std::string name;  // of a start; empty: found by the search
+    std::string name;  // start's name; empty: found by the search
     Measured measured;
     bool expanded = false;   // all of its steps are measured
-    bool confirmed = false;  // the times are those of time_again()
+    bool confirmed = false;  // the times come from time_again()
 };
 
 struct ParetoSearch {
@@ -61,7 +61,7 @@ struct ParetoSearch {
     // Chains that no other beats in both error and time, the fastest first.
     std::vector<size_t> front() const;
     std::optional<size_t> fastest() const;
-    std::optional<size_t> closest() const;  // of least error
+    std::optional<size_t> closest() const;  // index of the point of least error
 };
 
 bool meets(const Goal& goal, const Measured& measured);

@@ -213,7 +213,7 @@ Result<std::string> key_of(const std::vector<Start>& starts, const std::vector<s
     return hex_of(hash_text(text));
 }
 
-// A few frames of those that have a ground truth.
+// A few of the frames with a ground truth.
 Result<std::vector<int>> frames_to_measure(const TuneSettings& settings) {
     ASSIGN_OR_RETURN(auto list, experiment::frames_on_disk(settings.run));
     if (settings.truth.empty())

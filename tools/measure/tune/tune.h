@@ -27,7 +27,7 @@ struct TuneSettings : experiment::ExperimentSettings {
     TuneSettings() { repeats = 3; }
     std::string budget;           // seconds per frame: "0.2", "0.2s", "200ms"; empty = not given
     std::optional<double> error;  // mean HDR-FLIP
-    int measure_frames = 3;       // of those with a ground truth, evenly spaced
+    int measure_frames = 3;       // evenly spaced frames with a ground truth
     int max_chains = 40;          // measured at most
 };
 const ParameterTable& tune_parameters();  // over TuneSettings
@@ -38,14 +38,14 @@ Result<Goal> goal_of(const TuneSettings& settings);
 // Shipped chains to start from if none is named.
 std::vector<std::string> default_starts(bool with_truth);
 
-// The measured chains of a stopped walk, from which the same walk goes on.
+// The measured chains of a stopped walk, from which it continues.
 struct StoppedWalk {
     struct Point {
         Measured measured;
-        bool confirmed = false;  // the times are those of time_again()
+        bool confirmed = false;  // the times come from time_again()
     };
-    std::string key;                    // of everything that the figures depend on
-    std::map<uint64_t, Point> by_hash;  // of the chain
+    std::string key;                    // hash of everything that the figures depend on
+    std::map<uint64_t, Point> by_hash;  // by the chain's hash
 };
 
 struct Tuning {

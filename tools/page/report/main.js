@@ -18,7 +18,7 @@ import { fields_of } from "./fields.js";
 import { add_facts, add_left_out, add_variants } from "./tables.js";
 import { Viewer } from "../viewer/viewer.js";
 
-// The keys of a report, besides those of every viewer.
+// The keys of a report, in addition to the keys of every viewer.
 const kKeys = [
     [["1", "9"], "a variant, by its place in the list"],
     [["0"], "the truth"],

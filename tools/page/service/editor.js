@@ -126,7 +126,7 @@ function changed(why) {
     if (why === "read") return;
     if (text !== written) parts.text.value = text;
     written = text;
-    if (why === "chosen") parts.diagnostics.replaceChildren();  // those of the other chain
+    if (why === "chosen") parts.diagnostics.replaceChildren();  // faults of the other chain
     drawGutter();
     check();
 }

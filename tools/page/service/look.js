@@ -1,4 +1,4 @@
-// The middle of the page: what is looked at, in the viewer of reports, with live previews.
+// The center of the page: the open shot or job in the viewer of reports, with live previews.
 import { by_id, h, settle } from "../shared/dom.js";
 import { milliseconds, number } from "../shared/words.js";
 import { fill_bar } from "../viewer/bar.js";
@@ -157,7 +157,7 @@ const refine = settle(async () => {
 function chains_changed(why) {
     if (why === "read" || !model.subject) return;
     if (why === "chosen") {
-        plan = null;  // of the other chain
+        plan = null;  // the plan belongs to the other chain
         page.planned?.(null, "");
         return refine();
     }

@@ -9,7 +9,7 @@ import { picture_of_file } from "../viewer/picture.js";
 const kCacheBytes = 512 * 2 ** 20;
 const kMinGap = 150;      // ms between two previews of a chain
 const kPatience = 400;      // ms until a newer preview ends one that runs
-const kDraftPixels = 480;   // of the longer side, while a slider moves
+const kDraftPixels = 480;   // longer side, while a slider moves
 const kLevels = [0.125, 0.25, 0.5, 1];
 
 // The viewer asks again if it still wants the picture.
@@ -17,7 +17,7 @@ class Superseded extends Error {
     retry = true;
 }
 
-// Runs one task at a time; of those that wait only the newest.
+// Runs one task at a time; of the waiting tasks only the newest.
 class Lane {
     #running = null;
     #waiting = null;

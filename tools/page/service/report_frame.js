@@ -1,4 +1,4 @@
-// A job's report in place of the viewer. Its scripts run in an origin of their own, which reaches
+// A job's report, shown instead of the viewer. Its scripts run in an origin of their own, which reaches
 // neither this page nor the service: the pictures that it asks for are fetched and sent from here.
 import { by_id, h } from "../shared/dom.js";
 import { address, getText } from "./api.js";

@@ -60,7 +60,7 @@ function request(which) {
         ...(by_id("which").value.trim() && { frames: by_id("which").value.trim() }) };
 }
 
-// more: keys that replace those of the form.
+// more: keys that replace keys of the form.
 async function submit(more = {}) {
     const button = by_id("submit"), error = by_id("send-error"), choices = by_id("existing");
     button.disabled = true;

@@ -67,7 +67,7 @@ page.show_tab = (name) => {
     }
 };
 
-// Opens the shot or job that the address names, or closes what is open.
+// Opens the shot or job that the address names, or closes the open one.
 async function follow_address() {
     const job = state.get("job"), shot = state.get("shot"), frame = state.get("frame");
     if (shot && !job) return open_shot(shot, state.get("camera"), frame);

@@ -21,7 +21,7 @@ const kReport = { words: { output: "Folder of the report", on_existing: "If the 
     examples: { output: "out/report" } };
 
 let schema = null, kind = "run", body = {};
-let other_output;  // of the kinds that write frames while the form is of one that writes a report; and back
+let other_output;  // output of the other kind of job: frames while the form writes a report, and back
 const writes_report = () => kind !== "run";
 
 function change_kind(word) {
@@ -112,7 +112,7 @@ function form() {
         }
         who.disabled = false;
     };
-    // more: keys that replace those of the form.
+    // more: keys that replace keys of the form.
     const submit = (more = {}) => attempt(button, async () => {
         const job = await post("v1/jobs", { kind, ...body, ...more });
         page.jobs.add_job(job);

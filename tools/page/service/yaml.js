@@ -1,5 +1,5 @@
 // A chain's values as the text of a chain file.
-const kWidth = 90;  // of a pass in one line
+const kWidth = 90;  // longest line of a pass in one line
 const kPlain = /^[A-Za-z_][\w./-]*$/;
 const kWord = /^(true|false|null|yes|no|on|off)$/i;
 

@@ -10,7 +10,7 @@ uniform highp sampler2D magma;    // 256 x 1
 uniform highp sampler2D other;    // linear RGB, left of `split`
 
 uniform vec2 canvas;      // device pixels
-uniform vec2 size;        // of the frame, in picture pixels; a texture may be smaller
+uniform vec2 size;        // frame size in image pixels; a texture may be smaller
 uniform float split;      // device pixels; 0: none
 uniform vec2 center;      // picture pixel at the center of the canvas
 uniform float scale;      // device pixels per picture pixel
@@ -59,7 +59,7 @@ void main() {
     color = vec4(background, 1.0);
     if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, size))) return;
 
-    // The mean of what is shown over the footprint of a device pixel.
+    // The mean of the image over the footprint of a device pixel.
     vec3 sum = vec3(0.0);
     for (int y = 0; y < n; ++y)
         for (int x = 0; x < n; ++x) {

@@ -8,7 +8,7 @@ import { kTones } from "./tone.js";
 const kLadder = [0.0625, 0.125, 0.25, 0.33, 0.5, 0.67, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48,
     64];
 const kGridFrom = 8;      // device pixels per picture pixel
-const kWheelStep = 60;    // of a wheel event's deltaY, for one step of the ladder
+const kWheelStep = 60;    // wheel event's deltaY for one step of the ladder
 const kMinCrop = 4;     // picture pixels
 
 function background_of() {

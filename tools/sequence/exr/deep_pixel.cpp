@@ -105,7 +105,7 @@ void DeepPixel::weigh(size_t first, size_t end) {
     float back = -kInfinity;
     for (size_t i = first; i < end; ++i) {
         const DeepSample& sample = samples_[i];
-        // Two surfaces at one depth count as overlapping too.
+        // Two surfaces at one depth overlap too.
         const bool overlaps =
             sample.front < back || (i > first && sample.front == samples_[i - 1].front &&
                                     sample.back == samples_[i - 1].back);

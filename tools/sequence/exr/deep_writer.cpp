@@ -16,7 +16,7 @@
 namespace postchain::io {
 namespace {
 
-// The values as stored, and where those of each pixel begin.
+// The values as stored, and the index of each pixel's first value.
 struct EncodedChannel {
     std::vector<std::byte> bytes;
     std::vector<char*> pixels;

@@ -12,7 +12,7 @@ namespace postchain::io {
 struct DeepChannel {
     std::string name;
     PixelType type = PixelType::float32;  // or half
-    std::vector<float> values;            // of all samples, pixel by pixel
+    std::vector<float> values;            // one per sample, pixel by pixel
 };
 struct DeepSamples {
     int width = 0;

@@ -39,7 +39,7 @@ struct ChunkLayout {
     bool tiled = false;
     int columns = 0;  // largest width of a chunk, pixels
     int rows = 0;
-    uint64_t whole_chunk_pixels = 0;  // of a tile that the data window does not cut
+    uint64_t whole_chunk_pixels = 0;  // pixels of a tile that the data window does not cut
     bool packed = false;              // ZIP or ZIPS
     bool from_bottom = false;         // DECREASING_Y: the last lines are first in the file
 

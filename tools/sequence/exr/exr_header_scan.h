@@ -44,7 +44,7 @@ struct HeaderFacts {
     // The chunk offsets of each part, all within the file. 0: never written.
     std::vector<std::vector<uint64_t>> chunks;
     std::vector<ChunkForm> forms;      // one for each part
-    std::vector<uint64_t> flattening;  // of each deep part: flattening_bytes() of its largest chunk
+    std::vector<uint64_t> flattening;  // by deep part: flattening_bytes() of its largest chunk
 };
 
 // `fd` is a regular file of `file_bytes` bytes. Errors (input), without the path: zero bytes, not

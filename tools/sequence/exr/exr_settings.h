@@ -34,7 +34,7 @@ struct ExrCompression {
 };
 
 struct ExrSettings {
-    std::optional<ExrCompression> compression;  // of the color part; unset: as in the input
+    std::optional<ExrCompression> compression;  // color part; unset: as in the input
     bool half = false;                          // float channels of color become half
     std::vector<std::string> channels;          // patterns, * matches any text; empty: all
 

@@ -54,14 +54,14 @@ struct ExrPart {
     std::string type;         // "scanlineimage", "tiledimage", "deepscanline", "deeptile"
     std::string compression;  // "zip", "dwaa", ...
     std::vector<ExrChannel> channels;
-    std::vector<std::string> views;  // of a single-part multi-view file, the default first
+    std::vector<std::string> views;  // views of a single-part multi-view file, the default first
     Window data_window;
     Window display_window;
     float pixel_aspect = 1;
     std::optional<std::array<float, 8>> chromaticities;  // red, green, blue, white x and y
     std::map<std::string, std::string> attributes;       // every attribute as text
     bool deep = false;
-    uint64_t flattening_bytes = 0;  // of a deep part: memory of each thread that reads it
+    uint64_t flattening_bytes = 0;  // deep part: memory of each thread that reads it
     bool tiled = false;
     bool mip_mapped = false;  // more than one level
 

@@ -114,7 +114,7 @@ int rename_to_new(const std::string& from, const std::string& to) {
     return 0;
 }
 
-// Some file systems have no locks; then every temporary counts as one of a running process.
+// Some file systems have no locks; then every temporary is taken for one of a running process.
 bool has_no_locks(int error) {
     return error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP;
 }
@@ -131,7 +131,7 @@ bool remove_if_dead(const std::string& path) {
 struct Opened {
     enum class Step { open, lock };
     int fd = -1;
-    int error = 0;  // of the step that failed; EEXIST of `open`: another process has the name
+    int error = 0;  // errno of the failed step; EEXIST of `open`: another process has the name
     Step step = Step::open;
 };
 

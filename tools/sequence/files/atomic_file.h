@@ -59,7 +59,7 @@ class AtomicFile {
     AtomicFile() = default;
     Status fail(const char* action, int error);
     int move_here(OnExisting on_existing) const;  // 0 or errno; EEXIST: the name is taken
-    void keep_attributes() const;                 // of the file that will be replaced
+    void keep_attributes() const;                 // copies them from the file that will be replaced
 
     std::string path_;
     std::string temporary_;

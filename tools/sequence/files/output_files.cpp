@@ -266,7 +266,7 @@ Status OutputFiles::check() const {
 }
 
 void OutputFiles::remove_left_temporaries() const {
-    std::map<std::string, std::set<std::string>> names;  // of files, by folder
+    std::map<std::string, std::set<std::string>> names;  // file names by folder
     for (const auto& [path, index] : file_at_)
         names[fs::path(path).parent_path().string()].insert(name_of(path));
     for (const auto& at : names)

@@ -53,7 +53,7 @@ struct Chunk {
 // The last group of digits before a file name's extension. A minus before it is its sign, unless a
 // letter or digit comes before the minus: "a.-0002.exr" is frame -2, "a-0002.exr" is frame 2.
 struct NumberPlace {
-    size_t begin = 0;  // of the sign, if there is one
+    size_t begin = 0;  // index of the sign, if there is one
     size_t digits = 0;
     size_t end = 0;  // digits == end: no number
     bool negative() const { return begin < digits; }

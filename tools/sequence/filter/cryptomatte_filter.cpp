@@ -53,7 +53,7 @@ Boxes all_boxes(const SourceFrame& frame, size_t index) {
     return boxes;
 }
 
-// Those of the ids that are filtered, of all boxes.
+// Boxes of the ids that are filtered.
 Boxes filtered_boxes(const SourceFrame& frame, size_t index, Boxes boxes) {
     const auto asked = frame.layers.filtered_ids.find(index);
     if (asked == frame.layers.filtered_ids.end()) return boxes;
@@ -63,7 +63,7 @@ Boxes filtered_boxes(const SourceFrame& frame, size_t index, Boxes boxes) {
     return boxes;
 }
 
-// Places of a box along a curve of quadrants: what is near on the curve is near in the frame.
+// Places of a box along a curve of quadrants: neighbors on the curve are neighbors in the frame.
 uint64_t place_of(const io::Window& box) {
     uint64_t place = 0;
     const auto x = uint64_t(std::max(box.min_x + box.max_x, 0));

@@ -48,7 +48,7 @@ struct FoundAttribute {
 
 struct CameraMetadata {
     Camera camera;
-    Origins origins;  // of its values: the attributes' names
+    Origins origins;  // origins of its values: the attributes' names
     std::optional<CameraPose> pose;
     std::vector<FoundAttribute> found;  // in the order of the table
 };

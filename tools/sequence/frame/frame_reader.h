@@ -67,9 +67,9 @@ struct InputFrame {
     ChannelAssignment assignment;
     // Sizes, display window, number, planes and luma weights are filled; camera and facts are not.
     FrameDescription description;
-    FramePlanes planes;  // of `window`, in the files' convention
-    Window window;       // of the planes; default: color's data window
-    Window data_window;  // of the color part
+    FramePlanes planes;  // planes of `window`, in the files' convention
+    Window window;       // window of the planes; default: color's data window
+    Window data_window;  // data window of the color part
     Window display_window;
     bool half_depth = false;           // depth came as half (warn: relative step 2^-11)
     std::shared_ptr<PartPixels> kept;  // color's part, every channel, for the writer

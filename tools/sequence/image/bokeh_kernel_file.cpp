@@ -27,7 +27,7 @@ std::vector<double> cell_means(const std::vector<double>& pixels) {
 
 std::vector<float> table_of(const ImageF& gray) {
     constexpr size_t kCells = BokehKernel::kSide;
-    std::vector<std::vector<double>> columns(kCells);  // of cells, from the top
+    std::vector<std::vector<double>> columns(kCells);  // one per column of cells, from the top
     for (int y = 0; y < gray.height; ++y) {
         const float* row = &gray.data[size_t(y) * size_t(gray.width)];
         const auto means = cell_means({row, row + gray.width});

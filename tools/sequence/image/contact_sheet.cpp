@@ -88,7 +88,7 @@ ImageF shrunk(const ImageF& picture, int width, int height) {
     const size_t channels = size_t(picture.channels);
     ImageF small(width, height, picture.channels);
     for (int y = 0; y < height; ++y) {
-        std::vector<double> means(size_t(picture.width) * channels);  // of the covered rows
+        std::vector<double> means(size_t(picture.width) * channels);  // means over the covered rows
         each_covered(picture.height, height, y, [&](int row, double share) {
             const float* values = picture.pixel(0, row);
             for (size_t i = 0; i < means.size(); ++i)

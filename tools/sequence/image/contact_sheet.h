@@ -10,7 +10,7 @@
 
 namespace postchain::io {
 
-// Shrinks an image: the mean over the area of each new pixel; non-finite values count as 0.
+// Shrinks an image: the mean over the area of each new pixel; non-finite values are read as 0.
 ImageF shrunk(const ImageF& picture, int width, int height);
 
 // At most `most` of the numbers 0 .. count - 1, evenly spread, in order, with the first and the

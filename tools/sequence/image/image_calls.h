@@ -18,7 +18,7 @@ namespace postchain::io {
 struct ImageInfo {
     std::string format;  // in OpenImageIO's words
     int width = 0, height = 0;
-    int x = 0, y = 0;  // of the first pixel
+    int x = 0, y = 0;  // position of the first pixel
     int display_x = 0, display_y = 0, display_width = 0, display_height = 0;
     float pixel_aspect = 1;
     int channels = 3;
@@ -37,7 +37,7 @@ struct ImageToWrite {
     std::string metadata_of;    // file whose metadata are kept; may be empty
     int metadata_part = 0;      // part of that file
     bool same_transfer = true;  // same transfer as that file: keep its color profile
-    std::string compression;    // of TIFF, OpenImageIO's name; empty: its lossless default
+    std::string compression;  // TIFF's compression, OpenImageIO's name; empty: its lossless default
     std::map<std::string, std::string> attributes;  // additional
 };
 

@@ -242,7 +242,7 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path
 
 // A header may state anything.
 constexpr int kMaxOffset = 1 << 28;
-constexpr size_t kMaxAttribute = size_t(1) << 20;  // of a text; more is cut off
+constexpr size_t kMaxAttribute = size_t(1) << 20;  // longest string; more is cut off
 constexpr uint64_t kMaxTileBytes = uint64_t(512) << 20;
 
 // Sizes that the file cannot hold, and what would not fit in a number.

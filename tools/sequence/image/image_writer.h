@@ -25,7 +25,7 @@ struct ImageEncoding {
     Transfer transfer = Curve::srgb;
     std::string color_space;         // that the file states, OpenImageIO's name; may be empty
     bool same_transfer = true;       // as the input: its color profile is kept
-    std::string compression;         // of TIFF: the input's, if lossless; may be empty
+    std::string compression;         // TIFF: the input's, if lossless; may be empty
     std::vector<std::string> notes;  // losses compared with the input
 };
 // Chosen from the frame's header. Errors (usage): bits that the format does not support.

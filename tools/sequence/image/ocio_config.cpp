@@ -83,7 +83,7 @@ std::vector<std::string> files_of(const ocio::Config& config, const std::string&
     return files;
 }
 
-// Those that a text names, as $NAME, ${NAME} or %NAME%.
+// Environment variables that a text names, as $NAME, ${NAME} or %NAME%.
 std::map<std::string, std::string> variables_of(const ocio::Config& config,
                                                 const std::string& path) {
     std::ifstream file(path);
@@ -99,7 +99,7 @@ std::map<std::string, std::string> variables_of(const ocio::Config& config,
 }
 
 struct CachedConfig {
-    std::vector<FileStamp> stamps;  // of its file, then of every table that it names
+    std::vector<FileStamp> stamps;  // its file, then every table that it names
     std::map<std::string, std::string> variables;
     std::shared_ptr<OIIO::ColorConfig> config;  // none until it is asked for
 };
@@ -124,7 +124,7 @@ bool is_same(const FileStamp& stamp) {
     return FileStamp::of(stamp.path) == stamp;
 }
 
-std::mutex mutex;  // of the cache
+std::mutex mutex;  // guards the cache
 
 // The cache entry of this path, as its files are now; `mutex` is held.
 Result<CachedConfig*> cached(const std::string& path) {

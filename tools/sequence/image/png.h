@@ -15,7 +15,7 @@ namespace postchain::io {
 Result<std::string> encode_png(const Image<uint8_t>& pixels);
 
 // Maps one channel of 0..1 to the published color map magma, display-referred sRGB. Values are
-// clamped; NaN counts as 0.
+// clamped; NaN is written as 0.
 Result<Image<uint8_t>> magma_of(const ImageF& values);
 
 // RFC 4648, section 4.

@@ -29,7 +29,7 @@ struct LayerSettings {
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
     std::vector<std::string> ids;     // to filter: names and patterns; empty = all
     std::vector<std::string> mattes;  // mattes_of() the chains
-    io::PathCheck manifest_check;     // of the manifest files; none = all are read
+    io::PathCheck manifest_check;     // check of the manifest files; none = all are read
     io::ExrSettings written;          // only layers that it writes are filtered
     std::string fill_mask;            // layers/fill_mask.h; empty = none
 };
@@ -94,7 +94,7 @@ struct MatteFindings {
                          const io::RankedCoverage& ranks);
 };
 
-// The mattes in 0..1, stacked; NaN counts as 0. A warning says if no pixel has ids that no
+// The mattes in 0..1, stacked; NaN is read as 0. A warning says if no pixel has ids that no
 // manifest confirms. Errors (input): damaged data.
 Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
                            const io::Window& area, MatteFindings& findings);

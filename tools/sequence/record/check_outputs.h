@@ -27,7 +27,7 @@ struct CheckedOutput {
     int frame = 0;
     std::string path;
     OutputState state = OutputState::missing;
-    std::string why;             // of every state but whole
+    std::string why;             // reason; set in every state but whole
     std::string settings;        // what made it, without the frame's own input; empty = unknown
     std::optional<int> made_as;  // the frame that it was made as; empty = unknown
     uint64_t bytes = 0;

@@ -37,9 +37,9 @@ struct FrameReport {
     std::optional<FramePlan> plan;
     std::optional<ResolvedValues> resolved;
     std::string provenance;                       // record/fingerprint.h
-    std::string preview_provenance;               // of the preview, if requested
-    std::vector<io::FileStamp> stamps;            // of all files read, neighbors' too
-    FrameLayers layers;                           // of color's file
+    std::string preview_provenance;               // preview's origin, if requested
+    std::vector<io::FileStamp> stamps;            // all files read, neighbors' too
+    FrameLayers layers;                           // layers of color's file
     std::vector<CryptomatteReport> cryptomattes;  // filtered ones
     FrameBounds bounds;
     InputHealth health;  // first_nonfinite in file coordinates
@@ -47,7 +47,7 @@ struct FrameReport {
     io::Window window;  // data window of the output
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
-    uint64_t stage_bytes = 0;  // of its stages
+    uint64_t stage_bytes = 0;  // bytes of its stages
     double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
     std::vector<PassTime> pass_times;
     std::vector<WorkDone> work_done;

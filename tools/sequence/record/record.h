@@ -18,13 +18,13 @@ inline constexpr const char* kRecordAttribute = "postchain/record";
 std::string record_text(const Chain& chain, const RunSettings& settings, const FrameReport& report);
 
 struct Record {
-    std::string version;  // of the command
+    std::string version;  // version of the command
     std::string work;     // FrameReport::provenance
     int frame = 0;
     std::string chain;                               // as a chain file
     std::map<std::string, ParameterValue> settings;  // JobSettings that were given
     std::string camera;                              // as a camera file: the values it gave here
-    std::string camera_hash;                         // of the camera file's text; empty = none
+    std::string camera_hash;                         // hash of the camera file's text; empty = none
     std::vector<io::FileStamp> inputs;               // files that were read, with neighbors'
 };
 

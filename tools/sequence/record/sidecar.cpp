@@ -33,7 +33,7 @@ Json brief_plan(const Plan& plan) {
     return json;
 }
 
-// Values that fit on a line are on one; those of longer objects and lists have a line each.
+// Values that fit on a line are on one; longer objects and lists have a line for each value.
 std::string folded(const Json& json, const std::string& indent = "") {
     constexpr size_t kLine = 120;
     const std::string text = io::json_text(json);

@@ -34,7 +34,7 @@ class FrameFeed {
     virtual bool has(int frame) const = 0;
     // Any thread. Number of frames, as far as known.
     virtual size_t total() const = 0;
-    // Any thread. Description of what is awaited; empty = nothing.
+    // Any thread. Names the awaited frames; empty = none.
     virtual std::string waits_for() const = 0;
 };
 

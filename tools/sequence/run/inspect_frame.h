@@ -23,7 +23,7 @@ struct InspectedFrame {
     Status status;
     // The rest is that of a frame without a failure.
     std::optional<SourceFrame> source;           // without planes
-    std::vector<io::FoundAttribute> attributes;  // of the camera
+    std::vector<io::FoundAttribute> attributes;  // camera attributes
     std::optional<Result<SignCheck>> signs;      // against the next frame, if that is on disk
 };
 

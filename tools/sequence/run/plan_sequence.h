@@ -28,12 +28,12 @@ struct Memory {
 
 // The cost of a frame's extra layers and filtered cryptomattes, from its plans.
 struct LayerCost {
-    int layers = 0;           // those of ids included
-    size_t ids = 0;           // of cryptomattes
-    int runs = 0;             // of the chain
-    size_t dispatches = 0;    // of all runs
+    int layers = 0;           // layers, with the layers of ids
+    size_t ids = 0;           // ids of cryptomattes
+    int runs = 0;             // runs of the chain
+    size_t dispatches = 0;    // in all runs
     uint64_t peak_bytes = 0;  // textures of the largest run
-    double fetches = 0;       // of all runs, in those of color alone; layers that are 0 cost less
+    double fetches = 0;       // in all runs, as a multiple of color's; layers that are 0 cost less
 };
 
 struct PlannedFrame {

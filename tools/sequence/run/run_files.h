@@ -11,7 +11,7 @@
 
 namespace postchain::sequence {
 
-// Every frame on disk counts as read, requested or not, because it may be a neighbor.
+// Every frame on disk is treated as read, requested or not, because it may be a neighbor.
 io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
                              const std::vector<FrameTask>& tasks);
 

@@ -361,7 +361,7 @@ class Runner {
     FrameFeed& feed_;
     const RunCallbacks& callbacks_;
     SequenceReader reader_;                               // used by the reader thread
-    std::map<std::string, SequenceReader> view_readers_;  // of the other views; likewise
+    std::map<std::string, SequenceReader> view_readers_;  // readers of the other views
     MemoryGate gate_;
 
     Channel<Numbered> to_process_{1};
@@ -369,7 +369,7 @@ class Runner {
     Channel<FrameReport> finished_{std::numeric_limits<size_t>::max()};
     std::counting_semaphore<kFramesInFlight> free_places_{kFramesInFlight};
     static constexpr size_t kNone = std::numeric_limits<size_t>::max();
-    std::atomic<size_t> first_failed_ = kNone;  // task index; kNone = go on
+    std::atomic<size_t> first_failed_ = kNone;  // task index; kNone = continue
     std::atomic<int> in_flight_ = 0;
     std::atomic<int> in_flight_peak_ = 0;
     Clock::time_point start_;

@@ -28,7 +28,7 @@ struct FrameInFlight {
     FrameReport report;
     std::optional<SourceFrame> source;  // none = the report is final
     FilteredView filtered;
-    std::vector<FilteredView> other_views;  // of source->other_views
+    std::vector<FilteredView> other_views;  // results of source->other_views
 };
 
 using Upcoming = std::function<const FrameInFlight*()>;
@@ -78,7 +78,7 @@ Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, Fra
 using FrameVisitor = std::function<Status(SourceFrame& frame, FrameReport& report)>;
 
 // Hands each frame of a sequence to the visitor while the next ones are read: color and the
-// available planes of `wanted`, of neighbors too. Output settings are ignored. A frame counts as
+// available planes of `wanted`, of neighbors too. Output settings are ignored. A frame is called
 // written if the visitor succeeds. Errors: those of run_sequence().
 Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
                                   const FrameVisitor& visitor, const FrameObserver& observer,

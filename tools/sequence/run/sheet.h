@@ -17,7 +17,7 @@ struct SheetSettings {
     std::string beside;  // a second pattern; empty = none
     int cells = 60;      // maximum
     int columns = 0;     // 0 = chosen so that the sheet is about 16:9
-    int width = 240;     // of a thumbnail, pixels
+    int width = 240;     // width of a thumbnail, pixels
     io::OnExisting on_existing = io::OnExisting::fail;
 };
 

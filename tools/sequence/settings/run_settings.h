@@ -54,7 +54,7 @@ struct RunSettings : RunChoices {
     io::ExrSettings exr;
     io::ImageSettings picture;
     std::optional<io::DisplayView> view;  // shown by previews
-    std::string version;                  // of the command, for metadata
+    std::string version;                  // version of the command, for metadata
     // Settings repeated in the record of an output because they are not the default.
     std::map<std::string, ParameterValue> given;
 };
@@ -64,8 +64,8 @@ RunSettings settings_for(RunSettings settings, const std::vector<const Chain*>& 
 
 // One output, made from the files of the same or another frame.
 struct FrameTask {
-    int frame = 0;                      // of the output
-    int source = 0;                     // of the input; differs if a frame is held
+    int frame = 0;                      // number of the output frame
+    int source = 0;                     // number of the input frame; differs if a frame is held
     std::map<Role, std::string> files;  // empty = missing
     std::string output;
 };

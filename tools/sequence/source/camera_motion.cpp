@@ -106,7 +106,7 @@ class Transfer {
 
   private:
     Rotation turn_;
-    Direction step_ = {};  // of the camera, in the other's axes, scene units
+    Direction step_ = {};  // camera's step, in the other's axes, scene units
     double from_px_, to_px_, aspect_;
 };
 

@@ -43,7 +43,7 @@ struct SourceSettings : SourceChoices {
     // Pattern of neighboring frames, for their cameras.
     std::optional<io::PathPattern> color_frames;
     uint64_t max_memory = 0;                     // bytes for frames; 0 = no limit
-    std::optional<io::Transfer> input_transfer;  // of non-EXR images; none = as the file says
+    std::optional<io::Transfer> input_transfer;  // non-EXR images; none = as the file says
     LayerSettings layers;
 };
 
@@ -53,7 +53,7 @@ struct FrameHeader {
     io::ChannelAssignment assignment;
     io::Window window;                // the window that is filtered
     Camera camera;                    // metadata overridden by the camera file
-    Origins camera_origins;           // of the camera's values
+    Origins camera_origins;           // origins of the camera's values
     std::optional<SkyViews> sky;      // if matrices exist and motion vectors are made from them
     bool looked_for_cameras = false;  // in the files of the frames before and after
     bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
@@ -61,15 +61,15 @@ struct FrameHeader {
     bool motion_crosses_cut = false;  // and is not replaced by that of the other side
     bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
     std::optional<Zoom> zoom;         // to add to the file's motion vectors
-    std::vector<io::FoundAttribute> camera_attributes;  // of color's part
-    FrameLayers layers;                                 // of color's file
+    std::vector<io::FoundAttribute> camera_attributes;  // camera attributes of color's part
+    FrameLayers layers;                                 // layers of color's file
     std::vector<std::string> warnings;                  // one line each
 };
 
 // `files` as in io::FrameList::files. Errors (input) name the file, what was looked for and found.
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame);
-// The same for files that are open; `files.frame_number` is the frame.
+// Reads the headers of open files; `files.frame_number` is the frame.
 Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files);
 
 const io::ExrPart& color_part(const FrameHeader& header);

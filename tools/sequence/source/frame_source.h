@@ -58,7 +58,7 @@ struct SourceFrame {
     InputHealth health;            // first_nonfinite in file coordinates
     SurfaceHealth surface_health;
     ProfileMatch match;
-    Origins camera_origins;  // of description.camera
+    Origins camera_origins;  // origins of description.camera
     FrameLayers layers;
     std::vector<SeparateLayers> separate_layers;  // layers not in `planes`
     // Empty if they stay as rendered.

@@ -93,7 +93,7 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
         planes += 2 * uint64_t(layers_at_once(pixels)) * pixels * 4 * sizeof(float);
     }
     if (keep == io::Keep::nothing) return planes + stored;
-    uint64_t pixel = 0;  // of color's part, all channels
+    uint64_t pixel = 0;  // bytes of a pixel of color's part, all channels
     for (const io::ExrChannel& channel : color_part(header).channels)
         pixel += uint64_t(io::bytes_of(channel.type));
     const io::Window& own = color_part(header).data_window;

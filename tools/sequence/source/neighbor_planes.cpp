@@ -241,7 +241,7 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
     ASSIGN_OR_RETURN(auto source, read_source_frame(settings_of_behind(settings), behind.header,
                                                     behind.planes, io::Keep::nothing));
     if (frame.strict_fault.ok()) frame.strict_fault = source.strict_fault;
-    // Those of the header concern layers and cryptomattes, which are the frame's.
+    // The header's warnings concern layers and cryptomattes, which are the frame's.
     const auto& of_header = behind.header.warnings;
     for (const std::string& warning : source.warnings)
         if (std::ranges::find(of_header, warning) == of_header.end())

@@ -34,7 +34,7 @@ std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLay
 // that the frame has and its chain reads.
 Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::string& path,
                                 const OpenedFrame& frame);
-// The same for one that is open. Errors: all but those of open_source_frame().
+// As open_behind(), of a file that is open. Errors: as open_behind(), without a failure to open it.
 Result<OpenedFrame> behind_of(FrameHeader header, const OpenedFrame& frame);
 
 // Memory to read it and to keep it, stacked.

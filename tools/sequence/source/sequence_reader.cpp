@@ -33,7 +33,7 @@ io::InputSpec input_of_neighbors(io::InputSpec input) {
 struct SequenceReader::Entry : OpenedFrame {
     bool is_neighbor_only = false;  // it lacks a layer that was requested by name
     bool is_decoded = false;
-    Status status;  // of decoding
+    Status status;  // result of decoding
     SharedPlanes pixels;
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     Status strict_fault;

@@ -26,7 +26,7 @@ namespace postchain::sequence {
 struct OpenedFrame {
     int number = 0;
     std::map<Role, std::string> files;  // as in io::FrameList::files
-    std::vector<io::FileStamp> stamps;  // of the files, taken before the first was opened
+    std::vector<io::FileStamp> stamps;  // stamps of the files, taken before the first was opened
     FrameHeader header;
     RoleSet planes;  // to read: its own, and those that its neighbors use
 };

@@ -60,7 +60,7 @@ class SequenceSurvey {
     struct Finding {
         int frame = 0;
         std::string what;
-        std::string fault;  // of a frame that cannot be read: why, without its path
+        std::string fault;  // why a frame cannot be read, without its path
     };
     // By frame: unreadable, other size or planes than most frames, NaN or Inf, all motion vectors
     // zero, a probable cut after it. A cut is reported if the thumbnail changes by more than 0.05
@@ -82,7 +82,7 @@ class SequenceSurvey {
         bool motion_all_zero = false;
         bool has_sky = false;
         std::optional<double> speed_px, nearest, farthest;
-        double min_color = 0, max_color = 0;  // of RGB
+        double min_color = 0, max_color = 0;  // over R, G and B
         std::optional<double> change;         // from the frame with the previous number
     };
     // Minimum and maximum over frames, and the frame of the maximum.

@@ -17,7 +17,7 @@ namespace {
 using shared::kMaxHalf;
 constexpr uint16_t kHalfInfinity = 0x7c00;
 constexpr uint16_t kHalfNan = 0x7e00;
-constexpr int kLevel = 6;  // of zlib
+constexpr int kLevel = 6;  // compression level of zlib
 
 Result<std::string> deflated(const std::vector<uint8_t>& bytes) {
     uLongf size = compressBound(uLong(bytes.size()));

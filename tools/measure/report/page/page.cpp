@@ -59,7 +59,7 @@ std::string as_address(const fs::path& path) {
 struct Entry {
     std::string id;
     StoredImage image;
-    const PixelMap* map = nullptr;  // of `image` against `reference`
+    const PixelMap* map = nullptr;  // error of `image` against `reference`
     const StoredImage* reference = nullptr;
 };
 

@@ -207,6 +207,7 @@ class Planner {
         Step step;
         step.name = name;
         step.program.file = "inverse_warp/" + name + ".comp";
+        planner_.context().choose_form(step.program);
         step.take_uniforms<InverseWarpUniforms>();
         return step;
     }
@@ -214,9 +215,9 @@ class Planner {
     // For every step that reads surfaces.
     Step make_surface_step(const std::string& name) const {
         Step step = make_step(name);
-        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
-                                {"LENS", flag(settings_.lens.has_value())},
-                                {"MOTION", flag(motion_)}};
+        step.program.defines["SHUTTER"] = flag(settings_.shutter.has_value());
+        step.program.defines["LENS"] = flag(settings_.lens.has_value());
+        step.program.defines["MOTION"] = flag(motion_);
         if (settings_.lens)
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "chain/gl/image_reads.h"
+
 namespace postchain::gl {
 namespace {
 
@@ -24,6 +26,11 @@ Limits read_limits() {
 }
 
 }  // namespace
+
+DeviceClass Device::device_class() const {
+    const bool room = limits.image_units >= kFirstReadImage + kMaxUnits;
+    return software && room ? DeviceClass::software : DeviceClass::gpu;
+}
 
 Device describe_current(LogCallback log) {
     const auto text = [](GLenum name) {

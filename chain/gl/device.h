@@ -6,6 +6,8 @@
 #include <functional>
 #include <string>
 
+#include "chain/plan/device_class.h"
+
 namespace postchain::gl {
 
 // Takes one message, without a newline at its end.
@@ -27,6 +29,10 @@ struct Device {
     bool software = false;                  // llvmpipe, softpipe, swrast: GL timers are wrong there
     Limits limits;
     LogCallback log;  // messages of the library other than errors; may be empty
+
+    // Software if it is a software renderer with units enough to read textures as images
+    // (image_reads.h).
+    DeviceClass device_class() const;
 };
 
 // Describes the current context, which must be OpenGL 4.5 core or later.

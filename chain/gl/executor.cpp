@@ -27,9 +27,10 @@ class PoolFrame {
 
 Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
     : software_(device.software),
-      reads_(gl::best_reads(device)),
+      class_(device.device_class()),
+      reads_(gl::best_reads(class_)),
       options_(options),
-      programs_(device.log, gl::shader_folder_of_environment(), reads_ == gl::Reads::images),
+      programs_(device.log, gl::shader_folder_of_environment()),
       clock_(device),
       transfers_(device.software) {}
 

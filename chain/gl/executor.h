@@ -65,6 +65,9 @@ class Executor {
     Executor(const Executor&) = delete;
     Executor& operator=(const Executor&) = delete;
 
+    // Of its device. Plans should be made for it (PlanOptions::device).
+    DeviceClass device_class() const { return class_; }
+
     // Uploads the planes the plan reads, runs it and reads the outputs back. A plan without steps
     // touches no GL: its outputs are the inputs.
     Result<FramePlanes> filter(const Plan& plan, PlaneView inputs,
@@ -113,6 +116,7 @@ class Executor {
     void begin_uploads(const NextRun& next);
 
     const bool software_;
+    const DeviceClass class_;
     const gl::Reads reads_;
     ExecutorOptions options_;
     gl::TexturePool pool_;

@@ -33,11 +33,6 @@ int unit_of(const std::string& text, const std::map<std::string, std::string>& m
 
 }  // namespace
 
-Reads best_reads(const Device& device) {
-    const bool room = device.limits.image_units >= kFirstReadImage + kMaxUnits;
-    return device.software && room ? Reads::images : Reads::textures;
-}
-
 ProgramKey image_program(const Plan& plan, const Step& step) {
     ProgramKey key = step.program;
     key.defines[kSwitch] = "1";

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "chain/gl/device.h"
+#include "chain/plan/device_class.h"
 #include "chain/plan/plan.h"
 
 namespace postchain::gl {
@@ -17,8 +17,9 @@ inline constexpr int kFirstReadImage = 8;
 
 // How a step reads the textures that it samples.
 enum class Reads { textures, images };
-// Images on a software renderer that has enough units for them.
-Reads best_reads(const Device& device);
+inline Reads best_reads(DeviceClass device) {
+    return device == DeviceClass::software ? Reads::images : Reads::textures;
+}
 
 // The step's program for textures that are read as images.
 ProgramKey image_program(const Plan& plan, const Step& step);

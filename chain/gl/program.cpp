@@ -84,9 +84,8 @@ ProgramCache::~ProgramCache() {
 }
 
 // Asks for no status, which would wait.
-ProgramCache::Begun ProgramCache::compile(ProgramKey key, const std::string& source,
-                                          std::vector<std::string> files) const {
-    if (software_) key.defines["SOFTWARE_RENDERER"] = "1";
+ProgramCache::Begun ProgramCache::compile(const ProgramKey& key, const std::string& source,
+                                          std::vector<std::string> files) {
     const std::string whole =
         with_defines(has_image_reads(key) ? with_image_reads(source, key) : source, key);
     const char* text = whole.c_str();

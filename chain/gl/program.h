@@ -33,9 +33,9 @@ std::string shader_folder_of_environment();
 
 class ProgramCache {
   public:
-    // `folder`: of the sources; empty: the embedded files. `software`: with SOFTWARE_RENDERER.
-    explicit ProgramCache(LogCallback log = {}, std::string folder = {}, bool software = false)
-        : log_(std::move(log)), folder_(std::move(folder)), software_(software) {}
+    // `folder`: of the sources; empty: the embedded files.
+    explicit ProgramCache(LogCallback log = {}, std::string folder = {})
+        : log_(std::move(log)), folder_(std::move(folder)) {}
     ~ProgramCache();
     ProgramCache(const ProgramCache&) = delete;
     ProgramCache& operator=(const ProgramCache&) = delete;
@@ -66,7 +66,8 @@ class ProgramCache {
         std::vector<std::string> files;    // of the source, by number
         uint64_t source_hash = 0;
     };
-    Begun compile(ProgramKey key, const std::string& source, std::vector<std::string> files) const;
+    static Begun compile(const ProgramKey& key, const std::string& source,
+                         std::vector<std::string> files);
     static Result<unsigned> finish(const ProgramKey& key, const Begun& begun);
     // Takes it from the store; false if it is not there, or of another driver.
     bool load(const ProgramKey& key, const std::string& source);
@@ -78,7 +79,6 @@ class ProgramCache {
     };
     LogCallback log_;
     std::string folder_;
-    bool software_;
     std::map<std::string, Entry> entries_;
     std::map<std::string, Begun> begun_;
     size_t compiled_ = 0;

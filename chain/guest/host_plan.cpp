@@ -358,10 +358,11 @@ class Builder {
 
 }  // namespace
 
-PlanOptions options_of(const HostFrame& frame) {
+PlanOptions options_of(const HostFrame& frame, DeviceClass device) {
     PlanOptions options;
     options.precision = frame.flag(PC_HALF_PLANES) ? Precision::fp16 : Precision::fp32;
     options.elide = !frame.flag(PC_NO_ELISION);
+    options.device = device;
     return options;
 }
 
@@ -371,8 +372,8 @@ Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& 
     return Builder(std::move(plan), frame).build();
 }
 
-Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
-    const PlanOptions options = options_of(frame);
+Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame, DeviceClass device) {
+    const PlanOptions options = options_of(frame, device);
     const RuleNames rules = options.rules(chain);
     ResolvedChain resolved;
     RETURN_IF_ERROR(resolved.resolve(chain, describe(frame, chain), options, rules));
@@ -402,8 +403,8 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, 
     return uniforms;
 }
 
-std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given,
-                                      const Plan& plan) {
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given, const Plan& plan,
+                                      DeviceClass device) {
     std::vector<ProgramKey> programs;
     const auto add = [&](ProgramKey key) {
         if (std::find(programs.begin(), programs.end(), key) == programs.end())
@@ -421,7 +422,8 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
         if ((lacks & 4) && given.mask.name == 0) break;
         if (frame.mask.name) add(mask_program(frame.arrays(), frame.halved()));
         add(import_program(exposure, frame.arrays(), frame.halved()));
-        for (ProgramKey& key : programs_of(chain, describe(frame, chain), options_of(frame)))
+        for (ProgramKey& key :
+             programs_of(chain, describe(frame, chain), options_of(frame, device)))
             add(std::move(key));
     }
     for (const Step& step : plan.steps) add(step.program);

@@ -25,12 +25,12 @@ struct HostPlan {
 };
 
 // The plan options that the host's flags select.
-PlanOptions options_of(const HostFrame& frame);
+PlanOptions options_of(const HostFrame& frame, DeviceClass device);
 
 // Plans a host's frame. Errors: those of make_plan(), and PC_ERROR_ARGUMENT if debug_view does not
 // name a texture of the plan.
 Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame);
-Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
+Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame, DeviceClass device);
 
 // The uniform block of the steps that convert this frame from and to the host's textures.
 shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, const Plan& plan);
@@ -38,6 +38,7 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, 
 // Every program of the host plans of frames of one kind: of this chain, with these flags of planes
 // and elision, with an exposure or without, and with depth, motion and mask of this frame or
 // without; and those of `plan`, which may be of a debug view. Each once.
-std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame, const Plan& plan);
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame, const Plan& plan,
+                                      DeviceClass device);
 
 }  // namespace postchain::guest

@@ -35,8 +35,9 @@ Failure check_loader(const pc_create_info& info) {
 }
 
 // host_programs(), and that of the focus.
-std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame, const Plan& plan) {
-    std::vector<ProgramKey> all = host_programs(chain, frame, plan);
+std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame, const Plan& plan,
+                                     DeviceClass device) {
+    std::vector<ProgramKey> all = host_programs(chain, frame, plan, device);
     if (frame.focus && frame.depth.name) all.push_back(Focus::program(frame));
     return all;
 }
@@ -75,6 +76,7 @@ Failure Instance::open() {
     GLint strategy = 0;
     glGetIntegerv(GL_RESET_NOTIFICATION_STRATEGY, &strategy);
     tells_loss_ = strategy == GL_LOSE_CONTEXT_ON_RESET;
+    plans_.set_device(device_.device_class());
     objects_ = std::make_unique<Objects>(device_);
     objects_->pool.set_budget(info_.texture_budget);
     if (info_.load_program || info_.store_program)
@@ -183,9 +185,9 @@ Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
 std::vector<ProgramKey> Instance::programs_to_prepare(const ChainVersion& chain,
                                                       const HostFrame& frame,
                                                       const Plan& plan) const {
-    std::vector<ProgramKey> programs = all_programs(*chain.chain, frame, plan);
+    std::vector<ProgramKey> programs = all_programs(*chain.chain, frame, plan, plans_.device());
     for (const Chain& variant : budgets_.variants(chain))
-        for (ProgramKey& program : host_programs(variant, frame, plan))
+        for (ProgramKey& program : host_programs(variant, frame, plan, plans_.device()))
             if (std::ranges::find(programs, program) == programs.end())
                 programs.push_back(std::move(program));
     return programs;
@@ -302,7 +304,7 @@ Failure Instance::needs_of(const ChainVersion& host_chain, const pc_frame* given
     Focus::Depths focused;
     RETURN_IF_ERROR(Focus::find_places(chain, focused));
     if (!focused.empty()) frame.focus = &focused;
-    ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame, plans_.device()));
     plans_.count_needs(host.plan, max_sizes_.expected(frame),
                        programs_to_prepare(host_chain, frame, host.plan), out);
     return {};

@@ -74,9 +74,7 @@ class Instance {
 
     // GL objects of the context.
     struct Objects {
-        explicit Objects(const gl::Device& device)
-            : programs(device.log, {}, gl::best_reads(device) == gl::Reads::images),
-              clock(device) {}
+        explicit Objects(const gl::Device& device) : programs(device.log), clock(device) {}
         gl::TexturePool pool;
         gl::ProgramCache programs;
         gl::RunObjects run;

@@ -47,6 +47,10 @@ class PlanCache {
     PlanCache(Instance& instance, size_t most, const char* prepare)
         : instance_(instance), most_(most), prepare_(prepare) {}
 
+    // The device that all plans are for; before the first one.
+    void set_device(DeviceClass device) { device_ = device; }
+    DeviceClass device() const { return device_; }
+
     // Frames without a run after which a plan may go.
     void set_kept_frames(uint64_t kept) { kept_frames_ = kept; }
     uint64_t kept_frames() const { return kept_frames_; }
@@ -58,7 +62,7 @@ class PlanCache {
                              const List& list) {
         // Without waiting the host calls again and again with one frame: that is planned once.
         const PlanKey key = key_of(frame, {}, version.id, version.revision);
-        const PlanOptions options = options_of(frame);
+        const PlanOptions options = options_of(frame, device_);
         const RuleNames rules = options.rules(*version.chain);
         ResolvedChain resolved;
         RETURN_IF_ERROR(
@@ -111,7 +115,7 @@ class PlanCache {
         }
         auto made = std::make_unique<Entry>();
         made->key = key;
-        made->options = options_of(frame);
+        made->options = options_of(frame, device_);
         made->rules = made->options.rules(chain);
         RETURN_IF_ERROR(
             resolved_.resolve(chain, describe(frame, chain), made->options, made->rules));
@@ -201,7 +205,7 @@ class PlanCache {
         HostFrame frame;
         if (!check_frame(&given, frame, find).ok()) return {};
         frame.focus = &last_.focus;
-        const auto host = make_host_plan(*last_.chain, frame);
+        const auto host = make_host_plan(*last_.chain, frame, device_);
         return host.ok() ? json_text(plan_json(host->plan)) : std::string();
     }
 
@@ -232,6 +236,7 @@ class PlanCache {
     Instance& instance_;
     const size_t most_;
     const char* const prepare_;
+    DeviceClass device_ = DeviceClass::gpu;
     uint64_t kept_frames_ = 8;
     std::vector<std::unique_ptr<Entry>> entries_;
     ResolvedChain resolved_;  // the frame whose plan is looked for

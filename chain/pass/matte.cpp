@@ -56,7 +56,8 @@ class MattedPass : public PassOnFrame {
     int matte() const { return matte_; }
     PlanContext seen(const PlanContext& context) const {
         return {*frame_,        context.precision,      planes(context),
-                context.wanted, context.color_is_input, context.rules};
+                context.wanted, context.color_is_input, context.rules,
+                context.device};
     }
     // The planes that the pass sees. A neighbor's are available only if its mattes are too.
     virtual RoleSet planes(const PlanContext& context) const {

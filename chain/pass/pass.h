@@ -27,6 +27,7 @@
 #include "chain/frame/frame.h"
 #include "chain/frame/origin.h"
 #include "chain/pass/guarantees.h"
+#include "chain/plan/device_class.h"
 #include "chain/plan/elision.h"
 #include "chain/plan/plan.h"
 
@@ -48,6 +49,7 @@ struct PlanContext {
     RoleSet wanted;               // planes that a later pass reads or that are outputs
     bool color_is_input = false;  // color is the frame's own: its bounds hold
     const RuleNames& rules;       // rules of elision in use
+    DeviceClass device = DeviceClass::software;
 
     bool uses(std::string_view rule) const { return rules.contains(rule); }
     // All colors are one. Layers may differ, so with layers nothing is known.
@@ -58,6 +60,10 @@ struct PlanContext {
     // must not change a bit.
     Format color_format() const {
         return plane_format(4, frame.bounds.color_is_half ? precision : Precision::fp32);
+    }
+    // Chooses the form of a program that has one for each class of device.
+    void choose_form(ProgramKey& program) const {
+        if (device == DeviceClass::software) program.defines["SOFTWARE_RENDERER"] = "1";
     }
     // Storage format of extra layers.
     Format layers_format() const {

@@ -331,7 +331,8 @@ std::vector<ProgramKey> programs_of(const Chain& chain, const FrameDescription& 
                 if (!(use.required - available).empty()) continue;
                 for (const RoleSet wanted : subsets_of(may_be_wanted)) {
                     const PlanContext context = {
-                        frame, options.precision, available, always | wanted, false, rules};
+                        frame, options.precision, available, always | wanted, false,
+                        rules, options.device};
                     std::map<Role, TextureId> current;
                     Plan plan = empty_plan(frame, frame.planes | available, current);
                     plan.passes.push_back({link.type->name, "", false, {}});

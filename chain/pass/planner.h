@@ -7,6 +7,7 @@
 
 #include "chain/pass/chain.h"
 #include "chain/pass/resolved_chain.h"
+#include "chain/plan/device_class.h"
 #include "chain/plan/plan.h"
 
 namespace postchain {
@@ -17,6 +18,8 @@ struct PlanOptions {
     std::set<std::string> rules_off = {};  // rules on by default that are not used
     std::set<std::string> rules_on = {};   // other rules that are used
     RoleSet outputs = {Role::color};
+    // Of the device that runs the plan: Executor::device_class(). Every device runs every plan.
+    DeviceClass device = DeviceClass::software;
 
     bool uses(const ElisionRule& rule) const;
     // Names of the chain's own rules and of those of its passes that are in use.

@@ -65,8 +65,8 @@ RoleSet readable_after(const Chain& chain, size_t pass) {
 
 PlanContext ResolvedChain::context(size_t pass) const {
     const PlanShape::OfPass& decided = shape_.passes[pass];
-    return {frame_,         options_->precision,    decided.available,
-            decided.wanted, decided.color_is_input, *rules_};
+    return {frame_,  options_->precision, decided.available, decided.wanted, decided.color_is_input,
+            *rules_, options_->device};
 }
 
 Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,

@@ -76,7 +76,9 @@ Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, b
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
     const HostFrame& frame = images.frame;
-    const auto list = [&](const Plan& plan) { return host_programs(*chain.chain, frame, plan); };
+    const auto list = [&](const Plan& plan) {
+        return host_programs(*chain.chain, frame, plan, plans_.device());
+    };
     RETURN_IF_ERROR(plans_.compile_programs(chain, frame, wait, list));
     pc_frame values_of_cut = images.values;
     values_of_cut.flags ^= PC_CAMERA_CUT;
@@ -131,9 +133,9 @@ Failure Instance::needs_of(const ChainVersion& chain, const pc_vk_frame& given,
                            pc_frame_needs& out) const {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
-    ASSIGN_OR_RETURN(auto host, make_host_plan(*chain.chain, images.frame));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(*chain.chain, images.frame, plans_.device()));
     plans_.count_needs(host.plan, max_size(images.frame),
-                       host_programs(*chain.chain, images.frame, host.plan), out);
+                       host_programs(*chain.chain, images.frame, host.plan, plans_.device()), out);
     return {};
 }
 

@@ -209,33 +209,30 @@ class FxaaPass final : public PlainPass {
         const uint64_t pixels = uint64_t(context.frame.width) * uint64_t(context.frame.height);
         const bool hinted = uses_hint(context);
         const TextureId color = planner.input(Role::color);
-        const TextureId luma = planner.texture("luma", Format::r32f);
+        const bool directional = parameters_.mode == Mode::directional;
+        // A work group of a GPU has the colors from which the lumas of its pixels and of two
+        // around follow. A walk along an edge goes farther.
+        const bool own_luma = directional && context.device == DeviceClass::gpu;
+        const TextureId luma = own_luma ? -1 : add_luma(planner, color);
         const TextureId result = planner.texture("fxaa", context.color_format());
-
-        Step luma_step;
-        luma_step.name = "luma";
-        luma_step.program.file = "fxaa/luma.comp";
-        luma_step.program.defines = {
-            {"LUMA_DISPLAY", std::to_string(parameters_.luma == Luma::display)}};
-        luma_step.bindings = {{0, color, Access::sample_nearest}, {0, luma, Access::write}};
-        luma_step.take_uniforms<shared::FxaaUniforms>();
-        luma_step.taps = pixels;
-        planner.step(std::move(luma_step));
 
         Step step;
         step.name = "fxaa";
         step.program.file = "fxaa/fxaa.comp";
         step.program.defines = {
-            {"DIRECTIONAL", std::to_string(parameters_.mode == Mode::directional)},
+            {"DIRECTIONAL", flag(directional)},
+            {"LUMA_PLANE", flag(!own_luma)},
             {"BLEND_TONEMAPPED", std::to_string(parameters_.blend == Blend::tonemapped)},
             {"HINT", std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0)}};
-        step.bindings = {{0, color, Access::sample_nearest},
-                         {1, luma, Access::sample_nearest},
-                         {0, result, Access::write}};
+        context.choose_form(step.program);
+        if (own_luma)
+            step.program.defines["LUMA_DISPLAY"] = flag(parameters_.luma == Luma::display);
+        step.bindings = {{0, color, Access::sample_nearest}, {0, result, Access::write}};
+        if (!own_luma) step.bindings.push_back({1, luma, Access::sample_nearest});
         if (hinted) step.bindings.push_back({2, planner.input(Role::hint), Access::sample_nearest});
         step.take_uniforms<shared::FxaaUniforms>();
         // Fetches of a pixel at an edge, without the walk along it.
-        const int lumas = parameters_.mode == Mode::directional ? 13 : 9;
+        const int lumas = own_luma ? 2 : directional ? 13 : 9;
         const int colors = mixed_colors(hinted);
         step.taps = pixels * uint64_t(lumas + colors + (hinted ? 1 : 0));
         std::vector<Binding> arrays;
@@ -266,6 +263,19 @@ class FxaaPass final : public PlainPass {
   private:
     bool uses_hint(const PlanContext& context) const {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
+    }
+
+    TextureId add_luma(PassPlanner& planner, TextureId color) const {
+        const TextureId luma = planner.texture("luma", Format::r32f);
+        Step step;
+        step.name = "luma";
+        step.program = {"fxaa/luma.comp",
+                        {{"LUMA_DISPLAY", flag(parameters_.luma == Luma::display)}}};
+        step.bindings = {{0, color, Access::sample_nearest}, {0, luma, Access::write}};
+        step.take_uniforms<shared::FxaaUniforms>();
+        step.taps = planner.context().frame.pixels();
+        planner.step(std::move(step));
+        return luma;
     }
 
     // Colors that a pixel's result mixes, at most: its own and that across the edge, with the

@@ -608,9 +608,13 @@ class Comparison {
 
 // block_surfaces.comp, hidden_surfaces.comp, starts.comp
 constexpr double kAlikePx = 1;
-constexpr double kEqual = 1.001;  // of squares
 constexpr int kMoreInRow = 2;
 constexpr int kSquarePx = 4;
+
+// surface.glsl
+int key_of(double px2) {
+    return int((std::bit_cast<uint32_t>(float(px2)) + 0x1555u) >> 13);
+}
 
 // A surface from which a search may start, and where it is at this frame's time, from the block
 // that shows it, px.
@@ -655,12 +659,12 @@ class Blocks {
     void choose_surfaces(int i, int j) {
         Block& b = block(i, j);
         const auto farthest = [&](const auto& measure) {
-            double max_apart = -1;
+            int largest = -1;
             Surface best;
             for (int y = j * kBlockPx; y < std::min((j + 1) * kBlockPx, height_); ++y)
                 for (int x = i * kBlockPx; x < std::min((i + 1) * kBlockPx, width_); ++x)
-                    if (const double m = measure(surfaces_[index(x, y)]); m > max_apart * kEqual) {
-                        max_apart = m;
+                    if (const int key = key_of(measure(surfaces_[index(x, y)])); key > largest) {
+                        largest = key;
                         best = surfaces_[index(x, y)];
                     }
             return best;
@@ -693,7 +697,7 @@ class Blocks {
         for (const OtherSurfaces& other : others_) {
             const bool neighbor = other.offset != 0;
             const ShownHere shown_here(surfaces_, width_, height_, other.offset, s_);
-            double max_apart = 0;
+            int largest = 0;
             Candidate best;
             const auto consider = [&](int x, int y) {
                 const Surface& s = (*other.surfaces)[index(x, y)];
@@ -702,9 +706,9 @@ class Blocks {
                     return;
                 const Candidate hidden =
                     neighbor ? seen_from_here(s, other.offset) : Candidate{s, {}};
-                const double px2 = apart_from(block_at(x, y, hidden.shift), hidden.surface);
-                if (px2 <= max_apart * kEqual) return;
-                max_apart = px2;
+                const int key = key_of(apart_from(block_at(x, y, hidden.shift), hidden.surface));
+                if (key <= largest) return;
+                largest = key;
                 best = hidden;
             };
             const int end_x = std::min((i + 1) * kBlockPx, width_);
@@ -716,7 +720,7 @@ class Blocks {
                     for (int y = first_y; y < std::min(first_y + edge, end_y); ++y)
                         for (int x = first_x; x < std::min(first_x + edge, end_x); ++x)
                             consider(x, y);
-            if (max_apart > 0) candidates_[block_index(i, j)].push_back(best);
+            if (largest > 0) candidates_[block_index(i, j)].push_back(best);
         }
     }
 
@@ -754,15 +758,15 @@ class Blocks {
                                           int count) const {
         std::vector<Candidate> chosen;
         for (int k = 0; k < count; ++k) {
-            double max_apart = kAlikePx * kAlikePx;
+            int largest = key_of(kAlikePx * kAlikePx);
             const Candidate* next = nullptr;
             for (const Candidate& one : candidates) {
                 const Surface& s = one.surface;
                 double apart_px2 = k == 0 ? displaced(s, s_) + 2 * kAlikePx * kAlikePx : 3e38;
                 for (const Candidate& c : chosen)
                     apart_px2 = std::min(apart_px2, apart(s, c.surface, s_));
-                if (apart_px2 > max_apart * kEqual) {
-                    max_apart = apart_px2;
+                if (const int key = key_of(apart_px2); key > largest) {
+                    largest = key;
                     next = &one;
                 }
             }

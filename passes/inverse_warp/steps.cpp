@@ -207,6 +207,7 @@ class Planner {
         Step step;
         step.name = name;
         step.program.file = "inverse_warp/" + name + ".comp";
+        planner_.context().choose_form(step.program);
         step.take_uniforms<InverseWarpUniforms>();
         return step;
     }
@@ -214,9 +215,9 @@ class Planner {
     // For every step that reads surfaces.
     Step make_surface_step(const std::string& name) const {
         Step step = make_step(name);
-        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
-                                {"LENS", flag(settings_.lens.has_value())},
-                                {"MOTION", flag(motion_)}};
+        step.program.defines["SHUTTER"] = flag(settings_.shutter.has_value());
+        step.program.defines["LENS"] = flag(settings_.lens.has_value());
+        step.program.defines["MOTION"] = flag(motion_);
         if (settings_.lens)
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;
@@ -401,13 +402,20 @@ class Planner {
         return kShownSurfaces + int(neighbors.size()) + int(second_layer_);
     }
 
+    // Work groups of a step that does something for each block: on a GPU one for each; otherwise an
+    // invocation for each block, and this many of them a side of a group.
+    Area spread_over_blocks(int blocks_of_group) const {
+        if (planner_.context().device == DeviceClass::gpu) return kBlocks;
+        return kBlocks.in_squares(blocks_of_group);
+    }
+
     TextureId add_block_surfaces(TextureId surfaces, const std::vector<Packed>& neighbors) {
         const TextureId block_surfaces =
             planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(candidates(), 1));
         Step step = make_surface_step("block_surfaces");
         step.program.defines["GIVEN"] = std::to_string(candidates());
         if (second_layer_) step.program.defines["SECOND_LAYER"] = "1";
-        step.spread = groups_for(kBlocks);
+        step.spread = spread_over_blocks(kBlockPx);
         step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
         step.taps = (kShownSurfaces + int(second_layer_)) * pixels_;
         planner_.step(std::move(step));
@@ -418,7 +426,7 @@ class Planner {
     void add_hidden_surfaces(const Packed& packed, TextureId block_surfaces) {
         Step step = make_surface_step_of(packed, "hidden_surfaces");
         step.program.defines["GIVEN"] = std::to_string(candidates());
-        step.spread = groups_for(kBlocks);
+        step.spread = spread_over_blocks(kBlockPx);
         step.bindings = {{0, packed.surfaces},
                          {1, packed.marks},
                          {2, block_surfaces},
@@ -438,7 +446,7 @@ class Planner {
         step.program.defines["LISTS"] = flag(false);
         const NeighborList neighbors = searched_neighbors(settings_, planner_.context().available);
         step.program.defines["NEIGHBORS"] = flag(!neighbors.empty());
-        step.spread = kBlocks.in_squares(INVERSE_WARP_STARTS_BLOCKS);
+        step.spread = spread_over_blocks(INVERSE_WARP_STARTS_BLOCKS);
         double longest =
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context()));
         // The frame's bounds do not cover what it hides, and a neighbor's surfaces come from so

@@ -19,6 +19,6 @@
         if (place < row) atomicMax(list.groups_x, place + 1u);              \
         if (place % row == 0u) {                                            \
             atomicMax(list.groups_y, place / row + 1u);                     \
-            list.groups_z = 1u;                                             \
+            atomicMax(list.groups_z, 1u);                                   \
         }                                                                   \
     }

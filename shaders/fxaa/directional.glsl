@@ -4,7 +4,7 @@
 // differences at M, N, S, E, W. No edges are classified: except for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs uniforms, luma_at(), color_at(), brightness_weight().
+// Needs uniforms, luma_beside(), color_at(), brightness_weight().
 #include "common/precise.glsl"
 
 // Standard deviations, pixels. If the tensor has no direction both are kRound.
@@ -29,13 +29,13 @@ void add(precise inout vec4 sum, precise inout float weights, ivec2 p, vec4 cent
 // The mean around M with both thresholds scaled; M itself, bit for bit, below them.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // The twelve lumas of the diamond around M.
-    const float m = luma_at(p);
-    const float n = luma_at(p + ivec2(0, -1)), nn = luma_at(p + ivec2(0, -2));
-    const float s = luma_at(p + ivec2(0, 1)), ss = luma_at(p + ivec2(0, 2));
-    const float w = luma_at(p + ivec2(-1, 0)), ww = luma_at(p + ivec2(-2, 0));
-    const float e = luma_at(p + ivec2(1, 0)), ee = luma_at(p + ivec2(2, 0));
-    const float nw = luma_at(p + ivec2(-1, -1)), ne = luma_at(p + ivec2(1, -1));
-    const float sw = luma_at(p + ivec2(-1, 1)), se = luma_at(p + ivec2(1, 1));
+    const float m = luma_beside(p, ivec2(0));
+    const float n = luma_beside(p, ivec2(0, -1)), nn = luma_beside(p, ivec2(0, -2));
+    const float s = luma_beside(p, ivec2(0, 1)), ss = luma_beside(p, ivec2(0, 2));
+    const float w = luma_beside(p, ivec2(-1, 0)), ww = luma_beside(p, ivec2(-2, 0));
+    const float e = luma_beside(p, ivec2(1, 0)), ee = luma_beside(p, ivec2(2, 0));
+    const float nw = luma_beside(p, ivec2(-1, -1)), ne = luma_beside(p, ivec2(1, -1));
+    const float sw = luma_beside(p, ivec2(-1, 1)), se = luma_beside(p, ivec2(1, 1));
 
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));

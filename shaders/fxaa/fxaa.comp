@@ -1,18 +1,25 @@
 #version 450 core
 // FXAA, stage "fxaa".
 //
-//   color, luma [, hint] --> color
+//   color [, luma] [, hint] --> color
 //
+// LUMA_PLANE 0: lumas are computed here (LUMA_DISPLAY). 1: by luma.comp.
 // LAYERS: number of extra layers
 // DIRECTIONAL 0: mode: search. 1: mode: directional. HINT 0: none. 1: checkerboard. 2: threshold.
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
 #include "shared/fxaa_uniforms.h"
 #include "fxaa/blend.glsl"
+#if LUMA_PLANE
 #include "fxaa/transparency.glsl"
+#else
+#include "fxaa/luma.glsl"
+#endif
 
 layout(binding = 0) uniform sampler2D color_plane;
+#if LUMA_PLANE
 layout(binding = 1) uniform sampler2D luma_plane;
+#endif
 #if HINT
 layout(binding = 2) uniform sampler2D hint_plane;
 #endif
@@ -38,13 +45,43 @@ ivec2 inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
 }
 
-float luma_at(ivec2 p) {
-    return texelFetch(luma_plane, inside(p), 0).x;
-}
-
 vec4 color_at(ivec2 p) {
     return finite_color(texelFetch(color_plane, inside(p), 0));
 }
+
+float luma_at(ivec2 p) {
+#if LUMA_PLANE
+    return texelFetch(luma_plane, inside(p), 0).x;
+#else
+    return luma_of(color_at(p));
+#endif
+}
+
+// A GPU keeps the lumas of a work group's pixels, and of those around it, in the group's memory.
+#ifdef SOFTWARE_RENDERER
+void load_lumas() {}
+
+// The luma at an offset of at most kLumaReachPx along each axis from this invocation's pixel p.
+float luma_beside(ivec2 p, ivec2 offset) {
+    return luma_at(p + offset);
+}
+#else
+const int kLumaReachPx = DIRECTIONAL == 1 ? 2 : 1;
+const int kLumaEdge = kBlockPx + 2 * kLumaReachPx;
+shared float lumas[kLumaEdge * kLumaEdge];
+
+void load_lumas() {
+    const ivec2 first = kBlockPx * group_at() - kLumaReachPx;
+    for (int i = int(gl_LocalInvocationIndex); i < kLumaEdge * kLumaEdge; i += kBlockPx * kBlockPx)
+        lumas[i] = luma_at(first + ivec2(i % kLumaEdge, i / kLumaEdge));
+    barrier();
+}
+
+float luma_beside(ivec2 p, ivec2 offset) {
+    const ivec2 place = p - kBlockPx * group_at() + kLumaReachPx + offset;
+    return lumas[place.y * kLumaEdge + place.x];
+}
+#endif
 
 #if DIRECTIONAL
 #include "fxaa/directional.glsl"
@@ -110,6 +147,7 @@ void store_layers(ivec2 p) {
 #endif
 
 void main() {
+    load_lumas();
     const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     const vec4 result = result_at(p);

@@ -6,7 +6,7 @@
 // without a filter weight that rounds); a range within rounding is not an edge even if both
 // thresholds are 0.
 //
-// Needs uniforms, luma_at(), inside(), color_at(), blend().
+// Needs uniforms, luma_at(), luma_beside(), inside(), color_at(), blend().
 #include "common/software_loop.glsl"
 
 // Mean luma across the edge between the lines of p and q, `halves` half texels along it. Both texels
@@ -57,21 +57,21 @@ void walk(ivec2 p, ivec2 q, ivec2 along, float pair_mean, float stop_at, out End
 // Stages 1 to 7 at p with both thresholds scaled.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // 1 local contrast
-    const float m = luma_at(p);
-    const float n = luma_at(p + ivec2(0, -1));
-    const float s = luma_at(p + ivec2(0, 1));
-    const float w = luma_at(p + ivec2(-1, 0));
-    const float e = luma_at(p + ivec2(1, 0));
+    const float m = luma_beside(p, ivec2(0));
+    const float n = luma_beside(p, ivec2(0, -1));
+    const float s = luma_beside(p, ivec2(0, 1));
+    const float w = luma_beside(p, ivec2(-1, 0));
+    const float e = luma_beside(p, ivec2(1, 0));
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
     if (range < least_range(lowest, highest, center, threshold_scale)) return center;
 
     // 2 direction of the edge
-    const float nw = luma_at(p + ivec2(-1, -1));
-    const float ne = luma_at(p + ivec2(1, -1));
-    const float sw = luma_at(p + ivec2(-1, 1));
-    const float se = luma_at(p + ivec2(1, 1));
+    const float nw = luma_beside(p, ivec2(-1, -1));
+    const float ne = luma_beside(p, ivec2(1, -1));
+    const float sw = luma_beside(p, ivec2(-1, 1));
+    const float se = luma_beside(p, ivec2(1, 1));
     precise float across_rows = abs(-2.0 * m + (n + s)) * 2.0 + abs(-2.0 * e + (ne + se)) +
                                 abs(-2.0 * w + (nw + sw));
     precise float across_columns = abs(-2.0 * m + (w + e)) * 2.0 + abs(-2.0 * n + (nw + ne)) +

@@ -128,7 +128,7 @@ bool shows_lamp(ivec2 p, ivec2 at) {
 }
 
 // Pixels beside a lamp, of which there are few, are a second list in the upper halves of `list`. The
-// lower halves stay for the threads that still read them.
+// lower halves stay for the threads that still read them, by atomics because others write.
 //
 //    31 30 29 28 27                   16 15  12 11                    0
 //   +-----+-----+-----------------------+------+-----------------------+
@@ -153,7 +153,7 @@ void main() {
     barrier();
     int i = first, end = int(list_length);
     if (i < end) SOFTWARE_LOOP do {
-        const uint item = list[i] & kItem;
+        const uint item = atomicOr(list[i], 0u) & kItem;
         const ivec2 p = pixel_of(item);
         const Surface own = surface_at(p);
         const int to = find_lamp(p, own.inverse_depth);

@@ -1,14 +1,19 @@
 #version 450 core
 // For each block of a neighbor, the surface that this frame hides and that is displaced most differently
-// from those that this frame shows at its place. It becomes a candidate for start surfaces (starts.comp).
+// from those that this frame shows at its place; on a tie, the first one wins, square by square. It becomes
+// a candidate for start surfaces (starts.comp). A GPU has a work group for each block, a software renderer
+// an invocation.
 //
 //   surfaces and marks of the neighbor, block_surfaces -> block_surfaces   texel 3 or 4 of the block
 //
 // GIVEN: texels of a block in block_surfaces
-#include "common/software_loop.glsl"
-#include "common/work_group.glsl"
-
 #include "inverse_warp/surface.glsl"
+
+#ifdef SOFTWARE_RENDERER
+#include "common/work_group.glsl"
+#else
+#include "inverse_warp/block_pixels.glsl"
+#endif
 
 #include "inverse_warp/half.glsl"
 #include "inverse_warp/hidden.glsl"
@@ -51,15 +56,39 @@ ivec2 block_here(Surface s, ivec2 p) {
     return ivec2(clamp(at, vec2(0.0), vec2(uniforms.size - 1))) / kBlockPx;
 }
 
+// The surface that pixel `number` of a square shows, as this frame may hide it. Its key; 0 if this frame
+// hides none.
+int find_hidden(ivec2 square, int number, out Surface hidden) {
+    const ivec2 p = kSquarePx * square + ivec2(number & 3, number >> 2);
+    const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(p), 0));
+    hidden = seen_from_here(s);
+    // Neither a pixel that no search may find, nor one whose surface this frame refutes.
+    if (s.inverse_depth < 0.0 || s.refuted || s.edge) return 0;
+    const ivec2 there = block_here(hidden, p);
+    Surface shown[3];
+    for (int k = 0; k < 3; ++k) shown[k] = given_surface(there, k);
+    return key_of(apart_from(shown, hidden));
+}
+
+// A surface of the block itself, if there is no other one.
+uvec4 own_surface(ivec2 block) {
+    return texelFetch(given, ivec2(GIVEN * block.x, block.y), 0);
+}
+
+void store(ivec2 block, uvec4 bits) {
+    imageStore(block_surfaces, ivec2(GIVEN * block.x + 3 + uniforms.second_half, block.y), bits);
+}
+
+#ifdef SOFTWARE_RENDERER
+
 void main() {
     const ivec2 block = invocation_at();
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     uint squares = 0u;  // a bit for each that has hidden pixels
     for (int i = 0; i < kSquaresAcross * kSquaresAcross; ++i)
         squares |= hidden_in(square_in(block, i)) != 0u ? 1u << i : 0u;
-    // Otherwise a surface of the block itself: no other one.
-    uvec4 best = texelFetch(given, ivec2(GIVEN * block.x, block.y), 0);
-    float most_px2 = 0.0;
+    uvec4 best = own_surface(block);
+    int largest = 0;
     uint bits = 0u;
     ivec2 square = ivec2(0);
     while ((squares | bits) != 0u) {
@@ -70,19 +99,41 @@ void main() {
         }
         const int number = findLSB(bits);
         bits &= bits - 1u;
-        const ivec2 p = kSquarePx * square + ivec2(number & 3, number >> 2);
-        const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(p), 0));
-        // Neither a pixel that no search may find, nor one whose surface this frame refutes.
-        if (s.inverse_depth < 0.0 || s.refuted || s.edge) continue;
-        const Surface hidden = seen_from_here(s);
-        const ivec2 there = block_here(hidden, p);
-        Surface shown[3];
-        for (int k = 0; k < 3; ++k) shown[k] = given_surface(there, k);
-        const float px2 = apart_from(shown, hidden);
-        if (px2 > most_px2 * kEqual) {
-            most_px2 = px2;
+        Surface hidden;
+        const int key = find_hidden(square, number, hidden);
+        if (key > largest) {
+            largest = key;
             best = pack_surface(hidden);
         }
     }
-    imageStore(block_surfaces, ivec2(GIVEN * block.x + 3 + uniforms.second_half, block.y), best);
+    store(block, best);
 }
+
+#else
+
+shared uint largest_rank;
+
+// Indices of pixels count the squares one after another.
+void main() {
+    const ivec2 block = group_at();
+    if (gl_LocalInvocationIndex == 0u) largest_rank = 0u;
+    barrier();
+    uint largest = 0u;
+    uvec4 best = uvec4(0u);
+    for (int i = 0; i < kOfThread; ++i) {
+        const int number = index_of(i) % (kSquarePx * kSquarePx);
+        const ivec2 square = square_in(block, index_of(i) / (kSquarePx * kSquarePx));
+        if ((hidden_in(square) >> number & 1u) == 0u) continue;
+        Surface hidden;
+        const int key = find_hidden(square, number, hidden);
+        const uint rank = rank_of(key, index_of(i));
+        if (key == 0 || rank <= largest) continue;
+        largest = rank;
+        best = pack_surface(hidden);
+    }
+    if (largest != 0u) atomicMax(largest_rank, largest);
+    barrier();
+    if (largest_rank != 0u ? largest == largest_rank : gl_LocalInvocationIndex == 0u)
+        store(block, largest_rank != 0u ? best : own_surface(block));
+}
+#endif

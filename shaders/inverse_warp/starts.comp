@@ -2,8 +2,8 @@
 // Chooses the start surfaces of each block, from which a search starts after the pixel's own. One
 // dispatch chooses along rows of blocks, a second one along columns from what the first has chosen: the
 // work grows with the reach, not with its square. Each considers the surfaces on the block's line whose
-// paths reach the block along it, and chooses up to STARTS that are displaced most differently. One
-// thread per block.
+// paths reach the block along it, and chooses up to STARTS that are displaced most differently; on a tie,
+// the first on the line wins. A GPU has a work group for each block, a software renderer an invocation.
 //
 // ROWS 1: block_surfaces -> row_starts   STARTS blocks.x by blocks.y
 // ROWS 0: row_starts -> starts   nearest first, (STARTS + 1) blocks.x by blocks.y; the last texel of a
@@ -16,8 +16,15 @@
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
 
-const int kGroupEdge = INVERSE_WARP_STARTS_BLOCKS;
+// Blocks of a group along each axis, and invocations that share a block.
+#ifdef SOFTWARE_RENDERER
+const int kGroupEdge = INVERSE_WARP_STARTS_BLOCKS, kSharers = 1;
 layout(local_size_x = kGroupEdge, local_size_y = kGroupEdge) in;
+#else
+const int kGroupEdge = 1, kSharers = 32;
+layout(local_size_x = kSharers) in;
+#endif
+const int kThreads = kGroupEdge * kGroupEdge * kSharers;
 
 #include "common/first_group.glsl"
 #include "common/software_loop.glsl"
@@ -87,16 +94,24 @@ float shift_of(Surface s) {
 // First and last place on the lines of this work group's blocks from which a surface reaches one of
 // these blocks. No invocation looks beyond them.
 shared int first_reaching, last_reaching;
+#ifndef SOFTWARE_RENDERER
+shared uint longest_bits;            // of the longest path, px: bits of numbers from 0 on are in their order
+shared uint largest_rank[STARTS];    // of the start surface that is chosen; 0: none
+#endif
 ivec2 find_reaching() {
-    const ivec2 group = invocation_at() - ivec2(gl_LocalInvocationID.xy);
-    if (gl_LocalInvocationIndex == 0u) {
+    const ivec2 group = kGroupEdge * group_at();
+    const int thread = int(gl_LocalInvocationIndex);
+    if (thread == 0) {
         first_reaching = group[kAxis];
         last_reaching = group[kAxis];
     }
+#ifndef SOFTWARE_RENDERER
+    if (thread == 0) longest_bits = 0u;
+    if (thread < STARTS) largest_rank[thread] = 0u;
+#endif
     barrier();
-    const int thread = int(gl_LocalInvocationIndex);
     const ivec2 block = min(group + thread % kGroupEdge, uniforms.blocks - 1);
-    for (int at = thread / kGroupEdge; at < uniforms.blocks[kAxis]; at += kGroupEdge) {
+    for (int at = thread / kGroupEdge; at < uniforms.blocks[kAxis]; at += kThreads / kGroupEdge) {
         bool reaches = false;
         for (int k = 0; k < GIVEN; ++k) {
             const Surface s = given_surface(texel_of(on_line(block, at), k));
@@ -112,15 +127,21 @@ ivec2 find_reaching() {
     return ivec2(first_reaching, last_reaching);
 }
 
-// The surface so far that is displaced most differently.
+// The surface so far that is displaced most differently: the largest key, and the first one with it.
 struct Farthest {
     Surface surface;
     ivec2 texel;
-    float apart_px2;
+    int key;
+    int candidate;  // its number on the line
     bool found;
 };
 
-// Surface k of the block at this place on the line as start surface i of `block`.
+int least_key() {
+    return key_of(kAlikePx * kAlikePx);
+}
+
+// Surface k of the block at this place on the line as start surface i of `block`. Of several, the one with
+// the lowest place and then the lowest k comes first.
 void consider(int k, int i, int place, ivec2 block, inout Farthest farthest, inout Starts chosen) {
     const ivec2 texel = texel_of(on_line(block, place), k);
     const Surface s = given_surface(texel);
@@ -133,13 +154,13 @@ void consider(int k, int i, int place, ivec2 block, inout Farthest farthest, ino
     }
     for (int j = 0; j < STARTS; ++j)
         if (j < i) apart_px2 = min(apart_px2, apart(s, chosen.surface[j]));
-    if (apart_px2 > farthest.apart_px2 * kEqual) farthest = Farthest(s, texel, apart_px2, true);
+    const int key = key_of(apart_px2);
+    if (key > farthest.key) farthest = Farthest(s, texel, key, GIVEN * place + k, true);
 }
 
-// Chooses, as start surface i, the one that is displaced most differently from those before. False
-// if all are alike.
-bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
-    Farthest farthest = Farthest(not_there(), ivec2(0), kAlikePx * kAlikePx, false);
+#ifdef SOFTWARE_RENDERER
+void consider_line(int i, ivec2 block, ivec2 reaching, inout Farthest farthest,
+                   inout Starts chosen) {
     int place = reaching[0];
     SOFTWARE_LOOP do {
         // Two at a time: llvmpipe ends the loops of an invocation after 65535 iterations of all of them
@@ -149,6 +170,48 @@ bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
             if (k + 1 < GIVEN) consider(k + 1, i, place, block, farthest, chosen);
         }
     } while (++place <= reaching[1]);
+}
+
+bool is_mine(int i) {
+    return true;
+}
+#else
+// Each invocation considers a part of the line. Their choices are ranked by key, then by number:
+//
+//    31      15 14               0
+//   +----------+------------------+
+//   | key - l  | 32767 - number   |   l: least_key(); the line has at most 2048 blocks
+//   +----------+------------------+
+const int kNumberBits = 15, kLastNumber = (1 << kNumberBits) - 1;
+
+void consider_line(int i, ivec2 block, ivec2 reaching, inout Farthest farthest,
+                   inout Starts chosen) {
+    const int end = GIVEN * (reaching[1] + 1);
+    for (int n = GIVEN * reaching[0] + int(gl_LocalInvocationIndex); n < end; n += kThreads)
+        consider(n % GIVEN, i, n / GIVEN, block, farthest, chosen);
+    if (farthest.found)
+        atomicMax(largest_rank[i], uint((farthest.key - least_key() << kNumberBits) |
+                                        kLastNumber - farthest.candidate));
+    if (i == 0) atomicMax(longest_bits, floatBitsToUint(chosen.longest_px));
+    barrier();
+    if (i == 0) chosen.longest_px = uintBitsToFloat(longest_bits);
+    farthest.found = largest_rank[i] != 0u;
+    const int candidate = kLastNumber - int(largest_rank[i] & uint(kLastNumber));
+    farthest.texel = texel_of(on_line(block, candidate / GIVEN), candidate % GIVEN);
+    farthest.surface = given_surface(farthest.texel);
+}
+
+// Each invocation stores some start surfaces.
+bool is_mine(int i) {
+    return i == int(gl_LocalInvocationIndex);
+}
+#endif
+
+// Chooses, as start surface i, the one that is displaced most differently from those before. False
+// if all are alike.
+bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
+    Farthest farthest = Farthest(not_there(), ivec2(0), least_key(), 0, false);
+    consider_line(i, block, reaching, farthest, chosen);
     if (!farthest.found) return false;
     // By constant indices, which registers can have.
     for (int j = 0; j < STARTS; ++j) {
@@ -163,6 +226,7 @@ bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
 // A block's own surfaces reach it, so at least one is chosen. Room that is left repeats the first.
 void store_row(Starts chosen, ivec2 block) {
     for (int i = 0; i < STARTS; ++i) {
+        if (!is_mine(i)) continue;
         const ivec2 texel = i < chosen.count ? chosen.texel[i] : chosen.texel[0];
         imageStore(starts, ivec2(STARTS * block.x + i, block.y), texelFetch(given, texel, 0));
     }
@@ -183,9 +247,10 @@ int place_of(int i, Starts chosen) {
 void store_starts(Starts chosen, ivec2 block) {
     const ivec2 first = ivec2((STARTS + 1) * block.x, block.y);
     for (int i = 0; i < STARTS; ++i)
-        if (i < chosen.count)
+        if (i < chosen.count && is_mine(i))
             imageStore(starts, first + ivec2(place_of(i, chosen), 0),
                        texelFetch(given, chosen.texel[i], 0));
+    if (!is_mine(0)) return;
     imageStore(starts, first + ivec2(STARTS, 0),
                uvec4(floatBitsToUint(chosen.longest_px), uint(chosen.count), 0u, 0u));
 #if LISTS
@@ -198,7 +263,7 @@ void store_starts(Starts chosen, ivec2 block) {
 
 void main() {
     const ivec2 reaching = find_reaching();
-    const ivec2 block = invocation_at();
+    const ivec2 block = invocation_at() / ivec2(kSharers, 1);
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     Starts chosen;
     for (int i = 0; i < STARTS; ++i) {

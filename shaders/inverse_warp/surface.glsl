@@ -44,9 +44,6 @@ struct Surface {
 };
 
 const float kStepB = 1.0 / 64.0;  // px: b is rounded to multiples of it
-// Squared displacements within this ratio are equal, so that rounding does not choose: all paths
-// cut off at max_path_px are equal.
-const float kEqual = 1.001;
 const float kNotThere = -2.0;  // inverse depth of a neighbor's pixel that no search may find
 const float kOneDepth = 1.05;  // inverse depths up to this ratio are one surface
 
@@ -154,6 +151,15 @@ float displaced(Surface s) {
     if (kShutter) squared += precise_dot(s.a, s.a) + precise_dot(s.b, s.b);
     if (kLens) squared += s.radius * s.radius;
     return squared;
+}
+
+// The order in which squared displacements, px^2, are chosen: the largest key, then the lowest index, in
+// whatever order they are compared. Those with one key, 0.1 %, are equal, so that rounding does not
+// choose: all paths cut off at max_path_px are equal. 0x1555 keeps the bounds between keys away from
+// numbers of few digits, which are common.
+const int kKeyBits = 18;
+int key_of(float px2) {
+    return int(floatBitsToUint(px2) + 0x1555u >> 13);
 }
 
 // Difference between the displacements of two surfaces, px^2.

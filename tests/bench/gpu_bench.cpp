@@ -71,7 +71,7 @@ std::vector<Case> cases() {
     return all;
 }
 
-Plan plan_of(const Case& one, const BenchFrame& frame) {
+Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device) {
     Chain chain;
     for (const auto& [name, values] : one.passes) {
         Pass* pass = chain.append(builtin_passes(), name);
@@ -81,6 +81,7 @@ Plan plan_of(const Case& one, const BenchFrame& frame) {
     }
     PlanOptions options;
     options.elide = false;
+    options.device = device;
     return require(make_plan(chain, frame.description, options));
 }
 
@@ -160,7 +161,7 @@ class Bench {
 
     // Prints a row, and one for each step.
     void run(const Case& one) {
-        Plan plan = plan_of(one, frame_);
+        Plan plan = plan_of(one, frame_, executor_.device_class());
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
         double bytes_px = bytes_per_pixel(plan);

@@ -54,7 +54,7 @@ struct Program {
 
 // The programs of `chain`, in the order of its plan, each once.
 std::vector<Program> programs_of(const std::string& chain) {
-    const Plan plan = plan_of(chain, engine_frame(1920, 1080));
+    const Plan plan = plan_of(chain, engine_frame(1920, 1080), {.device = DeviceClass::gpu});
     std::vector<Program> programs;
     for (const Step& step : plan.steps)
         if (std::none_of(programs.begin(), programs.end(),

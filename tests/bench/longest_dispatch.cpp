@@ -45,7 +45,7 @@ Row row_of(const Plan& plan, const Step& step) {
 }
 
 std::vector<Row> rows_of(const std::string& chain, const FrameDescription& frame) {
-    const Plan plan = bench::plan_of(chain, frame);
+    const Plan plan = bench::plan_of(chain, frame, {.device = DeviceClass::gpu});
     std::vector<Row> rows;
     for (const Step& step : plan.steps) rows.push_back(row_of(plan, step));
     std::stable_sort(rows.begin(), rows.end(),

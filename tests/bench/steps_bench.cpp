@@ -123,7 +123,8 @@ std::vector<Frame> synthetic_frame(int width, int height) {
 void measure(Measured& one, size_t f, const Frame& frame, Executor& executor) {
     FrameDescription description = frame.description;
     find_depths(one.chain, frame.planes, description);
-    const Plan plan = require(make_plan(one.chain, description));
+    const Plan plan =
+        require(make_plan(one.chain, description, {.device = executor.device_class()}));
     g_times.clear();
     require(executor.filter(plan, frame.planes));
     if (g_times.size() != plan.steps.size()) fail(one.name + ": not one debug group for each step");

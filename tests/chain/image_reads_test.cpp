@@ -21,10 +21,12 @@ gl::Device with_image_units(int count) {
 
 TEST(ImageReads, AreOfSoftwareRenderersWithRoom) {
     gl::Device device = with_image_units(32);
-    EXPECT_EQ(gl::best_reads(device), gl::Reads::images);
+    EXPECT_EQ(device.device_class(), DeviceClass::software);
     device.software = false;
-    EXPECT_EQ(gl::best_reads(device), gl::Reads::textures);
-    EXPECT_EQ(gl::best_reads(with_image_units(8)), gl::Reads::textures);  // OpenGL's least
+    EXPECT_EQ(device.device_class(), DeviceClass::gpu);
+    EXPECT_EQ(with_image_units(8).device_class(), DeviceClass::gpu);  // OpenGL's least
+    EXPECT_EQ(gl::best_reads(DeviceClass::software), gl::Reads::images);
+    EXPECT_EQ(gl::best_reads(DeviceClass::gpu), gl::Reads::textures);
 }
 
 TEST(ImageReads, GiveTheBitsOfTextures) {

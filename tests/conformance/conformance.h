@@ -82,7 +82,7 @@ class Conformance : public ::testing::TestWithParam<PassType> {
         return frame;
     }
 
-    static PlanOptions everything() { return {.elide = false}; }
+    static PlanOptions everything() { return test::on_device({.elide = false}); }
 
     // Values at the ends of a row's domain, and every one of a choice.
     static std::vector<ParameterValue> ends_of(const Parameter& row) {

@@ -96,8 +96,10 @@ class RandomChains : public ::testing::TestWithParam<Run> {
             concat("seed ", seed, ", again with POSTCHAIN_ELISION_SEED=", seed, "\n", one.text));
         PlanOptions all = no_rule(one.elided.precision);
         all.outputs = one.elided.outputs;
+        PlanOptions some = one.elided;
+        all.device = some.device = executor_->device_class();
         const auto complete = make_plan(one.chain, one.frame, all);
-        const auto elided = make_plan(one.chain, one.frame, one.elided);
+        const auto elided = make_plan(one.chain, one.frame, some);
         if (!complete.ok()) {  // a Gaussian too wide, a focus nearer than the focal length
             EXPECT_FALSE(elided.ok());
             ++refused_;

@@ -39,11 +39,14 @@ std::map<std::string, Step> steps_of_programs() {
         const RandomCase one = random_case(i * kCasesOfAShape / 4);
         PlanOptions all = no_rule(one.elided.precision);
         all.outputs = one.elided.outputs;
-        for (const PlanOptions& options : {all, one.elided}) {
-            const auto plan = make_plan(one.chain, one.frame, options);
-            if (!plan.ok()) continue;  // a Gaussian too wide, a focus nearer than the focal length
-            for (const Step& step : plan->steps) steps.emplace(step.program.text(), step);
-        }
+        for (PlanOptions options : {all, one.elided})
+            for (const DeviceClass device : {DeviceClass::software, DeviceClass::gpu}) {
+                options.device = device;
+                const auto plan = make_plan(one.chain, one.frame, options);
+                if (!plan.ok())
+                    continue;  // a Gaussian too wide, a focus nearer than the focal length
+                for (const Step& step : plan->steps) steps.emplace(step.program.text(), step);
+            }
     }
     return steps;
 }
@@ -83,7 +86,7 @@ void add_steps_of_guests(std::map<std::string, Step>& steps) {
             guest::HostFrame frame;
             const auto failure = guest::check_frame(&given, frame);
             ASSERT_TRUE(failure.ok()) << failure.text;
-            const auto host = guest::make_host_plan(chain, frame);
+            const auto host = guest::make_host_plan(chain, frame, DeviceClass::gpu);
             if (!host.ok()) continue;  // packed bits
             for (const Step& step : host->plan.steps) steps.emplace(step.program.text(), step);
             Step focus;

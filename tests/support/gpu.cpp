@@ -44,9 +44,14 @@ PlanOptions whole_passes() {
     return options;
 }
 
+PlanOptions on_device(PlanOptions options) {
+    options.device = executor().device_class();
+    return options;
+}
+
 FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
                    const PlanOptions& options, Plan* plan) {
-    const Plan made = must(make_plan(chain, frame, options));
+    const Plan made = must(make_plan(chain, frame, on_device(options)));
     FramePlanes result = must(executor().filter(made, planes));
     if (plan) *plan = made;
     return result;
@@ -56,7 +61,7 @@ Stages filter_with_stages(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, const PlanOptions& options) {
     Stages stages;
     stages.outputs =
-        must(executor().filter(must(make_plan(chain, frame, options)), planes,
+        must(executor().filter(must(make_plan(chain, frame, on_device(options))), planes,
                                [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
                                    stages.stages[texture.name] = pixels;
                                    return Status();

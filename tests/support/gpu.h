@@ -28,7 +28,11 @@ Chain chain_of(const std::string& type, Settings settings = {});
 // those too.)
 PlanOptions whole_passes();
 
-// Plans and filters on the GPU; a failure fails the test. The plan is returned through `plan`.
+// For the device of executor().
+PlanOptions on_device(PlanOptions options);
+
+// Plans for that device and filters on it; a failure fails the test. The plan is returned through
+// `plan`.
 FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
                    const PlanOptions& options = {}, Plan* plan = nullptr);
 

@@ -304,11 +304,11 @@ Status check_stages(const FilterRequest& request, const std::map<std::string, Im
 
 // `request`: null for color, AOVs and cryptomattes alone.
 FilteredArrays filtered_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
-                               const PlanOptions& options, const FilterRequest* request,
-                               Device& device) {
+                               PlanOptions options, const FilterRequest* request, Device& device) {
     std::vector<std::string> warnings;
     auto filtered =
         device.run("filtering a frame", [&](Call&, Executor& executor) -> Result<FilteredArrays> {
+            options.device = executor.device_class();
             ASSIGN_OR_RETURN(auto planned,
                              plan_arrays(chain, frames, options, request && request->fill_mask));
             warnings = planning_warnings(chain, planned, frames.unsaid);

@@ -38,7 +38,8 @@ class FrameFilter {
   private:
     Result<ImageF> filtered(int number) {
         const Chain& chain = *job_.chains.at(number);
-        const sequence::RunSettings settings = sequence::settings_for(job_.run, {&chain});
+        sequence::RunSettings settings = sequence::settings_for(job_.run, {&chain});
+        settings.plan.device = executor_.device_class();
         ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, io::FrameRange{{number}}));
         const auto files = list.files.find(number);
         if (files == list.files.end())

@@ -82,6 +82,7 @@ void FilterWorker::work(const egl::ContextOptions& given, Status* started) {
         renderer_ = sequence::renderer_text((*context)->device());
         executor_ = std::make_unique<Executor>((*context)->device());
         executor_->set_timing(true, true);
+        plan_.device = executor_->device_class();
     }
     started_ = true;
     changed_.notify_all();

@@ -77,7 +77,7 @@ class FilterWorker {
                           const FrameDescription& planned, FilterResult& result);
     SharedFrame reduced(const FilterRequest& request);
 
-    const PlanOptions plan_;
+    PlanOptions plan_;  // its device is known when work() begins
     const std::function<void()> wake_;
     std::string renderer_;
 

@@ -604,6 +604,7 @@ Result<report::Report> run(const std::vector<const NamedChain*>& variants, Asked
     std::vector<const Chain*> chains;
     for (const NamedChain* one : variants) chains.push_back(&one->chain);
     settings.run = sequence::settings_for(settings.run, chains);
+    settings.run.plan.device = executor.device_class();
     const StopScope within_a_frame(executor, stop);
     return Run(variants, std::move(asked), settings, executor, stop).run(progress);
 }

@@ -269,6 +269,7 @@ Result<Plan> Measurement::plan(const Chain& chain, const FrameDescription& frame
     PlanOptions options;
     options.precision = precision_;
     options.elide = elide;
+    options.device = executor_.device_class();
     return make_plan(chain, frame, options);
 }
 

@@ -307,6 +307,7 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     std::vector<const Chain*> chains;
     for (const Start& start : starts) chains.push_back(&start.chain);
     settings.run = sequence::settings_for(settings.run, chains);
+    settings.run.plan.device = executor.device_class();
     ASSIGN_OR_RETURN(auto numbers, frames_to_measure(settings));
     settings.run.frames = io::FrameRange{numbers};
     report::Report conditions;

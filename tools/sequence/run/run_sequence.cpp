@@ -160,6 +160,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                                 const std::string& renderer, const RunCallbacks& callbacks) {
     RunSettings settings = settings_for(asked, {&chain});
     settings.source.all_views = true;
+    settings.plan.device = executor.device_class();
     std::vector<int> gaps;
     ASSIGN_OR_RETURN(auto tasks, plan_tasks(settings, true, gaps));
     const io::OutputFiles files = files_of_run(chain, settings, tasks);

@@ -193,6 +193,7 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
     // A software renderer takes the cores that reading needs.
     std::optional<DeviceGate::Reservation> reservation;
     if (device->software()) reservation.emplace(gate_);
+    request.run.plan.device = device->executor().device_class();
     ASSIGN_OR_RETURN(auto prepared, prepare_preview(request));
     if (over()) return canceled;
     if (!reservation) reservation.emplace(gate_);

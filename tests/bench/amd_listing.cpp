@@ -236,24 +236,52 @@ Listing::Listing(const std::string& assembly) {
 }
 
 std::vector<double> Listing::visits_of_parts(const std::vector<double>& visits) const {
-    std::map<int, int> copies;
+    std::map<int, double> copies;
     for (const ListedPart& part : parts_)
-        for (const auto& [mark, count] : part.marks) copies[mark] += count;
-    std::vector<double> result(parts_.size(), 0);
-    std::map<std::set<int>, double> of_loop;
-    for (size_t i = 0; i < parts_.size(); ++i) {
-        for (const auto& [mark, count] : parts_[i].marks)
-            result[i] = std::max(result[i], visits.at(size_t(mark)) / copies[mark]);
-        double& most = of_loop[parts_[i].loops];
-        most = std::max(most, result[i]);
-    }
-    // Parts that dominate others come before them.
-    for (size_t i = 0; i < parts_.size(); ++i) {
-        const int outer = parts_[i].outer;
-        if (!parts_[i].marks.empty()) continue;
-        if (outer >= 0) result[i] = result[size_t(outer)];
-        if (outer < 0 || parts_[size_t(outer)].loops != parts_[i].loops)
-            result[i] = std::max(result[i], of_loop[parts_[i].loops]);
+        for (const auto& [mark, count] : part.marks)
+            if (visits.at(size_t(mark)) >= 0) copies[mark] += count;
+    // Copies share their visits equally at first, then as often as what is around them runs.
+    std::map<int, double> weights = copies;
+    const auto is_counted = [&](const ListedPart& part) {
+        return std::any_of(part.marks.begin(), part.marks.end(),
+                           [&](const auto& one) { return visits[size_t(one.first)] >= 0; });
+    };
+    std::vector<double> result(parts_.size(), 1), around(parts_.size(), 1);
+    constexpr int kTurns = 4;
+    for (int turn = 0; turn < kTurns; ++turn) {
+        std::map<std::set<int>, double> of_loop;
+        for (size_t i = 0; i < parts_.size(); ++i) {
+            double once = -1, shared = 0;
+            for (const auto& [mark, count] : parts_[i].marks) {
+                const double all = visits.at(size_t(mark));
+                if (all < 0) continue;
+                if (copies[mark] == 1)
+                    once = std::max(once, all);
+                else if (weights[mark] > 0)
+                    shared = std::max(shared, all * around[i] / weights[mark]);
+            }
+            result[i] = once >= 0 ? once : shared;
+            double& most = of_loop[parts_[i].loops];
+            most = std::max(most, result[i]);
+        }
+        // Parts that dominate others come before them.
+        for (size_t i = 0; i < parts_.size(); ++i) {
+            const int outer = parts_[i].outer;
+            if (is_counted(parts_[i])) continue;
+            result[i] = outer >= 0 ? result[size_t(outer)] : 0;
+            if (outer < 0 || parts_[size_t(outer)].loops != parts_[i].loops)
+                result[i] = std::max(result[i], of_loop[parts_[i].loops]);
+        }
+        weights.clear();
+        for (size_t i = 0; i < parts_.size(); ++i) {
+            const bool is_exact =
+                std::any_of(parts_[i].marks.begin(), parts_[i].marks.end(), [&](const auto& one) {
+                    return copies[one.first] == 1 && visits[size_t(one.first)] >= 0;
+                });
+            const int outer = parts_[i].outer;
+            around[i] = is_exact || outer < 0 ? result[i] : result[size_t(outer)];
+            for (const auto& [mark, count] : parts_[i].marks) weights[mark] += count * around[i];
+        }
     }
     return result;
 }

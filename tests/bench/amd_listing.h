@@ -6,8 +6,8 @@
 // A part is one or more blocks in one loop of which each runs if the others run (control
 // equivalence). It runs as often as its most frequent mark; without a mark, as often as the part
 // that dominates it, or in another loop as the marked parts of that loop. A mark of which the
-// compiler made several copies (unrolled loops, functions in several places) shares its visits
-// equally among them.
+// compiler made several copies (unrolled loops, functions in several places) counts only in parts
+// without another one, and shares its visits by how often the parts around its copies run.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,7 @@ class Listing {
     explicit Listing(const std::string& assembly);
 
     const std::vector<ListedPart>& parts() const { return parts_; }
-    // Visits of each part. `visits`: of each mark.
+    // Visits of each part. `visits`: of each mark; below 0: the mark does not count.
     std::vector<double> visits_of_parts(const std::vector<double>& visits) const;
     // All parts, each times its visits.
     Instructions total(const std::vector<double>& visits) const;

@@ -16,8 +16,6 @@ inline constexpr double kLevelMs = 0.006;   // a level waits for the one before
 inline constexpr uint32_t kFetchNs = 500;   // a round of a loop with a dependent fetch
 inline constexpr uint32_t kSharedNs = 100;  // and without one
 inline constexpr double kLatencyWaves = 8;  // a scheduler with fewer waits for its longest lane
-// Of a wave, for a texel on a software renderer, which unpacks the pixels of each lane.
-inline constexpr double kTexelInstructions = 40;
 
 // Published figures; instructions: of a wave, a second.
 struct Rates {
@@ -40,11 +38,10 @@ struct StepCost {
     double bytes = 0;
     double longest_ms = 0;  // latency of the longest wave
     bool waits = false;     // for a level before
-    double cpu_ms = 0;      // measured on a software renderer
+    double software = 0;    // wave-instructions on a software renderer, which skips no branch
+    double cpu_ms = 0;      // measured there
 
     double ms(const Rates& on) const;
-    // In wave-instructions, on a software renderer.
-    double software() const { return instructions[0] + kTexelInstructions * texels; }
 };
 
 // A fetch of one texel: of 64 bits at most 1, of halves up to 128 bits 2, of 128 bits 4.

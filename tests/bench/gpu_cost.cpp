@@ -45,6 +45,8 @@ using namespace postchain;
 using namespace postchain::bench;
 
 constexpr int kSkipped = 77;
+// Instructions of a load on a software renderer, which unpacks each lane's pixels.
+constexpr double kLoad = 40;
 constexpr double kPixels = 1920.0 * 1080;
 const std::vector<std::string> kGenerations = {"navi21", "vega10", "gfx1100"};
 
@@ -127,9 +129,10 @@ void print_parts(const StepCost& step, const Listing& listing, const std::vector
     std::vector<size_t> order(parts.size());
     std::iota(order.begin(), order.end(), size_t(0));
     const auto cost = [&](size_t i) { return times[i] * parts[i].once.alu; };
+    const Instructions sum = listing.total(visits);
     std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return cost(a) > cost(b); });
     std::printf("\n%s: instructions x visits of a wave, of %.0f\n", step.name.c_str(),
-                step.instructions[0] / step.waves);
+                sum.alu / step.waves);
     for (size_t i = 0; i < std::min<size_t>(order.size(), 12); ++i) {
         const ListedPart& part = parts[order[i]];
         std::string places;
@@ -171,7 +174,7 @@ Costs costs_of(const std::string& name, const Frame& frame, const PlanOptions& o
         const std::vector<double> counts = visits.counts();
         cost.name = plan.name_of(step);
         for (size_t m = 0; m < marks.size(); ++m)
-            if (marks[m].is_main) cost.waves += counts[m];
+            if (marks[m].kind == Mark::program) cost.waves += counts[m];
         for (const Listing& listing : programs.listings(step.program)) {
             const Instructions all = listing.total(counts);
             cost.instructions.push_back(scale * (all.alu + all.shared));
@@ -179,6 +182,12 @@ Costs costs_of(const std::string& name, const Frame& frame, const PlanOptions& o
             for (const auto& [descriptor, texels] : all.texels)
                 cost.texels += scale * texels * fetch_cost(plan, step, descriptor);
         }
+        // A software renderer does both sides of a branch, and a fetch is instructions too.
+        std::vector<double> loops = counts;
+        for (size_t m = 0; m < marks.size(); ++m)
+            if (marks[m].kind == Mark::branch) loops[m] = -1;
+        const Instructions software = programs.listings(step.program)[0].total(loops);
+        cost.software = scale * (software.alu + software.shared + kLoad * software.loads);
         double share = 1;  // of the frame's blocks that the list had
         if (step.work_list >= 0)
             share = std::min(1.0, kWave * cost.waves / (double(plan.width) * plan.height));
@@ -245,7 +254,8 @@ void print_check(const std::vector<Costs>& all) {
     double log_ratio = 0;
     for (const Costs& costs : all)
         for (const StepCost& step : costs.steps) {
-            model.push_back(step.software());
+            if (step.software == 0) continue;  // its list is empty
+            model.push_back(step.software);
             cpu.push_back(step.cpu_ms);
             log_ratio += std::log(step.cpu_ms / model.back());
         }
@@ -255,6 +265,7 @@ void print_check(const std::vector<Costs>& all) {
     std::printf("\n| chain, step | CPU ms | by count |\n|---|---|---|\n");
     for (const Costs& costs : all)
         for (const StepCost& step : costs.steps) {
+            if (step.software == 0) continue;
             square += std::pow(std::log(cpu[i] / (rate * model[i])), 2);
             std::printf("| %s %s | %.2f | %.2f |\n", costs.chain.c_str(), step.name.c_str(), cpu[i],
                         rate * model[i]);

@@ -102,10 +102,10 @@ class Marker {
     size_t line_at(size_t at) const {
         return 1 + size_t(std::count(text_.begin(), text_.begin() + ptrdiff_t(at), '\n'));
     }
-    int add_mark(bool is_main = false) {
-        marks_.push_back({concat(file_, ":", line_at(at_)), is_main});
+    int add_mark(Mark::Kind kind) {
+        if (next_mark_ == marks_.size()) marks_.push_back({concat(file_, ":", line_at(at_)), kind});
         if (marks_.size() > size_t(kMostMarks)) wrong("too many marks");
-        return int(marks_.size()) - 1;
+        return int(next_mark_++);
     }
 
     // The end of blanks, comments and preprocessor lines from `at` on.
@@ -129,7 +129,21 @@ class Marker {
         out_.append(text_, at_, end - at_);
         at_ = end;
     }
-    void copy_trivia() { copy_to(after_trivia(at_)); }
+    void copy_trivia() {
+        const size_t end = after_trivia(at_);
+        for (size_t line = text_.find('#', at_); line < end; line = text_.find('#', line + 1))
+            note_condition(std::string_view(text_).substr(line, end - line));
+        copy_to(end);
+    }
+    // The loops of Vulkan's text and those of GL's text in its place have the same marks.
+    void note_condition(std::string_view line) {
+        if (line.starts_with("#if"))
+            conditions_.push_back(line.starts_with("#ifdef VULKAN\n") ? next_mark_ : kNoMark);
+        else if (line.starts_with("#else") && !conditions_.empty() && conditions_.back() != kNoMark)
+            next_mark_ = conditions_.back();
+        else if (line.starts_with("#endif") && !conditions_.empty())
+            conditions_.pop_back();
+    }
     bool is_next(std::string_view word) const {
         const size_t end = at_ + word.size();
         return text_.compare(at_, word.size(), word) == 0 &&
@@ -190,7 +204,7 @@ class Marker {
                 "\n#ifndef VISIT_FIRST_GROUP\n#define VISIT_FIRST_GROUP uvec2(0u)\n#endif\n"
                 "VISIT_BEGIN ";
         out_ += "const uint visit_f = VISIT_PATH; ";
-        if (is_main_) out_ += concat("VISIT_REST(", add_mark(true), "u) ");
+        if (is_main_) out_ += concat("VISIT_REST(", add_mark(Mark::program), "u) ");
         copy_trivia();
         while (text_[at_] != '}') {
             statement();
@@ -261,7 +275,7 @@ class Marker {
     void close(int id) { out_ += concat(" VISIT_LEAVE(", id, "u, visit_o", id, ") }"); }
 
     void loop() {
-        const int id = add_mark();
+        const int id = add_mark(Mark::loop);
         open(id, true);
         copy_to(text_.find('(', at_));
         copy_bracketed();
@@ -270,7 +284,7 @@ class Marker {
         close(id);
     }
     void do_loop() {
-        const int id = add_mark();
+        const int id = add_mark(Mark::loop);
         open(id, true);
         copy_to(at_ + 2);
         copy_trivia();
@@ -294,17 +308,30 @@ class Marker {
             if (part.find(word) != part.npos) return true;
         return false;
     }
+    // A condition that the compiler knows: constants only, kLens or !kShutter.
+    static bool is_constant(std::string_view condition) {
+        for (size_t i = 0; i < condition.size(); ++i)
+            if (is_word(condition[i]) && (i == 0 || !is_word(condition[i - 1])) &&
+                (condition[i] != 'k' || i + 1 == condition.size() ||
+                 !std::isupper(static_cast<unsigned char>(condition[i + 1]))))
+                return false;
+        return true;
+    }
     // The end of any statement at `at`.
     size_t after_statement(size_t at) {
         const size_t at_before = at_;
         const std::string out_before = out_;
         const std::vector<Mark> marks_before = marks_;
+        const std::vector<size_t> conditions_before = conditions_;
+        const size_t next_before = next_mark_;
         at_ = at;
         statement();
         const size_t end = at_;
         at_ = at_before;
         out_ = out_before;
         marks_ = marks_before;
+        conditions_ = conditions_before;
+        next_mark_ = next_before;
         return end;
     }
 
@@ -312,10 +339,13 @@ class Marker {
         const size_t begin = at_;
         const size_t condition = after_bracketed(text_.find('(', at_));
         const size_t body = after_trivia(condition), body_end = after_statement(body);
-        const bool is_marked = is_large(body, body_end);
+        const size_t opened = text_.find('(', begin);
+        const bool constant =
+            is_constant(std::string_view(text_).substr(opened, condition - opened));
+        const bool is_marked = !constant && is_large(body, body_end);
         size_t next = after_trivia(body_end);
         const bool has_else = text_.compare(next, 4, "else") == 0 && !is_word(text_[next + 4]);
-        const int id = is_marked || has_else ? add_mark() : -1;
+        const int id = is_marked || (has_else && !constant) ? add_mark(Mark::branch) : -1;
         if (id >= 0) open(id, false);
         copy_to(body);
         if (is_marked)
@@ -327,8 +357,8 @@ class Marker {
             copy_to(at_ + 4);
             copy_trivia();
             const size_t other = at_, other_end = after_statement(other);
-            if (is_large(other, other_end) && text_.compare(other, 2, "if") != 0) {
-                const int other_id = add_mark();
+            if (!constant && is_large(other, other_end) && text_.compare(other, 2, "if") != 0) {
+                const int other_id = add_mark(Mark::branch);
                 out_ += concat("{ const uint visit_o", other_id, " = visit_o", id, "; ");
                 marked_body(other_id, "0u");
                 out_ += " }";
@@ -338,8 +368,8 @@ class Marker {
         }
         if (id >= 0) close(id);
         // Only invocations that have not jumped do the rest.
-        if (jumps(std::string_view(text_).substr(begin, at_ - begin)))
-            out_ += concat(" VISIT_REST(", add_mark(), "u) ");
+        if (!constant && jumps(std::string_view(text_).substr(begin, at_ - begin)))
+            out_ += concat(" VISIT_REST(", add_mark(Mark::branch), "u) ");
     }
 
     void leave_function() {
@@ -355,9 +385,12 @@ class Marker {
         out_ += " " + leave() + "return visit_v; }";
     }
 
+    static constexpr size_t kNoMark = size_t(-1);
     const std::string file_;
     const std::string& text_;
     std::vector<Mark>& marks_;
+    size_t next_mark_ = marks_.size();
+    std::vector<size_t> conditions_;  // open ones of the preprocessor: the first mark in them
     std::string out_, type_;
     size_t at_ = 0, declaration_ = 0, function_ = 0;
     bool is_main_ = false;

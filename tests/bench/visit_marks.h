@@ -17,7 +17,7 @@ namespace postchain::bench {
 
 struct Mark {
     std::string place;  // "inverse_warp/search.glsl:214"
-    bool is_main;       // of a whole program
+    enum Kind { program, loop, branch } kind;
 };
 
 inline constexpr int kVisitsUnit = 15;

@@ -4,6 +4,11 @@
 #include <vulkan/vulkan.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "chain/plan/program_source.h"
+#include "tests/bench/arguments.h"
 
 namespace postchain::bench {
 namespace {
@@ -50,12 +55,47 @@ VkDescriptorSetLayout make_set_layout(VkDevice device) {
 
 }  // namespace
 
+TemporaryFolder::TemporaryFolder() {
+    std::string name = std::filesystem::temp_directory_path() / "postchain_bench_XXXXXX";
+    if (!mkdtemp(name.data())) fail(name + ": cannot be created", 2);
+    path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+std::string TemporaryFolder::path(const std::string& name) const {
+    return name.empty() ? path_ : path_ + "/" + name;
+}
+
+std::vector<uint32_t> spirv_of(const ProgramKey& program, const std::string& shaders) {
+    static const TemporaryFolder folder;
+    const Result<std::string> source = program_source(program, shaders);
+    if (!source.ok()) fail(source.status().message(), 1);
+    std::ofstream(folder.path("s.comp")) << *source;
+    const std::string command =
+        concat("glslangValidator -V --target-env vulkan1.2 --shift-image-binding ", kFirstImage,
+               " --shift-ssbo-binding ", kFirstList, " --shift-UBO-binding ", kFirstBlock, " ",
+               folder.path("s.comp"), " -o ", folder.path("s.spv"), " >", folder.path("log"));
+    if (std::system(command.c_str()) != 0) {
+        std::ifstream log(folder.path("log"));
+        fail(program.text() + ":\n" + std::string(std::istreambuf_iterator<char>(log), {}), 1);
+    }
+    std::vector<uint32_t> words(std::filesystem::file_size(folder.path("s.spv")) / 4);
+    std::ifstream(folder.path("s.spv"), std::ios::binary)
+        .read(reinterpret_cast<char*>(words.data()), std::streamsize(4 * words.size()));
+    return words;
+}
+
 struct AmdCompiler::Handles {
     VkInstance instance = VK_NULL_HANDLE;
     VkDevice device = VK_NULL_HANDLE;
     VkDescriptorSetLayout set = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
     PFN_vkGetPipelineExecutableStatisticsKHR statistics = nullptr;
+    PFN_vkGetPipelineExecutableInternalRepresentationsKHR representations = nullptr;
 
     ~Handles() {
         if (device) {
@@ -113,6 +153,8 @@ Result<std::unique_ptr<AmdCompiler>> AmdCompiler::create(const std::string& gene
         return Status(StatusCode::usage, concat("the Vulkan driver is not RADV: ", kRemedy));
     vk.statistics = reinterpret_cast<PFN_vkGetPipelineExecutableStatisticsKHR>(
         vkGetDeviceProcAddr(vk.device, "vkGetPipelineExecutableStatisticsKHR"));
+    vk.representations = reinterpret_cast<PFN_vkGetPipelineExecutableInternalRepresentationsKHR>(
+        vkGetDeviceProcAddr(vk.device, "vkGetPipelineExecutableInternalRepresentationsKHR"));
 
     vk.set = make_set_layout(vk.device);
     auto layout =
@@ -126,7 +168,24 @@ Result<std::unique_ptr<AmdCompiler>> AmdCompiler::create(const std::string& gene
     return made;
 }
 
-Result<Statistics> AmdCompiler::compile(const std::vector<uint32_t>& spirv) {
+std::string AmdCompiler::assembly_of(const Handles& vk, const VkPipelineExecutableInfoKHR& of) {
+    uint32_t count = 0;
+    vk.representations(vk.device, &of, &count, nullptr);
+    std::vector<VkPipelineExecutableInternalRepresentationKHR> all(
+        count, info_of<VkPipelineExecutableInternalRepresentationKHR>(
+                   VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INTERNAL_REPRESENTATION_KHR));
+    vk.representations(vk.device, &of, &count, all.data());
+    std::string text;
+    for (auto& one : all) {
+        if (std::string(one.name) != "Assembly") continue;
+        text.resize(one.dataSize);
+        one.pData = text.data();
+    }
+    vk.representations(vk.device, &of, &count, all.data());
+    return text;
+}
+
+Result<AmdCompiler::Compiled> AmdCompiler::compile(const std::vector<uint32_t>& spirv) {
     const Handles& vk = *handles_;
     auto code = info_of<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
     code.codeSize = 4 * spirv.size();
@@ -136,7 +195,8 @@ Result<Statistics> AmdCompiler::compile(const std::vector<uint32_t>& spirv) {
     if (vkCreateShaderModule(vk.device, &code, nullptr, &module) == VK_SUCCESS) {
         auto info =
             info_of<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
-        info.flags = VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
+        info.flags = VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR |
+                     VK_PIPELINE_CREATE_CAPTURE_INTERNAL_REPRESENTATIONS_BIT_KHR;
         info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
         info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
         info.stage.module = module;
@@ -144,7 +204,7 @@ Result<Statistics> AmdCompiler::compile(const std::vector<uint32_t>& spirv) {
         info.layout = vk.layout;
         vkCreateComputePipelines(vk.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
     }
-    Statistics found;
+    Compiled found;
     if (pipeline) {
         auto executable =
             info_of<VkPipelineExecutableInfoKHR>(VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR);
@@ -155,11 +215,12 @@ Result<Statistics> AmdCompiler::compile(const std::vector<uint32_t>& spirv) {
             count, info_of<VkPipelineExecutableStatisticKHR>(
                        VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR));
         vk.statistics(vk.device, &executable, &count, rows.data());
-        for (const auto& row : rows) found[row.name] = row.value.u64;
+        for (const auto& row : rows) found.statistics[row.name] = row.value.u64;
+        found.assembly = assembly_of(vk, executable);
     }
     vkDestroyPipeline(vk.device, pipeline, nullptr);
     vkDestroyShaderModule(vk.device, module, nullptr);
-    if (found.empty()) return Status(StatusCode::gl, "RADV does not compile it");
+    if (found.statistics.empty()) return Status(StatusCode::gl, "RADV does not compile it");
     return found;
 }
 

@@ -8,6 +8,9 @@
 #include <vector>
 
 #include "chain/base/status.h"
+#include "chain/plan/plan.h"
+
+struct VkPipelineExecutableInfoKHR;
 
 namespace postchain::bench {
 
@@ -17,6 +20,22 @@ inline constexpr uint32_t kUnitsOfAKind = 32;  // textures from 0 on
 inline constexpr uint32_t kFirstImage = kUnitsOfAKind;
 inline constexpr uint32_t kFirstList = 2 * kUnitsOfAKind;
 inline constexpr uint32_t kFirstBlock = 3 * kUnitsOfAKind;
+
+// Removed with its content, by exit() too.
+class TemporaryFolder {
+  public:
+    TemporaryFolder();  // ends the program if it cannot be created
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    std::string path(const std::string& name = "") const;
+
+  private:
+    std::string path_;
+};
+
+// The program as Vulkan's SPIR-V, with these bindings. `shaders`: the folder of the sources; empty:
+// the embedded ones. Ends the program if glslangValidator does not compile it.
+std::vector<uint32_t> spirv_of(const ProgramKey& program, const std::string& shaders = {});
 
 // Counts for one program, by Mesa's names: "VGPRs", "Instructions".
 using Statistics = std::map<std::string, uint64_t>;
@@ -29,12 +48,17 @@ class AmdCompiler {
     ~AmdCompiler();
     AmdCompiler(const AmdCompiler&) = delete;
 
+    struct Compiled {
+        Statistics statistics;
+        std::string assembly;  // as this Mesa prints it
+    };
     // Errors (gl).
-    Result<Statistics> compile(const std::vector<uint32_t>& spirv);
+    Result<Compiled> compile(const std::vector<uint32_t>& spirv);
 
   private:
     AmdCompiler();
     struct Handles;
+    static std::string assembly_of(const Handles& vk, const VkPipelineExecutableInfoKHR& of);
     std::unique_ptr<Handles> handles_;
 };
 

@@ -10,13 +10,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "chain/plan/program_source.h"
 #include "tests/bench/amd_compiler.h"
 #include "tests/bench/engine_plan.h"
 
@@ -24,28 +20,9 @@ namespace {
 
 using namespace postchain;
 using namespace postchain::bench;
-namespace fs = std::filesystem;
 
 constexpr int kSkipped = 77;
 constexpr size_t kLargest = 3;
-
-// Removed with its content, by exit() too.
-class Folder {
-  public:
-    Folder() {
-        std::string name = fs::temp_directory_path() / "isa_bench_XXXXXX";
-        if (!mkdtemp(name.data())) fail(name + ": cannot be created", 2);
-        path_ = name;
-    }
-    ~Folder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    std::string path(const char* name) const { return path_ / name; }
-
-  private:
-    fs::path path_;
-};
 
 struct Program {
     std::string name;  // of its first step: "joint_blur.gather"
@@ -63,29 +40,6 @@ std::vector<Program> programs_of(const std::string& chain) {
     return programs;
 }
 
-// As Vulkan's SPIR-V.
-const std::vector<uint32_t>& spirv_of(const ProgramKey& program) {
-    static const Folder folder;
-    static std::map<std::string, std::vector<uint32_t>> known;
-    std::vector<uint32_t>& words = known[program.text()];
-    if (!words.empty()) return words;
-    const Result<std::string> source = program_source(program);
-    if (!source.ok()) fail(source.status().message(), 1);
-    std::ofstream(folder.path("s.comp")) << *source;
-    const std::string command =
-        concat("glslangValidator -V --target-env vulkan1.2 --shift-image-binding ", kFirstImage,
-               " --shift-ssbo-binding ", kFirstList, " --shift-UBO-binding ", kFirstBlock, " ",
-               folder.path("s.comp"), " -o ", folder.path("s.spv"), " >", folder.path("log"));
-    if (std::system(command.c_str()) != 0) {
-        std::ifstream log(folder.path("log"));
-        fail(program.text() + ":\n" + std::string(std::istreambuf_iterator<char>(log), {}), 1);
-    }
-    words.resize(fs::file_size(folder.path("s.spv")) / 4);
-    std::ifstream(folder.path("s.spv"), std::ios::binary)
-        .read(reinterpret_cast<char*>(words.data()), std::streamsize(4 * words.size()));
-    return words;
-}
-
 struct Row {
     std::string step;
     uint64_t instructions = 0;       // of the first generation
@@ -95,12 +49,14 @@ struct Row {
 Row row_of(const Program& program, const std::vector<std::unique_ptr<AmdCompiler>>& compilers) {
     Row row;
     row.step = program.name;
+    const std::vector<uint32_t> spirv = spirv_of(program.key);
     for (const auto& compiler : compilers) {
-        const Result<Statistics> found = compiler->compile(spirv_of(program.key));
+        const auto found = compiler->compile(spirv);
         if (!found.ok()) fail(program.name + ": " + found.status().message(), 1);
         const auto value = [&](const char* name) {
-            const auto one = found->find(name);
-            if (one == found->end()) fail(concat("this RADV states no '", name, "'"), kSkipped);
+            const auto one = found->statistics.find(name);
+            if (one == found->statistics.end())
+                fail(concat("this RADV states no '", name, "'"), kSkipped);
             return one->second;
         };
         const uint64_t instructions = value("Instructions");

@@ -27,7 +27,7 @@
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
-#include "tools/measure/experiment/experiment_input.h"
+#include "tests/bench/shot.h"
 
 namespace {
 
@@ -83,34 +83,6 @@ Chain chain_of(const std::string& name) {
 }
 
 // ---------------------------------------------------------------------------------------- frames
-struct Frame {
-    FrameDescription description;
-    SharedPlanes planes;
-};
-
-struct Input {
-    std::string pattern, frames, camera;
-};
-
-std::vector<Frame> frames_of(const Input& input, RoleSet wanted) {
-    sequence::RunSettings run;
-    run.input = require(io::InputSpec::parse(input.pattern));
-    if (!input.frames.empty()) run.frames = require(io::FrameRange::parse(input.frames));
-    if (!input.camera.empty()) {
-        run.source.camera = require(load_camera(input.camera));
-        require(run.source.camera->status());
-    }
-    experiment::ExperimentInput shot;
-    const auto list = require(experiment::frames_on_disk(run));
-    shot.files = list.files;
-    std::vector<Frame> frames;
-    for (const int number : list.frames) {
-        auto source = require(experiment::read_frame(shot, run, number, wanted));
-        frames.push_back({source.description, source.planes});
-    }
-    return frames;
-}
-
 std::vector<Frame> synthetic_frame(int width, int height) {
     BenchFrame made = make_frame(width, height);
     std::vector<Frame> frames;
@@ -206,9 +178,7 @@ int main(int argc, char** argv) {
                         concat("steps_bench [--input=FRAMES [--frames=1-4] [--camera=FILE]] ",
                                kSettingsUsage, " [--steps] [--first] [--json=FILE] [CHAIN...]"));
     const Settings settings = take_settings(arguments, 3);
-    const Input input = {arguments.text("--input").value_or(""),
-                         arguments.text("--frames").value_or(""),
-                         arguments.text("--camera").value_or("")};
+    const Shot input = take_shot(arguments);
     const std::string json = arguments.text("--json").value_or("");
     const bool steps = arguments.flag("--steps"), first = arguments.flag("--first");
     std::vector<std::string> names = {"guertin", "paper"};
@@ -229,7 +199,7 @@ int main(int argc, char** argv) {
     Executor executor(context->device(), {.labels = true});
     const std::vector<Frame> frames = input.pattern.empty()
                                           ? synthetic_frame(settings.width, settings.height)
-                                          : frames_of(input, wanted);
+                                          : read_shot(input, wanted);
     // The first run compiles. A program that an earlier chain has too is compiled there.
     for (Measured& one : all) {
         measure(one, 0, frames[0], executor);

@@ -8,11 +8,6 @@
 #include <string>
 
 #include "chain/guest/chain_handle.h"
-#include "chain/guest/instance.h"
-
-struct pc_instance {
-    std::unique_ptr<postchain::guest::Instance> is;
-};
 
 struct pc_chain {
     postchain::guest::ChainHandle is;

@@ -37,12 +37,12 @@ def one(pattern, prefix):
 
 
 def libraries(options):
-    """Library name -> headers that declare its symbols."""
-    parts = {"postchain": ["postchain.h"]}
+    """Library name -> header that declares its symbols."""
+    parts = {"postchain": "postchain.h", "postchain_plan": "postchain.h"}
     if not options.core:
-        parts["postchain_config"] = ["chain_from_text.h"]
+        parts["postchain_config"] = "chain_from_text.h"
     if options.vulkan:
-        parts["postchain_vk"] = ["postchain_vk.h"]
+        parts["postchain_vk"] = "postchain_vk.h"
     return parts
 
 
@@ -65,7 +65,7 @@ def has_viewer(options):
 
 def tree(options):
     shutil.rmtree(options.prefix, ignore_errors=True)
-    components = ["library", "dev"] + ([] if options.core else ["config", "command"])
+    components = ["plan", "library", "dev"] + ([] if options.core else ["config", "command"])
     components += ["vulkan"] if options.vulkan else []
     if has_viewer(options):
         components.append("view")
@@ -77,7 +77,7 @@ def headers(options):
     """Each compiles alone, without a warning."""
     folder = options.prefix / "include"
     files = sorted(folder.glob("postchain/*"))
-    names = {"postchain.hpp"}.union(*libraries(options).values())
+    names = {"postchain.hpp", *libraries(options).values()}
     expect_equal({file.name for file in files}, names, "headers")
     flags = ["-fsyntax-only", *WARNINGS, "-Wconversion", "-Wshadow", "-I", folder]
     with tempfile.TemporaryDirectory() as name:
@@ -92,18 +92,12 @@ def headers(options):
 
 def symbols(options):
     """The shared libraries export the functions that their headers declare and their maps list,
-    under the version of their soname."""
-    for name, own in libraries(options).items():
+    under the version of their soname. A function is in one library."""
+    exported = {}
+    for name, header in libraries(options).items():
         library = one(f"lib/**/lib{name}.so", options.prefix)
-        declared = set()
-        for header in own:
-            text = (options.prefix / "include/postchain" / header).read_text()
-            text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
-            declared |= set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
-        assert declared, own
         map_text = (ROOT / f"tools/packaging/{name}.map.in").read_text()
         listed = set(re.findall(r"^\s+(pc_\w+);$", map_text, flags=re.M))
-        expect_equal(listed, declared, f"tools/packaging/{name}.map.in against {own}")
         private = set(re.findall(r'^\s+"(.+)";$', map_text, flags=re.M))
         shown, shown_private = set(), set()
         for line in call("nm", "-DC", "--defined-only", library).splitlines():
@@ -114,17 +108,24 @@ def symbols(options):
             assert version in (f"POSTCHAIN_{soversion(options)}",
                                f"POSTCHAIN_PRIVATE_{options.version}"), line
             (shown_private if "PRIVATE" in version else shown).add(symbol)
-        expect_equal(shown, declared, f"symbols of {library.name}")
+        expect_equal(shown, listed, f"symbols of {library.name} against its map")
         expect_equal(shown_private, private, f"private symbols of {library.name}")
+        exported.setdefault(header, []).extend(shown)
+    for header, names in exported.items():
+        text = (options.prefix / "include/postchain" / header).read_text()
+        text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+        declared = set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
+        expect_equal(set(names), declared, f"exported symbols against {header}")
+        assert len(names) == len(declared), f"two libraries export a function of {header}"
 
 
 def needed(options):
-    """The core needs only libepoxy and the compiler's libraries."""
+    """libpostchain needs only libepoxy and the compiler's libraries; no other needs GL, also not by what it needs."""
     system = {"libstdc++.so.6", "libm.so.6", "libgcc_s.so.1", "libc.so.6",
               "ld-linux-x86-64.so.2"}
-    may = {"postchain": {"libepoxy.so.0"},
-           "postchain_config": {f"libpostchain.so.{soversion(options)}", "libyaml-cpp.so.0.7"},
-           "postchain_vk": {f"libpostchain.so.{soversion(options)}"}}
+    plan = f"libpostchain_plan.so.{soversion(options)}"
+    may = {"postchain": {plan, "libepoxy.so.0"}, "postchain_plan": set(),
+           "postchain_config": {plan, "libyaml-cpp.so.0.7"}, "postchain_vk": {plan}}
     for name in libraries(options):
         library = one(f"lib/**/lib{name}.so", options.prefix)
         text = call("readelf", "-d", library)
@@ -133,6 +134,8 @@ def needed(options):
         expect_equal(found - system, may[name], f"libraries that {library.name} needs")
         places = set(re.findall(r"(?:RPATH|RUNPATH).*\[(.+)\]", text))
         assert places <= {"$ORIGIN"}, places
+        loaded = call("ldd", library)
+        assert bool(re.search(r"lib(epoxy|E?GL)", loaded)) == (name == "postchain"), f"{name}: {loaded}"
 
 
 def flags_of(module, library_folder):
@@ -172,7 +175,7 @@ def examples(options):
              *flags_of(module + ("-static" if "static" in name else ""), library_folder))
     for program in programs:
         expect_runs(program)
-        shared = "libpostchain.so" in call("ldd", program)
+        shared = "libpostchain_plan.so" in call("ldd", program)
         assert shared == ("static" not in program.name), f"{program}: shared is {shared}"
 
 
@@ -185,7 +188,9 @@ def samples(options):
              f"-DCMAKE_PREFIX_PATH={options.prefix}")
         if name != "ogre":
             call("cmake", "--build", folder, "-j", "2")
-            assert "libpostchain.so" in call("ldd", folder / f"{name}_host"), name
+            loaded = call("ldd", folder / f"{name}_host")
+            assert "libpostchain_plan.so" in loaded, name
+            assert name != "vulkan" or not re.search(r"libpostchain\.so|lib(epoxy|E?GL)", loaded), loaded
 
 
 USE_MODULE = """
@@ -263,6 +268,7 @@ def packages(options):
         held[package] = (call("dpkg-deb", "-c", deb), call("dpkg-deb", "-f", deb, "Depends"))
     so = soversion(options)
     has = {f"libpostchain{so}": f"libpostchain.so.{options.version}",
+           f"libpostchain-plan{so}": f"libpostchain_plan.so.{options.version}",
            "libpostchain-dev": "postchain.h"}
     if not options.core:
         if options.python:
@@ -277,10 +283,12 @@ def packages(options):
     for package, file in has.items():
         for other, (files, _) in held.items():
             assert (f"/{file}\n" in files) == (package == other), f"{file} in {other}"
-    library = f"libpostchain{so}"
-    for package, needs, needs_not in ((library, ["libepoxy0"], ["yaml", "openimageio", "openexr"]),
-                                      ("libpostchain-dev", [rf"{library} \(= "], []),
-                                      (f"libpostchain-config{so}", [rf"{library} \(= "], []),
+    library, plan = f"libpostchain{so}", rf"libpostchain-plan{so} \(= "
+    for package, needs, needs_not in ((library, [plan, "libepoxy0"], ["yaml", "openimageio", "openexr"]),
+                                      (f"libpostchain-plan{so}", [], ["libepoxy0", "libgl", "libegl"]),
+                                      ("libpostchain-dev", [plan, rf"{library} \(= "], []),
+                                      (f"libpostchain-config{so}", [plan], ["libepoxy0"]),
+                                      (f"libpostchain-vk{so}", [plan], ["libepoxy0", "libgl", rf"{library} "]),
                                       ("postchain", ["libopenimageio"], ["libglfw3"]),
                                       ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
                                       ("python3-postchain", [r"python3\.\d+, python3-numpy"], [])):
@@ -306,8 +314,7 @@ def keeps_policy(deb):
     if re.search(r"/lib\w+\.so\.", held):
         control = call("dpkg-deb", "-I", deb)
         assert " shlibs" in control and " triggers" in control, control
-        library = ("libpostchain_config" if "config" in name else
-                   "libpostchain_vk" if "-vk" in name else "libpostchain")
+        library = re.sub(r"[0-9.]+$", "", name).replace("-", "_")
         so = re.search(r"[0-9.]+$", name).group()
         assert call("dpkg-deb", "-I", deb, "shlibs") == f"{library} {so} {name} (>= {so})\n", name
         assert call("dpkg-deb", "-I", deb, "triggers") == "activate-noawait ldconfig\n", name
@@ -328,8 +335,8 @@ def source_package(options, folder):
          *(f"postchain-{options.version}/{file}" for file in files))
     control = (folder / "tree/debian/control").read_text()
     assert re.findall(r"\nPackage: (\S+)", control) == [
-        f"libpostchain{soversion(options)}", f"libpostchain-config{soversion(options)}",
-        "libpostchain-dev", "postchain", f"libpostchain-vk{soversion(options)}",
+        f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
+        f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", f"libpostchain-vk{soversion(options)}",
         "postchain-view", "python3-postchain"], control
 
 

@@ -50,8 +50,9 @@ bool has_word(const std::vector<std::string>& lines, const std::string& word) {
 }
 
 // The header that declares what a source exports: the one of its name, or for a subcommand without
-// one the header of all.
+// one the header of all. Two libraries have the functions of postchain.h.
 std::string header_of(const std::string& file) {
+    if (file == "chain/guest/chain_interface.cpp") return "chain/guest/postchain.h";
     const std::string own = file.substr(0, file.size() - 3) + "h";
     return file.starts_with("tools/apps/postchain/") && !fs::exists(kRoot / own)
                ? "tools/apps/postchain/subcommands.h"

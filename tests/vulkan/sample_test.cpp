@@ -44,5 +44,17 @@ TEST(Sample, WritesABlurredImage) {
     EXPECT_GT(edge, 4) << "the disc is sharp";
 }
 
+// A host of Vulkan links the plans, and neither libepoxy nor a GL library.
+TEST(Sample, LinksNoGl) {
+    const TempFolder folder;
+    const std::string list = folder.path("libraries");
+    ASSERT_EQ(std::system(("ldd " + std::string(VULKAN_HOST) + " >" + list).c_str()), 0);
+    std::ifstream in(list);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    EXPECT_NE(text.find("libvulkan.so"), text.npos) << text;
+    for (const char* library : {"libepoxy", "libGL", "libEGL", "libOpenGL"})
+        EXPECT_EQ(text.find(library), text.npos) << text;
+}
+
 }  // namespace
 }  // namespace postchain::test::sample_test

@@ -112,7 +112,7 @@ def main():
     postchain = arguments.postchain.resolve()
     work = arguments.work.resolve()
     shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    (work / "root").mkdir(parents=True)
     make_scene(postchain, work / "root/in", f"1-{FRAMES}", "160x90")
     (work / "chain.yaml").write_text(
         "postchain: 1\npasses: [{motion_blur: {samples: 9}}, fxaa]\n")

@@ -68,7 +68,7 @@ class Cluster:
         try:
             self.start_munge()
             self.write_configuration(cores)
-            self.start("slurmctld", "-D", "-f", self.environment["SLURM_CONF"])
+            self.start_controller()
             for node in self.names:
                 self.start_node(node)
             self.wait_for_nodes()
@@ -85,6 +85,15 @@ class Cluster:
                                    stdin=subprocess.DEVNULL, env=self.environment, **keys)
         self.processes.append(process)
         return process
+
+    def start_controller(self):
+        self.controller = self.start("slurmctld", "-D", "-f", self.environment["SLURM_CONF"])
+
+    def restart_controller(self):
+        """Ends slurmctld, and starts it with its saved state."""
+        self.controller.terminate()
+        self.controller.wait()
+        self.start_controller()
 
     def start_munge(self):
         # The daemon refuses a socket in a folder that others can write to, and keys of other

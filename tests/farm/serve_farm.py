@@ -40,7 +40,9 @@ def slow_program(postchain, work):
 
 class Service:
     def __init__(self, postchain, work, environment):
-        self.command = serve_command(postchain, work, "--backend", "slurm", "--farm-frames", "4",
+        self.command = serve_command(postchain, work / "root", "--backend", "slurm", "--farm-folder",
+                                     str(work / "tasks"), "--farm-frames", "4", "--farm-cpus", "1",
+                                     "--farm-lag", "2",
                                      "--farm-program", str(slow_program(postchain, work)),
                                      "--attempts", "4")
         self.environment = environment
@@ -60,7 +62,7 @@ def body(out, **more):
 def disturbed(service, cluster, work, expected):
     chance = random.Random(1)
     number = service.server.submit(body("out"))
-    out = work / "out"
+    out = work / "root/out"
     kills = ["task", "service", "node1", "task", "node2", "service"]
     end = time.monotonic() + SECONDS
     while time.monotonic() < end:
@@ -110,12 +112,12 @@ def main():
     postchain = arguments.postchain.resolve()
     work = arguments.work.resolve()
     shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
-    make_scene(postchain, work / "in", f"1-{FRAMES}", "160x90")
+    (work / "root").mkdir(parents=True)
+    make_scene(postchain, work / "root/in", f"1-{FRAMES}", "160x90")
     (work / "chain.yaml").write_text(
         "postchain: 1\npasses: [{motion_blur: {samples: 9}}, fxaa]\n")
     subprocess.run([str(postchain), "run", str(work / "chain.yaml"), "-i",
-                    f"{work}/in/sharp.####.exr", "--camera", f"{work}/in/camera.json", "-o",
+                    f"{work}/root/in/sharp.####.exr", "--camera", f"{work}/root/in/camera.json", "-o",
                     f"{work}/expected/o.####.exr", "--mkdir", "--device", "software", "-q"], check=True)
     expected = {file.name: file.read_bytes() for file in (work / "expected").glob("o.*.exr")}
     try:

@@ -8,6 +8,7 @@
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
+#include "tools/service/work/remote_backend.h"
 
 namespace postchain::service {
 namespace {
@@ -25,51 +26,65 @@ class FakeQueue final : public RemoteQueue {
         ++asked;
         if (!refusal.ok()) return refusal;
         jobs.push_back(job);
-        tasks.push_back({job.tasks, 0, 0, 0, true, ""});
+        ranks.push_back(job.rank);
+        const std::string id = std::to_string(jobs.size());
+        tasks.push_back({id, int(job.tasks.size())});
         if (loses_answers) return Status(StatusCode::output, "fake: the answer was lost");
-        return std::to_string(jobs.size());
+        return id;
     }
-    Result<std::string> find(const std::string& name) override {
-        const std::lock_guard lock(mutex);
-        for (size_t i = 0; i < jobs.size(); ++i)
-            if (jobs[i].name == name && !tasks[i].ended()) return std::to_string(i + 1);
-        return std::string();
-    }
-    Result<RemoteTasks> look(const std::string& id) override {
+    Result<std::map<std::string, RemoteTasks>> look(const std::vector<RemoteName>& names) override {
         for (; hangs; usleep(10'000)) hung = true;
         const std::lock_guard lock(mutex);
+        ++looked;
         if (down) return Status(StatusCode::output, "fake: does not answer");
-        return tasks[std::stoul(id) - 1];
+        std::map<std::string, RemoteTasks> found;
+        for (const RemoteName& one : names)
+            for (size_t i = 0; i < jobs.size(); ++i)
+                if (jobs[i].name == one.name) found[one.name] = tasks[i];
+        return found;
+    }
+    Status change(const std::string& id, const RemoteRank& rank) override {
+        const std::lock_guard lock(mutex);
+        ranks[std::stoul(id) - 1] = rank;
+        return Status();
     }
     Status cancel(const std::string& id) override {
         const std::lock_guard lock(mutex);
         canceled.push_back(id);
-        tasks[std::stoul(id) - 1] = {0, 0, 0, 1, true, "task 1: CANCELLED"};
+        tasks[std::stoul(id) - 1] = {id, 0, 0, 0, 1, 1, "task 1: CANCELLED"};
         return Status();
     }
+    void stop() override { stopped = true; }
     size_t count() {
         const std::lock_guard lock(mutex);
         return jobs.size();
     }
-    void end(size_t i, const RemoteTasks& how) {
+    // Ends the tasks of job `i`: so many well, so many not.
+    void end(size_t i, int done, int failed, const std::string& message = "") {
         const std::lock_guard lock(mutex);
-        tasks[i] = how;
+        tasks[i] = {tasks[i].id, 0, 0, done, failed, failed, message};
     }
     void refuse(const Status& status) {
         const std::lock_guard lock(mutex);
         refusal = status;
         asked = 0;
     }
+    RemoteRank rank(size_t i) {
+        const std::lock_guard lock(mutex);
+        return ranks[i];
+    }
 
     std::mutex mutex;
     std::vector<RemoteJob> jobs;
     std::vector<RemoteTasks> tasks;
+    std::vector<RemoteRank> ranks;
     std::vector<std::string> canceled;
-    bool down = false;
+    std::atomic<bool> down = false, stopped = false;
     std::atomic<bool> hangs = false, hung = false;  // look()
     bool loses_answers = false;                     // of submit(), which takes the job
     Status refusal;                                 // of submit()
     int asked = 0;                                  // submit()
+    int looked = 0;
 };
 
 class Remote : public ServiceTest {
@@ -80,7 +95,8 @@ class Remote : public ServiceTest {
         remote_.queue = queue_;
         remote_.folder = folder_.path("farm");
         remote_.frames_per_task = 4;
-        remote_.poll = std::chrono::milliseconds(20);
+        remote_.poll = remote_.idle_poll = std::chrono::milliseconds(20);
+        remote_.lag = std::chrono::milliseconds(0);
     }
     bool holds(size_t count) {
         return wait_for([&] { return queue_->count() == count; });
@@ -97,17 +113,18 @@ class Remote : public ServiceTest {
 
 TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     open();
-    EXPECT_THAT(refused(R"({"kind": "ab", "chain": "fast", "chain_b": "paper",
-                          "input": "in.####.exr", "output": "report"})")
+    EXPECT_THAT(refused(R"({"kind": "study", "output": "s", "study": {"postchain_study": 1,
+                          "scenes": [{"name": "a", "input": "in.####.exr", "truth": "in.####.exr"}],
+                          "chains": {"x": "fast", "y": "paper"}}})")
                     .detail,
-                HasSubstr("runs only kind: run"));
+                HasSubstr("name one"));
     EXPECT_THAT(refused(body(R"(, "dump_stages": "stages")")).detail, HasSubstr("write no stages"));
     const std::string id = submit(body(R"(, "strict": true, "png": true, "max_memory": "64M")"));
     ASSERT_TRUE(holds(1));
     const RemoteJob handed = queue_->jobs[0];
-    EXPECT_EQ(handed.tasks, 2);
+    using Words = std::vector<std::vector<std::string>>;
+    EXPECT_EQ(handed.tasks, (Words{{"--frames=1-3"}, {"--frames=4-6"}}));
     EXPECT_EQ(handed.command[0], "postchain");
-    EXPECT_EQ(handed.command.back(), "--frames=1-6");
     for (const char* word : {"--on-existing=skip", "--on-error=continue", "--strict", "--png",
                              "--max-memory=67108864"})
         EXPECT_THAT(handed.command, testing::Contains(word));
@@ -122,13 +139,15 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     ASSERT_TRUE(wait_for([&] { return !service_->health().why.empty(); }));
     queue_->down = false;
     // A task fails, so its frames are handed over again, under another name.
-    queue_->end(0, {0, 0, 1, 1, true, "task 2: NODE_FAIL"});
+    std::ofstream(handed.log_folder + "/1.log")
+        << "started\nthe disk of " << root() << " is full\n";
+    queue_->end(0, 1, 1, "task 1: NODE_FAIL");
     ASSERT_TRUE(holds(2));
-    EXPECT_EQ(queue_->jobs[1].command.back(), "--frames=5-6");
+    EXPECT_EQ(queue_->jobs[1].tasks, (Words{{"--frames=5-6"}}));
     EXPECT_NE(queue_->jobs[1].name, handed.name);
-    EXPECT_THAT(frames(id)[4].message, HasSubstr("task 2: NODE_FAIL"));
+    EXPECT_EQ(frames(id)[4].message, "task 1: NODE_FAIL: the disk of . is full");
     make(5);
-    queue_->end(1, {0, 0, 0, 1, true, "task 1: FAILED"});
+    queue_->end(1, 0, 1, "task 1: FAILED");
     const Job failed = ended(id);
     EXPECT_EQ(failed.state, JobState::failed);
     EXPECT_THAT(failed.message, HasSubstr("1 of 6 frames quarantined: 6"));
@@ -136,8 +155,10 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     retry(id);
     ASSERT_TRUE(holds(3));
     make(6);
-    queue_->end(2, {0, 0, 1, 0, false, ""});
+    // The queue has forgotten it.
+    queue_->end(2, 0, 0);
     done(id);
+    EXPECT_TRUE(wait_for([&] { return !fs::exists(handed.log_folder); })) << "it is cleaned up";
 }
 
 TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
@@ -151,7 +172,7 @@ TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
     EXPECT_EQ(job(id).state, JobState::running);
     queue_->refuse(Status());
     ASSERT_TRUE(holds(1));
-    EXPECT_EQ(queue_->jobs[0].command.back(), "--frames=1-2,4,6");
+    EXPECT_EQ(queue_->jobs[0].tasks[0][0], "--frames=1-2,4,6");
     EXPECT_THAT(queue_->jobs[0].command, testing::Contains("--no-sidecar"));
     queue_->refuse(Status(StatusCode::usage, "fake: invalid partition"));
     const Job refused = ran(in_folder(body(), "next"));
@@ -168,9 +189,11 @@ TEST_F(Remote, AJobThatTheQueueHasIsNotHandedOverAgain) {
     ASSERT_TRUE(holds(1));
     for (int frame = 1; frame <= 6; ++frame) make(frame);
     wait_for_done(id, 6);
-    queue_->end(0, {0, 0, 2, 0, true, ""});
+    queue_->end(0, 2, 0);
     done(id);
     EXPECT_EQ(queue_->count(), 1u);
+    // The name is no other's: it cannot be foreseen.
+    EXPECT_EQ(queue_->jobs[0].name.size(), std::string("postchain-").size() + 32);
 }
 
 TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {
@@ -183,8 +206,186 @@ TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {
     service_->drain();
     EXPECT_THAT(service_->health().why, HasSubstr("1 thread hangs"));
     EXPECT_EQ(service_->end(), 1u);
+    EXPECT_TRUE(queue_->stopped);
     queue_->hangs = false;
     EXPECT_TRUE(wait_for([&] { return service_->end() == 0; })) << "the thread has ended";
+}
+
+TEST_F(Remote, AQueueThatIsSilentIsSeen) {
+    remote_.silence = std::chrono::milliseconds(300);
+    open();
+    EXPECT_TRUE(service_->health().gl);
+    queue_->down = true;
+    ASSERT_TRUE(wait_for([&] { return !service_->health().gl; }));
+    EXPECT_THAT(service_->health().why, HasSubstr("fake has not answered for"));
+    EXPECT_TRUE(service_->alive()) << "a restart does not help";
+    queue_->down = false;
+    EXPECT_TRUE(wait_for([&] { return service_->health().gl; }));
+    queue_->hangs = true;
+    EXPECT_TRUE(wait_for([&] { return !service_->health().gl; }));
+    queue_->hangs = false;
+    EXPECT_TRUE(wait_for([&] { return service_->health().gl; }));
+}
+
+TEST_F(Remote, JobsWaitForRoomInTheOrderOfTheService) {
+    use("  ann: {token: aaaaaaaaaaaaaaaaaaaa, max_priority: 100}\n"
+        "  bob: {token: bbbbbbbbbbbbbbbbbbbb, max_priority: 100}\n");
+    remote_.max_jobs = 3;
+    remote_.max_jobs_of_user = 2;
+    remote_.max_tasks = 6;
+    max_queue_ = 2;
+    open();
+    auto next = [&, at = 0](const std::string& user, const std::string& more = "") mutable {
+        return submit(in_folder(body(more), concat("o", ++at)), user);
+    };
+    next("ann");
+    ASSERT_TRUE(holds(1));
+    next("ann");
+    ASSERT_TRUE(holds(2));
+    const std::string third = next("ann");
+    EXPECT_EQ(job(third).place, 1) << "ann has two in the queue";
+    EXPECT_EQ(queue_->rank(0).most_tasks, 3);
+    next("bob", R"(, "priority": 7)");
+    ASSERT_TRUE(holds(3));
+    EXPECT_EQ(queue_->jobs[2].owner, "bob");
+    EXPECT_THAT(queue_->jobs[2].comment, HasSubstr("job 4 of bob"));
+    // Each user has half of the tasks, ann's jobs a quarter and a half of it.
+    EXPECT_TRUE(wait_for([&] {
+        return queue_->rank(0).most_tasks == 1 && queue_->rank(1).most_tasks == 1 &&
+               queue_->rank(2) == RemoteRank{7, 3};
+    }));
+    next("bob");
+    EXPECT_THAT(refused(in_folder(body(), "o6"), "bob").detail, HasSubstr("2 jobs are waiting"));
+    EXPECT_EQ(queue_->count(), 3u);
+    // A job in the queue, and one that waits, get another priority.
+    test::got(service_->change(user("ann"), "1", R"({"priority": 50})"));
+    EXPECT_TRUE(wait_for([&] { return queue_->rank(0).priority == 50; }));
+    test::got(service_->change(user("ann"), third, R"({"priority": 40})"));
+    test::got(service_->cancel(user("ann"), "2"));
+    ASSERT_TRUE(holds(4));
+    EXPECT_EQ(queue_->jobs[3].owner, "ann");
+    EXPECT_EQ(queue_->jobs[3].rank.priority, 40);
+}
+
+TEST_F(Remote, OneCallFollowsAllJobs) {
+    remote_.poll = std::chrono::milliseconds(200);
+    open();
+    for (int i = 0; i < 8; ++i) submit(in_folder(body(), concat("o", i)));
+    ASSERT_TRUE(holds(8));
+    usleep(300'000);
+    const std::lock_guard lock(queue_->mutex);
+    EXPECT_LT(queue_->looked, 25) << "eight submissions wake it too";
+}
+
+// The file appears on this machine some time after its task has ended.
+TEST_F(Remote, FilesMayComeLateOverNfs) {
+    remote_.lag = std::chrono::seconds(60);
+    open();
+    const std::string id = submit(body());
+    ASSERT_TRUE(holds(1));
+    for (int frame = 1; frame <= 5; ++frame) make(frame);
+    queue_->end(0, 2, 0);
+    wait_for_done(id, 5);
+    usleep(200'000);
+    EXPECT_EQ(job(id).state, JobState::running);
+    EXPECT_EQ(frames(id)[5].attempts, 0);
+    make(6);
+    done(id);
+    EXPECT_EQ(queue_->count(), 1u);
+}
+
+// What a task writes: a report, and its exit code.
+void write_report(const std::string& folder, const std::string& codes, int code) {
+    fs::create_directories(folder);
+    std::ofstream(folder + "/report.json") << R"({"comparison": {"verdict": "A is closer"}})";
+    fs::last_write_time(folder + "/report.json",
+                        fs::file_time_type::clock::now() + std::chrono::seconds(1));
+    std::ofstream(codes + "/1.exit") << code;
+}
+
+TEST_F(Remote, AnExperimentIsOneTask) {
+    open();
+    const std::string id = submit(
+        R"({"kind": "ab", "chain": "fast", "chain_b": "paper", "set": ["fxaa.exposure_ev=1"],
+            "input": "in.####.exr", "frames": "1-2", "output": "report", "ppd": 40,
+            "fail_above": ["flip=0.5"], "priority": 3})");
+    ASSERT_TRUE(holds(1));
+    const RemoteJob handed = queue_->jobs[0];
+    ASSERT_EQ(handed.tasks.size(), 1u);
+    EXPECT_TRUE(handed.keeps_exit_code);
+    EXPECT_EQ(handed.folder, fs::canonical(root()).string()) << "relative paths start there";
+    EXPECT_THAT(test::read_text(handed.command[2]), HasSubstr("exposure_ev: 1"));
+    EXPECT_EQ(handed.command[3], handed.log_folder + "/b/paper.yaml");
+    for (const char* word : {"ab", "--input=in.####.exr", "--frames=1-2", "--ppd=40",
+                             "--fail-above=flip=0.5", "--on-existing=overwrite"})
+        EXPECT_THAT(handed.command, testing::Contains(word));
+    // A node dies: another attempt. Then the task exceeds a limit, and has written its report.
+    queue_->end(0, 0, 1, "task 1: NODE_FAIL");
+    ASSERT_TRUE(holds(2));
+    write_report(root("report"), handed.log_folder, 8);
+    queue_->end(1, 0, 1, "task 1: FAILED");
+    const Job done = ended(id);
+    EXPECT_EQ(done.state, JobState::done);
+    EXPECT_EQ(done.exit_code, 8);
+    EXPECT_EQ(done.verdict, "A is closer");
+    EXPECT_GT(done.bytes, 0);
+    // A fault that no other attempt mends.
+    const std::string bad = submit(
+        R"({"kind": "bench", "chain": "fast", "sweep": ["fxaa.preset=12,29"],
+            "input": "in.####.exr", "output": "bench"})");
+    ASSERT_TRUE(holds(3));
+    EXPECT_THAT(queue_->jobs[2].command, testing::Contains("--sweep=fxaa.preset=12,29"));
+    std::ofstream(queue_->jobs[2].log_folder + "/1.log") << "in.0003.exr: is damaged\n";
+    std::ofstream(queue_->jobs[2].log_folder + "/1.exit") << 4;
+    queue_->end(2, 0, 1, "task 1: FAILED");
+    const Job failed = ended(bad);
+    EXPECT_EQ(failed.state, JobState::failed);
+    EXPECT_EQ(failed.exit_code, 4);
+    EXPECT_EQ(failed.message, "task 1: FAILED: in.0003.exr: is damaged");
+}
+
+TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {
+    std::ofstream(root("study.yaml")) << "postchain_study: 1\nscenes:\n  - {name: one, input: "
+                                         "in.####.exr, truth: in.####.exr, frames: 1-2}\n"
+                                         "  - {name: two, input: in.####.exr, truth: in.####.exr, "
+                                         "frames: 3-4}\nchains: {x: fast, y: paper}\n";
+    open();
+    const std::string id = submit(R"({"kind": "study", "study": "study.yaml", "output": "made"})");
+    ASSERT_TRUE(holds(2));
+    using Words = std::vector<std::vector<std::string>>;
+    EXPECT_EQ(queue_->jobs[0].tasks, (Words{{"--chunk=1/2"}, {"--chunk=2/2"}}));
+    EXPECT_EQ(queue_->jobs[1].tasks, Words(1));
+    EXPECT_EQ(queue_->jobs[0].command, queue_->jobs[1].command);
+    EXPECT_EQ(queue_->jobs[1].after, "1");
+    // The next process follows both.
+    close();
+    open();
+    queue_->end(0, 2, 0);
+    usleep(100'000);
+    EXPECT_EQ(job(id).state, JobState::running) << "the report is not there";
+    queue_->end(1, 0, 1, "task 1: FAILED");
+    ASSERT_TRUE(holds(4)) << "both again";
+    test::got(service_->cancel(user(), id));
+    EXPECT_TRUE(wait_for([&] {
+        const std::lock_guard lock(queue_->mutex);
+        return queue_->canceled == std::vector<std::string>{"4", "3"};
+    }));
+}
+
+TEST_F(Remote, TheFolderOfTasksIsClosed) {
+    const std::string folder = folder_.path("tasks");
+    const std::vector<std::string> roots = {fs::canonical(root()).string()};
+    ASSERT_TRUE(take_farm_folder(folder, roots).ok());
+    EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
+    EXPECT_TRUE(take_farm_folder(folder, roots).ok()) << "again";
+    fs::create_symlink(folder, folder_.path("link"));
+    EXPECT_THAT(take_farm_folder(folder_.path("link"), roots).message(), HasSubstr("links"));
+    fs::permissions(folder, fs::perms::all);
+    EXPECT_THAT(take_farm_folder(folder, roots).message(), HasSubstr("0700"));
+    EXPECT_THAT(take_farm_folder(root("tasks"), roots).message(), HasSubstr("outside of the root"));
+    fs::permissions(folder_.path(""), fs::perms::owner_all);
+    EXPECT_THAT(take_farm_folder(folder_.path(""), roots).message(),
+                HasSubstr("outside of the root"));
 }
 
 TEST_F(Remote, ACanceledJobIsCanceledThere) {

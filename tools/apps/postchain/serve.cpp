@@ -24,6 +24,7 @@
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/service/http/server.h"
 #include "tools/service/store/store_file.h"
+#include "tools/service/work/remote_backend.h"
 #include "tools/service/work/service.h"
 #include "tools/service/work/slurm_queue.h"
 
@@ -51,6 +52,12 @@ struct ServeOptions {
     std::string farm_program;
     std::string farm_memory;
     int farm_frames = 8;
+    int farm_cpus = 2;
+    int farm_nice = 10;
+    int farm_jobs = 16;
+    int farm_jobs_per_user = 4;
+    int farm_tasks = 0;
+    int farm_lag_s = 30;
     std::vector<std::string> slurm_words;
     std::vector<std::string> hosts;
     int attempts = 3;
@@ -131,13 +138,29 @@ const ParameterTable& slurm_parameters() {
         ParameterTableBuilder<O>()
             .text("farm_folder", &O::farm_folder,
                   text_row("DIR",
-                           "folder that the other machines see too, for chains and messages of "
-                           "tasks (default: .postchain-jobs in the first root)"))
+                           "folder for chains and messages of tasks, which the other machines see "
+                           "too; outside of the roots, of this user, mode 0700"))
             .text("farm_program", &O::farm_program,
                   text_row("FILE", "postchain on the other machines (default: from their PATH)"))
             .text("farm_memory", &O::farm_memory,
                   text_row("SIZE", "memory of a task, such as 8G (default: the queue's)"))
             .integer("farm_frames", &O::farm_frames, number_row(1, 100000, "frames of a task"))
+            .integer("farm_cpus", &O::farm_cpus, number_row(1, 1024, "CPUs and threads of a task"))
+            .integer("farm_nice", &O::farm_nice,
+                     number_row(1, 10000,
+                                "Slurm's nice for each step that a job's priority is below 100"))
+            .integer("farm_jobs", &O::farm_jobs,
+                     number_row(1, 10000, "maximum of jobs in Slurm; others wait in the service"))
+            .integer("farm_jobs_per_user", &O::farm_jobs_per_user,
+                     number_row(1, 10000, "maximum of jobs in Slurm of one user"))
+            .integer("farm_tasks", &O::farm_tasks,
+                     number_row(0, 1000000,
+                                "maximum of tasks that run at a time, shared equally by users and "
+                                "their jobs; 0 = no limit"))
+            .integer("farm_lag", &O::farm_lag_s,
+                     number_row(0, 3600,
+                                "seconds until this machine sees what an ended task wrote, as NFS "
+                                "needs"))
             .table();
     return table;
 }
@@ -207,13 +230,22 @@ Result<service::RemoteSettings> remote_settings(const Options& options, const Se
                                                  " has no effect; add --backend slurm");
         return remote;
     }
-    remote.queue = std::make_shared<service::SlurmQueue>(serve.slurm_words);
-    remote.folder = serve.farm_folder.empty() ? roots.folders().front() + "/.postchain-jobs"
-                                              : serve.farm_folder;
+    if (serve.farm_folder.empty())
+        return Status(StatusCode::usage,
+                      "--backend slurm: add --farm-folder, a folder outside of the roots that "
+                      "every machine of Slurm sees");
+    RETURN_IF_ERROR(
+        service::take_farm_folder(serve.farm_folder, roots.folders()).at("--farm-folder"));
+    remote.queue = std::make_shared<service::SlurmQueue>(service::SlurmSettings{
+        serve.slurm_words, serve.farm_memory, serve.farm_cpus, serve.farm_nice, kVersion});
+    remote.folder = std::filesystem::absolute(serve.farm_folder);
     if (!serve.farm_program.empty()) remote.program = serve.farm_program;
     remote.device = options.device;
     remote.frames_per_task = serve.farm_frames;
-    remote.max_memory = serve.farm_memory;
+    remote.max_jobs = serve.farm_jobs;
+    remote.max_jobs_of_user = serve.farm_jobs_per_user;
+    remote.max_tasks = serve.farm_tasks;
+    remote.lag = std::chrono::seconds(serve.farm_lag_s);
     return remote;
 }
 
@@ -414,7 +446,8 @@ RunSubcommand add_serve(CLI::App& subcommand, Options& options) {
              "host name by which clients reach this service, may be repeated");
     add_settings(subcommand, slurm_parameters(), "", &serve);
     add_list(subcommand, "--slurm-option", "WORD", serve.slurm_words,
-             "further option of sbatch, such as --partition=farm, may be repeated");
+             "further option of sbatch, such as --partition=farm, may be repeated; {user} becomes "
+             "the name of the job's owner");
     add_device(subcommand, options);
     return [&options, held] { return run_service(options, *held); };
 }

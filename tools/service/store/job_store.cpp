@@ -313,13 +313,15 @@ QueueTimes JobStore::times() const {
     return times;
 }
 
-Result<std::optional<Job>> JobStore::next(int above) const {
+Result<std::optional<Job>> JobStore::next(int above,
+                                          const std::vector<std::string>& without) const {
     return look([&](Database& database) {
         return job_where(database,
-                         "state = 'queued' AND priority >= ? ORDER BY priority DESC, "
+                         "state = 'queued' AND priority >= ? AND owner NOT IN (SELECT value FROM "
+                         "json_each(?)) ORDER BY priority DESC, "
                          "IFNULL((SELECT turn FROM turns WHERE turns.owner = jobs.owner), 0), id "
                          "LIMIT 1",
-                         above);
+                         above, io::json_text(io::Json(without)));
     });
 }
 

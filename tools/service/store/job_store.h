@@ -99,8 +99,8 @@ class JobStore final : public StoreFile {
     QueueTimes times() const;
 
     // The queued job with the highest priority, at least `above`. Among equals the one whose owner
-    // had its turn longest ago; then the oldest.
-    Result<std::optional<Job>> next(int above) const;
+    // had its turn longest ago; then the oldest. Without the jobs of some owners.
+    Result<std::optional<Job>> next(int above, const std::vector<std::string>& without = {}) const;
     // Sets the job running, counts an attempt and returns their number. 0: it is no longer queued.
     Result<int> start(const std::string& id);
     // True after enter_frames() or, for ab, bench and study, after began().

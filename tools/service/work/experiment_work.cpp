@@ -1,6 +1,7 @@
 #include "tools/service/work/experiment_work.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/outcome.h"
@@ -12,6 +13,8 @@
 
 namespace postchain::service {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Checks that every path of an experiment is under the roots, with links resolved. Errors (input),
 // (output).
@@ -59,7 +62,7 @@ class ExperimentWork {
 
     Result<WorkEnd> measured() {
         const bool is_study = request_.kind == JobKind::study;
-        RETURN_IF_ERROR(is_study ? check_scenes() : check_paths(request_.measured, roots_));
+        RETURN_IF_ERROR(check_experiment_paths(request_, roots_));
         if (context_.lost) return stopped();
         const auto begun = context_.store.has_begun(id_);
         if (!begun.ok()) return store_failed(begun.status());
@@ -172,16 +175,6 @@ class ExperimentWork {
         return end;
     }
 
-    Status check_scenes() const {
-        for (const study::Scene& scene : request_.study.scenes) {
-            experiment::ExperimentSettings measured = scene.measured;
-            measured.folder = request_.study_settings.folder;
-            if (Status status = check_paths(measured, roots_); !status.ok())
-                return status.at("scene " + scene.name);
-        }
-        return Status();
-    }
-
     const std::string id_;
     JobRequest& request_;
     const WorkContext& context_;
@@ -190,6 +183,29 @@ class ExperimentWork {
 };
 
 }  // namespace
+
+int64_t bytes_of_files(const std::string& folder) {
+    int64_t sum = 0;
+    std::error_code error;
+    for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+         at.increment(error)) {
+        std::error_code of_file;
+        if (!at->is_regular_file(of_file) || at->is_symlink(of_file)) continue;
+        if (const auto bytes = at->file_size(of_file); !of_file) sum += int64_t(bytes);
+    }
+    return sum;
+}
+
+Status check_experiment_paths(const JobRequest& request, const Roots& roots) {
+    if (request.kind != JobKind::study) return check_paths(request.measured, roots);
+    for (const study::Scene& scene : request.study.scenes) {
+        experiment::ExperimentSettings measured = scene.measured;
+        measured.folder = request.study_settings.folder;
+        if (Status status = check_paths(measured, roots); !status.ok())
+            return status.at("scene " + scene.name);
+    }
+    return Status();
+}
 
 WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkContext& context) {
     return ExperimentWork(job, request, context).work();

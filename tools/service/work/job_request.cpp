@@ -238,7 +238,8 @@ study::StudyPaths paths_from(const fs::path& folder, const Roots& roots, size_t&
 // A file, whose paths are relative to its folder, or an object, whose paths are relative to the
 // first root.
 void read_study(RequestBody& body, const Roots& roots, const PassRegistry& registry,
-                const std::string& version, study::Study& study, study::StudySettings& settings) {
+                const std::string& version, JobRequest& request) {
+    study::StudySettings& settings = request.study_settings;
     body.read_rows(study::study_parameters(), "", &settings);
     body.confine_rows(study::study_parameters(), &settings);
     const TextNode* node = body.find("study");
@@ -247,7 +248,7 @@ void read_study(RequestBody& body, const Roots& roots, const PassRegistry& regis
     if (is_string(*node) && !RequestBody::has_zero(node->text)) {
         auto confined = body.confine("study", node->text);
         if (!confined) return;
-        file = std::move(*confined);
+        file = request.study_file = std::move(*confined);
         auto read = read_text_file(file, StatusCode::usage);
         if (!read.ok()) return body.fault("study", read.status().message());
         text = std::move(*read);
@@ -265,8 +266,8 @@ void read_study(RequestBody& body, const Roots& roots, const PassRegistry& regis
         if (is_refused) --refused;
         body.add(std::move(one), is_refused);
     }
-    study = std::move(read.study);
-    for (study::Scene& scene : study.scenes)
+    request.study = std::move(read.study);
+    for (study::Scene& scene : request.study.scenes)
         scene.measured.run.source.layers.manifest_check = roots.resolver();
 }
 
@@ -314,8 +315,7 @@ class RequestParser {
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
         body_.integer("frame_timeout", 1, kMaxFrameTimeoutS, request_.frame_timeout_s);
         if (kind_ == RequestKind::study) {
-            read_study(body_, roots_, reader_.registry_, reader_.version_, request_.study,
-                       request_.study_settings);
+            read_study(body_, roots_, reader_.registry_, reader_.version_, request_);
             return result();
         }
         ChainReader chains(body_, roots_, reader_.registry_);

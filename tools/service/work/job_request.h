@@ -44,7 +44,8 @@ struct JobRequest {
     experiment::BenchSettings measured;            // ab, with its own defaults, and bench
     std::vector<experiment::NamedChain> variants;  // bench
     std::vector<metrics::MetricLimit> under, fail_above;
-    study::Study study;  // study: has its own chains, inputs and settings
+    study::Study study;      // study: has its own chains, inputs and settings
+    std::string study_file;  // resolved; empty: it is an object in the body
     study::StudySettings study_settings;
     int frame = 0;                             // preview
     double scale = 1;                          // preview: kMinPreviewScale..1

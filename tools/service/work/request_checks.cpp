@@ -108,11 +108,10 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     const JobRequest& job = std::get<JobRequest>(read);
     Submission submission{job.kind, job.priority, 0, job.warnings};
     submission.about = about_of(body, reader.roots());
-    if (remote && job.kind != JobKind::run)
-        return fault_at(body, reader.roots(), "kind",
-                        concat("this service hands its jobs to another queue, which runs only "
-                               "kind: run; use `postchain ",
-                               name_of(job.kind), "` or a service without --backend"));
+    if (remote && job.kind == JobKind::study && job.study_file.empty())
+        return fault_at(body, reader.roots(), "study",
+                        "this service hands its jobs to another queue, whose tasks read a study's "
+                        "file: name one");
     if (remote && !job.run.dump_folder.empty())
         return fault_at(body, reader.roots(), "dump_stages",
                         "this service hands its jobs to another queue, whose tasks write no "

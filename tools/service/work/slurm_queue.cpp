@@ -1,119 +1,23 @@
 #include "tools/service/work/slurm_queue.h"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
-#include <csignal>
-#include <cstring>
+#include <set>
 #include <sstream>
 
-extern char** environ;
+#include "chain/base/text.h"
+#include "tools/service/store/job.h"
+#include "tools/service/work/run_program.h"
 
 namespace postchain::service {
 namespace {
 
-class Pipe {
-  public:
-    Pipe() { open_ = ::pipe2(ends_.data(), O_CLOEXEC) == 0; }
-    ~Pipe() {
-        close(0);
-        close(1);
-    }
-    Pipe(const Pipe&) = delete;
-    Pipe& operator=(const Pipe&) = delete;
-
-    bool is_open() const { return open_; }
-    int end(size_t which) const { return ends_[which]; }
-    void close(size_t which) {
-        if (ends_[which] >= 0) ::close(ends_[which]);
-        ends_[which] = -1;
-    }
-
-  private:
-    std::array<int, 2> ends_ = {-1, -1};
-    bool open_ = false;
-};
-
-}  // namespace
-
-std::string shell_quoted(const std::string& word) {
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-}
-
-Result<ProgramResult> run_program(const std::vector<std::string>& words, const std::string& input,
-                                  std::chrono::milliseconds limit) {
-    const std::string& name = words.front();
-    Pipe in, out, err;
-    if (!in.is_open() || !out.is_open() || !err.is_open())
-        return Status(StatusCode::output, name + ": " + std::strerror(errno));
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, in.end(0), 0);
-    posix_spawn_file_actions_adddup2(&actions, out.end(1), 1);
-    posix_spawn_file_actions_adddup2(&actions, err.end(1), 2);
-    std::vector<char*> arguments;
-    for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-    arguments.push_back(nullptr);
-    pid_t child = 0;
-    const int failed =
-        posix_spawnp(&child, name.c_str(), &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failed != 0)
-        return Status(StatusCode::output, concat(name, ": ", std::strerror(failed),
-                                                 "; install it, or add its folder to PATH"));
-    in.close(0);
-    out.close(1);
-    err.close(1);
-    // The input is a few lines, which fit into a pipe.
-    const ssize_t written = ::write(in.end(1), input.data(), input.size());
-    in.close(1);
-    ProgramResult result;
-    const auto end = std::chrono::steady_clock::now() + limit;
-    bool late = size_t(written) != input.size();
-    std::array<pollfd, 2> reads = {pollfd{out.end(0), POLLIN, 0}, pollfd{err.end(0), POLLIN, 0}};
-    while (!late && (reads[0].fd >= 0 || reads[1].fd >= 0)) {
-        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
-            end - std::chrono::steady_clock::now());
-        const int ready = left.count() <= 0 ? 0 : ::poll(reads.data(), 2, int(left.count()));
-        if (ready < 0 && errno == EINTR) continue;
-        late = ready <= 0;
-        for (size_t i = 0; i < 2 && !late; ++i) {
-            if (reads[i].fd < 0 || reads[i].revents == 0) continue;
-            std::array<char, 4096> part;
-            const ssize_t got = ::read(reads[i].fd, part.data(), part.size());
-            if (got > 0)
-                (i == 0 ? result.out : result.err).append(part.data(), size_t(got));
-            else
-                reads[i].fd = -1;
-        }
-    }
-    if (late) ::kill(child, SIGKILL);
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (late)
-        return Status(StatusCode::output,
-                      concat(name, ": did not answer within ", limit.count() / 1000, " s"));
-    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    return result;
-}
-
-namespace {
-
-// slurmctld answers within seconds, or it is down: sbatch and squeue then try for a minute.
-constexpr auto kLimit = std::chrono::seconds(90);
-constexpr const char* kSilence[] = {"Unable to contact", "timed out",  "temporarily", "Connection",
-                                    "communication",     "Zero Bytes", "backup",      "munge",
-                                    "authentication"};
+// slurmctld answers within seconds, or it is down.
+constexpr auto kLimit = std::chrono::seconds(20);
+constexpr const char* kSilence[] = {
+    "Unable to contact", "timed out", "temporarily", "Connection", "communication",
+    "Zero Bytes",        "backup",    "munge",       "Munge",      "authentication"};
 
 std::string first_line(const std::string& text) {
     return text.substr(0, text.find('\n'));
@@ -123,26 +27,6 @@ std::string first_line(const std::string& text) {
 bool is_silence(const std::string& text) {
     return std::ranges::any_of(
         kSilence, [&](const char* part) { return text.find(part) != std::string::npos; });
-}
-
-// The output of a command of Slurm that succeeds. Errors: (usage) it refuses; (output) Slurm does
-// not answer.
-Result<std::string> answer_of(const std::vector<std::string>& words,
-                              const std::string& input = "") {
-    ASSIGN_OR_RETURN(const auto ran, run_program(words, input, kLimit));
-    if (ran.exit_code != 0)
-        return Status(is_silence(ran.err) ? StatusCode::output : StatusCode::usage,
-                      concat(words.front(), ": ", first_line(ran.err)));
-    return ran.out;
-}
-
-// The value of "Name=value" in a line of scontrol.
-std::string value_of(const std::string& line, const std::string& name) {
-    const std::string key = " " + name + "=";
-    const size_t at = (" " + line).find(key);
-    if (at == std::string::npos) return "";
-    const size_t begin = at + key.size() - 1;
-    return line.substr(begin, line.find(' ', begin) - begin);
 }
 
 // The number of tasks in "7", "1-40%4", "3,5,9-12".
@@ -162,11 +46,14 @@ int count_of(std::string text) {
     return std::max(1, count);
 }
 
-void add(RemoteTasks& tasks, const std::string& state, int count, const std::string& task) {
+void add(RemoteTasks& tasks, const std::string& id, const std::string& state,
+         const std::string& task) {
     const auto is = [&](std::initializer_list<const char*> names) {
         return std::ranges::any_of(names,
                                    [&](const char* name) { return state.starts_with(name); });
     };
+    tasks.id = id;
+    const int count = count_of(task);
     if (is({"PENDING", "REQUEUE", "CONFIGURING", "SUSPENDED", "SPECIAL_EXIT", "RESV_DEL_HOLD"})) {
         tasks.waiting += count;
     } else if (is({"RUNNING", "COMPLETING", "STAGE_OUT", "SIGNALING", "STOPPED", "RESIZING"})) {
@@ -176,52 +63,113 @@ void add(RemoteTasks& tasks, const std::string& state, int count, const std::str
     } else {
         tasks.failed += count;
         tasks.message = "task " + task + ": " + state.substr(0, state.find(' '));
+        std::from_chars(task.data(), task.data() + task.size(), tasks.failed_task);
     }
 }
 
+std::vector<std::string> fields_of(const std::string& line) {
+    std::vector<std::string> fields;
+    std::istringstream text(line);
+    for (std::string field; std::getline(text, field, '|');) fields.push_back(field);
+    return fields;
+}
+
+// For jobs that have ended, and were forgotten.
 bool is_unknown(const Status& status) {
     return status.message().find("Invalid job id") != std::string::npos;
 }
 
-}  // namespace
-
-RemoteTasks tasks_of_scontrol(const std::string& text) {
-    RemoteTasks tasks;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);) {
-        const std::string state = value_of(line, "JobState"), task = value_of(line, "ArrayTaskId");
-        if (!state.empty()) add(tasks, state, count_of(task), task);
-    }
-    return tasks;
+std::string with_user(std::string word, const std::string& user) {
+    constexpr std::string_view kUser = "{user}";
+    for (size_t at = 0; (at = word.find(kUser, at)) != std::string::npos; at += user.size())
+        word.replace(at, kUser.size(), user);
+    return word;
 }
 
-RemoteTasks tasks_of_sacct(const std::string& text) {
-    RemoteTasks tasks;
+}  // namespace
+
+void add_tasks_of_squeue(const std::string& text, std::map<std::string, RemoteTasks>& jobs) {
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
-        const size_t bar = line.find('|'), under = line.find('_');
-        if (bar == std::string::npos || under == std::string::npos) continue;
-        std::string task = line.substr(under + 1, bar - under - 1);
-        std::erase_if(task, [](char c) { return c == '[' || c == ']'; });
-        add(tasks, line.substr(bar + 1), count_of(task), task);
+        const auto fields = fields_of(line);
+        if (fields.size() != 4) continue;
+        const auto job = jobs.find(fields[3]);
+        if (job != jobs.end()) add(job->second, fields[0], fields[2], fields[1]);
     }
-    return tasks;
+}
+
+void add_tasks_of_sacct(const std::string& text, std::map<std::string, RemoteTasks>& jobs) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const auto fields = fields_of(line);
+        const size_t under = fields.empty() ? std::string::npos : fields[0].find('_');
+        if (fields.size() != 3 || under == std::string::npos) continue;
+        std::string task = fields[0].substr(under + 1);
+        std::erase_if(task, [](char c) { return c == '[' || c == ']'; });
+        const auto job = jobs.find(fields[2]);
+        if (job != jobs.end()) add(job->second, fields[0].substr(0, under), fields[1], task);
+    }
+}
+
+// Each task's words are in the script: the frames of all tasks may be more than a command may have.
+std::string script_of(const RemoteJob& job, const std::string& version) {
+    std::string script = "#!/bin/sh\n";
+    if (!version.empty()) {
+        const std::string program = shell_quoted(job.command.front());
+        script += concat("found=$(", program, " --version) || exit\n",  //
+                         "if [ \"$found\" != ", shell_quoted("postchain " + version), " ]; then\n",
+                         "    echo \"$(hostname) has $found, the service is postchain ", version,
+                         "\" >&2\n    exit 2\nfi\n");
+    }
+    script += "set --";
+    for (const std::string& word : job.command) script += " " + shell_quoted(word);
+    script += "\ncase $SLURM_ARRAY_TASK_ID in\n";
+    for (size_t i = 0; i < job.tasks.size(); ++i) {
+        if (job.tasks[i].empty()) continue;
+        script += concat(i + 1, ") set -- \"$@\"");
+        for (const std::string& word : job.tasks[i]) script += " " + shell_quoted(word);
+        script += ";;\n";
+    }
+    script += "esac\nset -- \"$@\" --threads=\"${SLURM_CPUS_PER_TASK:-1}\"\n";
+    if (!job.keeps_exit_code) return script + "exec \"$@\"\n";
+    return script + "\"$@\"\ncode=$?\necho $code > " + shell_quoted(job.log_folder) +
+           "/$SLURM_ARRAY_TASK_ID.exit\nexit $code\n";
+}
+
+// The output of a command of Slurm that succeeds. Errors: (usage) it refuses; (output) Slurm does
+// not answer.
+Result<std::string> SlurmQueue::answer_of(const std::vector<std::string>& words,
+                                          const std::string& input) const {
+    if (stop_) return Status(StatusCode::output, "the service is shutting down");
+    ASSIGN_OR_RETURN(const auto ran, run_program(words, input, kLimit, &stop_));
+    if (ran.exit_code != 0)
+        return Status(is_silence(ran.err) ? StatusCode::output : StatusCode::usage,
+                      concat(words.front(), ": ", first_line(ran.err)));
+    return ran.out;
+}
+
+// Only administrators may ask for a negative one, so that the largest priority has 0.
+int SlurmQueue::nice_of(const RemoteRank& rank) const {
+    return (kMaxPriority - rank.priority) * settings_.nice;
 }
 
 Result<std::string> SlurmQueue::submit(const RemoteJob& job) {
+    const std::string most = job.rank.most_tasks > 0 ? concat("%", job.rank.most_tasks) : "";
     std::vector<std::string> words = {"sbatch",
                                       "--parsable",
                                       "--requeue",
                                       "--open-mode=append",
                                       "--job-name=" + job.name,
-                                      concat("--array=1-", job.tasks),
+                                      "--comment=" + job.comment,
+                                      "--chdir=" + job.folder,
+                                      concat("--array=1-", job.tasks.size(), most),
+                                      concat("--nice=", nice_of(job.rank)),
+                                      concat("--cpus-per-task=", settings_.cpus),
                                       "--output=" + job.log_folder + "/%a.log"};
-    if (!job.max_memory.empty()) words.push_back("--mem=" + job.max_memory);
-    words.insert(words.end(), words_.begin(), words_.end());
-    std::string script = "#!/bin/sh\nexec";
-    for (const std::string& word : job.command) script += " " + shell_quoted(word);
-    script += concat(" --chunk \"$SLURM_ARRAY_TASK_ID/", job.tasks, "\"\n");
-    ASSIGN_OR_RETURN(auto answer, answer_of(words, script));
+    if (!settings_.memory.empty()) words.push_back("--mem=" + settings_.memory);
+    if (!job.after.empty()) words.push_back("--dependency=afterany:" + job.after);
+    for (const std::string& word : settings_.words) words.push_back(with_user(word, job.owner));
+    ASSIGN_OR_RETURN(auto answer, answer_of(words, script_of(job, settings_.version)));
     const std::string id = first_line(answer).substr(0, answer.find_first_of(";\n"));
     if (id.empty() ||
         !std::ranges::all_of(id, [](unsigned char c) { return std::isdigit(c) != 0; }))
@@ -229,20 +177,37 @@ Result<std::string> SlurmQueue::submit(const RemoteJob& job) {
     return id;
 }
 
-Result<std::string> SlurmQueue::find(const std::string& name) {
-    ASSIGN_OR_RETURN(auto answer, answer_of({"squeue", "-h", "--name=" + name, "-o", "%F"}));
-    return first_line(answer);
+Result<std::map<std::string, RemoteTasks>> SlurmQueue::look(const std::vector<RemoteName>& jobs) {
+    std::map<std::string, RemoteTasks> tasks;
+    std::string names;
+    for (const RemoteName& job : jobs) {
+        tasks[job.name];
+        names += (names.empty() ? "" : ",") + job.name;
+    }
+    // Without names too: it shows that slurmctld answers.
+    std::vector<std::string> words = {"squeue", "--me", "--noheader", "--states=all",
+                                      "--format=%F|%K|%T|%j"};
+    if (!names.empty()) words.push_back("--name=" + names);
+    const auto now = answer_of(words);
+    if (!now.ok()) return Status(StatusCode::output, now.status().message());
+    add_tasks_of_squeue(*now, tasks);
+    std::string ended;
+    for (const RemoteName& job : jobs)
+        if (!job.id.empty() && !tasks[job.name].known())
+            ended += (ended.empty() ? "" : ",") + job.id;
+    if (ended.empty()) return tasks;
+    // They ended some minutes ago. Without accounting only the outputs tell how.
+    const auto accounted =
+        answer_of({"sacct", "-n", "-X", "-P", "-j", ended, "-o", "JobID,State,JobName"});
+    if (accounted.ok()) add_tasks_of_sacct(*accounted, tasks);
+    return tasks;
 }
 
-Result<RemoteTasks> SlurmQueue::look(const std::string& id) {
-    const auto now = answer_of({"scontrol", "show", "job", "-o", id});
-    if (now.ok()) return tasks_of_scontrol(*now);
-    if (!is_unknown(now.status())) return now.status();
-    // Ended some minutes ago. Without accounting only the outputs tell how.
-    const auto ended = answer_of({"sacct", "-n", "-X", "-P", "-j", id, "-o", "JobID,State"});
-    RemoteTasks tasks;
-    tasks.known = false;
-    return ended.ok() && !ended->empty() ? tasks_of_sacct(*ended) : tasks;
+Status SlurmQueue::change(const std::string& id, const RemoteRank& rank) {
+    const auto done =
+        answer_of({"scontrol", "update", "JobId=" + id, concat("Nice=", nice_of(rank)),
+                   concat("ArrayTaskThrottle=", rank.most_tasks)});
+    return done.ok() || is_unknown(done.status()) ? Status() : done.status();
 }
 
 Status SlurmQueue::cancel(const std::string& id) {

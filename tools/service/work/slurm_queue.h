@@ -1,7 +1,8 @@
-// Slurm as a queue: sbatch, squeue, scontrol, sacct and scancel of 20.11 or later.
+// Slurm as a queue: sbatch, squeue, sacct, scontrol and scancel of 20.11 or later.
 #pragma once
 
-#include <chrono>
+#include <atomic>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,35 +10,41 @@
 
 namespace postchain::service {
 
+struct SlurmSettings {
+    // Further options of sbatch, such as --partition=farm. "{user}" in them becomes the name of the
+    // job's owner.
+    std::vector<std::string> words;
+    std::string memory;   // of a task, "8G"; empty = the queue's default
+    int cpus = 2;         // of a task
+    int nice = 10;        // for each step that a priority is below the largest
+    std::string version;  // of `postchain`, which a task's program must have; empty = any
+};
+
 class SlurmQueue final : public RemoteQueue {
   public:
-    // `words`: further options of sbatch, such as --partition=farm.
-    explicit SlurmQueue(std::vector<std::string> words) : words_(std::move(words)) {}
+    explicit SlurmQueue(SlurmSettings settings) : settings_(std::move(settings)) {}
 
     std::string name() const override { return "slurm"; }
     Result<std::string> submit(const RemoteJob& job) override;
-    Result<std::string> find(const std::string& name) override;
-    Result<RemoteTasks> look(const std::string& id) override;
+    Result<std::map<std::string, RemoteTasks>> look(const std::vector<RemoteName>& jobs) override;
+    Status change(const std::string& id, const RemoteRank& rank) override;
     Status cancel(const std::string& id) override;
+    void stop() override { stop_ = true; }
 
   private:
-    const std::vector<std::string> words_;
+    Result<std::string> answer_of(const std::vector<std::string>& words,
+                                  const std::string& input = "") const;
+    int nice_of(const RemoteRank& rank) const;
+
+    const SlurmSettings settings_;
+    std::atomic<bool> stop_ = false;
 };
 
-// The tasks in the output of `scontrol show job -o`, or of `sacct -n -X -P -o JobID,State`.
-RemoteTasks tasks_of_scontrol(const std::string& text);
-RemoteTasks tasks_of_sacct(const std::string& text);
-
-struct ProgramResult {
-    int exit_code = 0;
-    std::string out, err;
-};
-// Runs a program and reads what it prints. Errors (output): it cannot be started, or it was killed
-// because it took longer than `limit`.
-Result<ProgramResult> run_program(const std::vector<std::string>& words, const std::string& input,
-                                  std::chrono::milliseconds limit);
-
-// For a shell: 'it'\''s'.
-std::string shell_quoted(const std::string& word);
+// The script of a job's tasks.
+std::string script_of(const RemoteJob& job, const std::string& version);
+// Adds the tasks in the output of `squeue -o %F|%K|%T|%j`, by the jobs' names, or of `sacct -n -X
+// -P -o JobID,State,JobName`.
+void add_tasks_of_squeue(const std::string& text, std::map<std::string, RemoteTasks>& jobs);
+void add_tasks_of_sacct(const std::string& text, std::map<std::string, RemoteTasks>& jobs);
 
 }  // namespace postchain::service

@@ -31,18 +31,6 @@ Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
                                "; then retry the job, or submit it with a larger frame_timeout"));
 }
 
-int64_t bytes_of_files(const std::string& folder) {
-    int64_t sum = 0;
-    std::error_code error;
-    for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
-         at.increment(error)) {
-        std::error_code of_file;
-        if (!at->is_regular_file(of_file) || at->is_symlink(of_file)) continue;
-        if (const auto bytes = at->file_size(of_file); !of_file) sum += int64_t(bytes);
-    }
-    return sum;
-}
-
 }  // namespace
 
 Worker::Worker(JobStore& store, const Readers& readers, Counters& counters, const DeviceGate& gate,

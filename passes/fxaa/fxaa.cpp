@@ -210,9 +210,7 @@ class FxaaPass final : public PlainPass {
         const bool hinted = uses_hint(context);
         const TextureId color = planner.input(Role::color);
         const bool directional = parameters_.mode == Mode::directional;
-        // A work group of a GPU has the colors from which the lumas of its pixels and of two
-        // around follow. A walk along an edge goes farther.
-        const bool own_luma = directional && context.device == DeviceClass::gpu;
+        const bool own_luma = !has_luma_plane(context);
         const TextureId luma = own_luma ? -1 : add_luma(planner, color);
         const TextureId result = planner.texture("fxaa", context.color_format());
 
@@ -254,7 +252,7 @@ class FxaaPass final : public PlainPass {
         const ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
         const ImageD* hint = uses_hint(context) ? &frame.planes.at(Role::hint) : nullptr;
         set_wide_color(frame, reference_fxaa(parameters_, color, luma, hint));
-        frame.stages["luma"] = luma;
+        if (has_luma_plane(context)) frame.stages["luma"] = luma;
         frame.stages["fxaa"] = frame.planes.at(Role::color);
     }
 
@@ -263,6 +261,12 @@ class FxaaPass final : public PlainPass {
   private:
     bool uses_hint(const PlanContext& context) const {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
+    }
+
+    // Without it a work group of a GPU computes the lumas of its pixels and of two around. A walk
+    // along an edge goes farther.
+    bool has_luma_plane(const PlanContext& context) const {
+        return parameters_.mode != Mode::directional || context.device != DeviceClass::gpu;
     }
 
     TextureId add_luma(PassPlanner& planner, TextureId color) const {

@@ -71,7 +71,7 @@ Stages filter_with_stages(const Chain& chain, const FrameDescription& frame,
 
 ReferenceFrame reference(const Chain& chain, const FrameDescription& frame,
                          const FramePlanes& planes, const PlanOptions& options) {
-    return must(run_reference(chain, frame, planes, options));
+    return must(run_reference(chain, frame, planes, on_device(options)));
 }
 
 }  // namespace postchain::test

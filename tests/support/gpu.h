@@ -44,7 +44,7 @@ struct Stages {
 Stages filter_with_stages(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, const PlanOptions& options = {});
 
-// The chain's double-precision reference; a failure fails the test.
+// The chain's double-precision reference, with the stages of that plan; a failure fails the test.
 ReferenceFrame reference(const Chain& chain, const FrameDescription& frame,
                          const FramePlanes& planes, const PlanOptions& options = {});
 

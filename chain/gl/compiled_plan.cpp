@@ -243,6 +243,8 @@ Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* qu
 }
 
 void CompiledPlan::warm_up(RunObjects& objects, int step) {
+    for (Texture* texture : textures_)
+        if (!texture->filled) clear(*texture);
     const size_t offset = objects.upload(bytes());
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
     glMemoryBarrier(kLastListBarriers);
@@ -254,7 +256,10 @@ void CompiledPlan::warm_up(RunObjects& objects, int step) {
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
     if (commands_.empty()) return Status();
     if (share_imports(plan(), names_, storage_)) find_barriers();
-    for (Texture* texture : textures_) pool_->touch(texture);
+    for (Texture* texture : textures_) {
+        pool_->touch(texture);
+        texture->filled = true;
+    }
     const size_t offset = objects.upload(bytes());
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
     Status status;

@@ -72,7 +72,7 @@ class CompiledPlan : public PlanValues {
     void import(TextureId texture, unsigned name, unsigned image_format = 0, ImageOf image = {});
 
     // Dispatches one work group of a step, so that a driver which compiles at a program's first
-    // dispatch has done so. The step's results are undefined.
+    // dispatch has done so. The step's results are undefined; what no step has written is 0.
     void warm_up(RunObjects& objects, int step);
     unsigned program_of(int step) const { return commands_[size_t(step)].program; }
     // Dispatches every step; afterwards their results can be used by any GL command. If

@@ -76,11 +76,13 @@ class Instance {
     struct Objects {
         explicit Objects(const gl::Device& device)
             : programs(device.log, {}, gl::best_reads(device) == gl::Reads::images),
-              clock(device) {}
+              clock(device),
+              timer(device) {}
         gl::TexturePool pool;
         gl::ProgramCache programs;
         gl::RunObjects run;
         gl::Clock clock;
+        gl::BandTimer timer;
         Focus focus;
         std::set<unsigned> warm;  // programs that were dispatched
     };

@@ -194,55 +194,81 @@ void CompiledPlan::bind(size_t index, const RunObjects& objects, size_t offset) 
     if (command.barriers) glMemoryBarrier(command.barriers);
 }
 
-Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueue* queue) const {
-    const auto begins = [&] { return queue ? queue->band_begins() : Status(); };
-    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
+void CompiledPlan::dispatch_whole(const Step& step, unsigned columns, unsigned rows) const {
     if (step.work_list >= 0) {
-        const unsigned list = names_[size_t(step.work_list)];
-        columns = unsigned(plan().textures[size_t(step.work_list)].width);
-        rows = 1;
-        if (command.in_bands && queue && queue->reads_counts()) {
-            glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-            columns = count_work(list);
-        } else if (!command.in_bands || columns * taps_of_group(step) <= kBandTaps) {
-            glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, list);
-            RETURN_IF_ERROR(begins());
-            glDispatchComputeIndirect(0);
-            if (queue) queue->band_ends(columns);
-            return Status();
-        }
-    } else if (!command.in_bands) {
-        RETURN_IF_ERROR(begins());
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, names_[size_t(step.work_list)]);
+        glDispatchComputeIndirect(0);
+    } else {
         glDispatchCompute(columns, rows, GLuint(step.groups[2]));
-        if (queue) queue->band_ends(columns * rows);
-        return Status();
     }
-    return dispatch_bands(step, Bands(columns, rows), queue);
+}
+
+void CompiledPlan::dispatch_band(const Step& step, const Band& band) const {
+    if (band.first != Band{}.first) glUniform2ui(kFirstGroup, band.first[0], band.first[1]);
+    glDispatchCompute(band.count[0], band.count[1], GLuint(step.groups[2]));
+    if (band.first != Band{}.first) glUniform2ui(kFirstGroup, 0, 0);
 }
 
 // If the length of a list is not known, the bands cover every block that it can have, and work
 // groups beyond its end return at once.
-Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const {
-    const double taps = taps_of_group(step);
-    if (queue) queue->begin_dispatch(taps);
-    Band band{};
-    Status status;
-    while (bands.more()) {
-        band = bands.next(queue ? queue->groups() : kBandTaps / taps);
-        if (band.first != Band{}.first) glUniform2ui(kFirstGroup, band.first[0], band.first[1]);
-        if (queue) status = queue->band_begins();
-        if (!status.ok()) break;
-        glDispatchCompute(band.count[0], band.count[1], GLuint(step.groups[2]));
-        if (queue)
-            queue->band_ends(band.groups());
-        else if (bands.more())
-            glFlush();
+Status CompiledPlan::dispatch(const Step& step, const Command& command,
+                              const RunOptions& options) const {
+    if (options.queue) return dispatch_queued(step, command, *options.queue);
+    const bool list = step.work_list >= 0;
+    const auto columns =
+        unsigned(list ? plan().textures[size_t(step.work_list)].width : step.groups[0]);
+    const unsigned rows = list ? 1 : unsigned(step.groups[1]);
+    const double of_group = taps_of_group(step), taps = of_group * columns * rows;
+    BandTimer* const timer = options.timer;
+    const bool measured = timer && command.in_bands && taps > kBandTaps && timer->may_measure();
+    BandTimer::Span span;
+    if (measured) span = timer->begin();
+    const double rate = timer ? timer->rates.of(command.program) : kUnknownRate;
+    const double groups = groups_of_band(columns, rows, of_group / rate);
+    if (!command.in_bands || groups >= double(columns) * rows)
+        dispatch_whole(step, columns, rows);
+    else
+        for (Bands bands(columns, rows); bands.more();) dispatch_band(step, bands.next(groups));
+    if (measured) {
+        timer->end(span);
+        timer->measure(span, command.program, taps, list ? kMostListRate : BandRates::kNoLimit);
     }
-    if (band.first != Band{}.first) glUniform2ui(kFirstGroup, 0, 0);
-    return status;
+    return Status();
+}
+
+Status CompiledPlan::dispatch_queued(const Step& step, const Command& command,
+                                     BandQueue& queue) const {
+    const bool list = step.work_list >= 0, counted = list && queue.reads_counts();
+    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
+    if (list) {
+        columns = unsigned(plan().textures[size_t(step.work_list)].width);
+        rows = 1;
+    }
+    const double taps = taps_of_group(step);
+    queue.begin_dispatch(command.program, taps,
+                         list && !counted ? kMostListRate : BandRates::kNoLimit);
+    if (!command.in_bands || (list && !counted && columns * taps <= kBandMs * queue.rate())) {
+        RETURN_IF_ERROR(queue.band_begins());
+        dispatch_whole(step, columns, rows);
+        queue.band_ends(list ? 0 : columns * rows);
+        return Status();
+    }
+    if (counted) {
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        columns = count_work(names_[size_t(step.work_list)]);
+    }
+    for (Bands bands(columns, rows); bands.more();) {
+        const Band band = bands.next(queue.groups());
+        RETURN_IF_ERROR(queue.band_begins());
+        dispatch_band(step, band);
+        queue.band_ends(band.groups());
+    }
+    return Status();
 }
 
 void CompiledPlan::warm_up(RunObjects& objects, int step) {
+    for (Texture* texture : textures_)
+        if (!texture->filled) clear(*texture);
     const size_t offset = objects.upload(bytes());
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
     glMemoryBarrier(kLastListBarriers);
@@ -254,7 +280,11 @@ void CompiledPlan::warm_up(RunObjects& objects, int step) {
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
     if (commands_.empty()) return Status();
     if (share_imports(plan(), names_, storage_)) find_barriers();
-    for (Texture* texture : textures_) pool_->touch(texture);
+    for (Texture* texture : textures_) {
+        pool_->touch(texture);
+        texture->filled = true;
+    }
+    if (options.timer) options.timer->take();
     const size_t offset = objects.upload(bytes());
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
     Status status;
@@ -264,7 +294,7 @@ Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
             std::optional<DebugGroup> group;
             if (options.labels) group.emplace(plan().name_of(step));
             bind(i, objects, offset);
-            status = dispatch(step, commands_[i], options.queue);
+            status = dispatch(step, commands_[i], options);
             if (options.clock && options.queue)
                 options.clock->leave_out(options.queue->take_waited_ms());
         }

@@ -13,6 +13,7 @@
 
 #include "chain/base/status.h"
 #include "chain/gl/band_queue.h"
+#include "chain/gl/band_timer.h"
 #include "chain/gl/clock.h"
 #include "chain/gl/image_reads.h"
 #include "chain/gl/program.h"
@@ -37,9 +38,11 @@ struct RunOptions {
     bool time_steps = false;  // each step, not each pass
     bool labels = false;      // a debug group for each step
     uint32_t barriers = 0;    // GL_*_BARRIER_BIT besides its own, after the last step
-    // Cuts steps into bands and may hold up or end the run before one; null: bands of kBandTaps,
-    // no wait.
+    // Cuts steps into bands and may hold up or end the run before one; null: no wait, no flush.
     BandQueue* queue = nullptr;
+    // Without a queue: knows the rates from which bands follow, and measures those of long steps;
+    // null: kUnknownRate.
+    BandTimer* timer = nullptr;
     // Called after each step, with its index; a failure ends the run.
     const std::function<Status(int)>* after_step = nullptr;
 };
@@ -72,7 +75,7 @@ class CompiledPlan : public PlanValues {
     void import(TextureId texture, unsigned name, unsigned image_format = 0, ImageOf image = {});
 
     // Dispatches one work group of a step, so that a driver which compiles at a program's first
-    // dispatch has done so. The step's results are undefined.
+    // dispatch has done so. The step's results are undefined; what no step has written is 0.
     void warm_up(RunObjects& objects, int step);
     unsigned program_of(int step) const { return commands_[size_t(step)].program; }
     // Dispatches every step; afterwards their results can be used by any GL command. If
@@ -92,8 +95,10 @@ class CompiledPlan : public PlanValues {
     void find_barriers();
     // `offset`: of the uniform blocks in the buffer.
     void bind(size_t step, const RunObjects& objects, size_t offset);
-    Status dispatch(const Step& step, const Command& command, BandQueue* queue) const;
-    Status dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const;
+    Status dispatch(const Step& step, const Command& command, const RunOptions& options) const;
+    Status dispatch_queued(const Step& step, const Command& command, BandQueue& queue) const;
+    void dispatch_whole(const Step& step, unsigned columns, unsigned rows) const;
+    void dispatch_band(const Step& step, const Band& band) const;
 
     TexturePool* pool_;
     Reads reads_;

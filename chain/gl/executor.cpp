@@ -32,6 +32,7 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
       options_(options),
       programs_(device.log, gl::shader_folder_of_environment()),
       clock_(device),
+      timer_(device),
       transfers_(device.software) {}
 
 RunDecision Executor::decide() const {
@@ -76,6 +77,7 @@ Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& input
     gl::RunOptions options;
     options.labels = options_.labels;
     options.queue = queue;
+    if (!queue) options.timer = &timer_;
     ++runs_;
     if (timing_) {
         clock_.begin(runs_);
@@ -138,7 +140,7 @@ Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
     const gl::Meanwhile meanwhile =
         expect_ && !software_ ? gl::Meanwhile([this] { return upload_ahead(); }) : gl::Meanwhile();
     gl::BandQueue queue(
-        software_, [this] { return decide(); }, meanwhile);
+        software_, timer_, [this] { return decide(); }, meanwhile);
     Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
     FramePlanes results;

@@ -98,6 +98,8 @@ class Executor {
     const char* timing_source() const { return clock_.source(); }
 
     ExecutorCounters counters() const;
+    // As if no program had run: the sizes of bands follow from their times (chain/plan/bands.h).
+    void forget_rates() { timer_.forget(); }
 
   private:
     friend class ContinueScope;
@@ -122,6 +124,7 @@ class Executor {
     gl::TexturePool pool_;
     gl::ProgramCache programs_;
     gl::Clock clock_;
+    gl::BandTimer timer_;
     gl::RunObjects objects_;
     gl::Transfers transfers_;
     std::vector<Ahead> ahead_;

@@ -125,6 +125,14 @@ void TexturePool::trim(uint64_t frames) {
     });
 }
 
+void clear(Texture& texture) {
+    texture.filled = true;
+    if (texture.format == Format::work_list) return empty_list(texture.name);
+    const bool whole = texture.format == Format::rgba32ui || texture.format == Format::r32ui;
+    glClearTexImage(texture.name, 0, external_format(texture.format),
+                    whole ? GL_UNSIGNED_INT : GL_FLOAT, nullptr);
+}
+
 void empty_list(unsigned list) {
     glClearNamedBufferSubData(list, GL_R32UI, 0, GLsizeiptr(kWorkListHeaderBytes), GL_RED_INTEGER,
                               GL_UNSIGNED_INT, nullptr);

@@ -19,7 +19,8 @@ unsigned external_format(Format format);
 struct Texture : Storage {
     unsigned name = 0;  // GL texture, immutable storage, one level; for a work list a GL buffer
     bool in_use = false;
-    int plans = 0;  // that are compiled and write into it
+    int plans = 0;        // that are compiled and write into it
+    bool filled = false;  // a plan has run on it, or it was cleared
     uint64_t last_used = 0;
 };
 
@@ -62,6 +63,8 @@ class TexturePool {
     uint64_t bytes_peak_ = 0;
 };
 
+// Makes all of its bits 0. A list becomes empty.
+void clear(Texture& texture);
 // Zero groups, zero blocks. The blocks themselves need no clearing.
 void empty_list(unsigned list);
 // How many blocks a work list holds. Waits for the device.

@@ -118,6 +118,7 @@ void Instance::abandon() {
     objects_->focus.abandon();
     objects_->run.abandon();
     objects_->clock.abandon();
+    objects_->timer.abandon();
     objects_.reset();
 }
 
@@ -285,6 +286,7 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
     gl::RunOptions options;
     options.labels = (info_.flags & PC_LABELS) != 0;
     options.barriers = frame.given->barriers;
+    options.timer = &objects_->timer;
     if (timing_ > 0 || timed) {
         objects_->clock.begin(frame.given->frame_number, plans_.frames);
         options.clock = &objects_->clock;

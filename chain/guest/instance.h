@@ -74,11 +74,13 @@ class Instance {
 
     // GL objects of the context.
     struct Objects {
-        explicit Objects(const gl::Device& device) : programs(device.log), clock(device) {}
+        explicit Objects(const gl::Device& device)
+            : programs(device.log), clock(device), timer(device) {}
         gl::TexturePool pool;
         gl::ProgramCache programs;
         gl::RunObjects run;
         gl::Clock clock;
+        gl::BandTimer timer;
         Focus focus;
         std::set<unsigned> warm;  // programs that were dispatched
     };

@@ -54,9 +54,11 @@ const std::vector<Tier>& tiers() {
     using std::string;
     static const std::vector<Tier> all = {
         {"realtime",
-         "motion blur and depth of field in one with 8 samples, for games",
-         {{"joint_blur", {{"samples", int64_t(8)}, {"neighbors", string("none")}}},
-          {"fxaa", {{"mode", string("directional")}}}}},
+         "motion blur and depth of field in one with 8 samples, for games: after a TAA, with noise "
+         "that a "
+         "TAA behind it resolves",
+         {{"joint_blur",
+           {{"samples", int64_t(8)}, {"neighbors", string("none")}, {"animate_noise", true}}}}},
         {"fast",
          "16 samples",
          {{"joint_blur", {{"samples", int64_t(16)}, {"neighbors", string("none")}}},

@@ -1,6 +1,7 @@
 #include "chain/plan/bands.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "shaders/shared/work_group.h"
 
@@ -17,6 +18,30 @@ double taps_of_group(const Step& step) {
     if (step.group_taps == 0)
         taps = double(step.taps) / (double(step.groups[0]) * step.groups[1] * step.groups[2]);
     return std::max(taps, kThreads);
+}
+
+double BandRates::of(unsigned program) const {
+    const auto known = rates_.find(program);
+    return known == rates_.end() ? kUnknownRate : known->second;
+}
+
+// The mean of the newest time and the earlier ones: a single one may be of an idle or a busy
+// device.
+void BandRates::add(unsigned program, double taps, double ms, double most) {
+    if (!(taps > 0)) return;
+    const double rate = std::min(taps / std::max(ms, 1e-3), most);
+    const auto [known, is_new] = rates_.try_emplace(program, rate);
+    if (!is_new) known->second = 0.5 * (known->second + rate);
+}
+
+double groups_of_band(unsigned columns, unsigned rows, double ms_of_group) {
+    const double all = double(columns) * rows, ms = all * ms_of_group;
+    if (ms <= kBandMs) return all;
+    const double share = all / std::ceil(ms / kBandMs), of_row = double(columns) * ms_of_group;
+    if (share < columns) return std::ceil(columns / std::ceil(columns / share));
+    const double up = std::ceil(share / columns), down = std::floor(share / columns);
+    const bool short_enough = up * of_row <= kBandMs || down * of_row < kLeastBandMs;
+    return columns * (short_enough ? up : down);
 }
 
 Band Bands::next(double groups) {

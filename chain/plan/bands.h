@@ -5,14 +5,43 @@
 #pragma once
 
 #include <array>
+#include <limits>
+#include <map>
 
 #include "chain/plan/plan.h"
 
 namespace postchain {
 
-// Texture fetches of the longest band: 50 ms of a small integrated GPU, which makes about 1e9 in a
-// second, with the arithmetic between them.
-inline constexpr double kBandTaps = 5e7;
+// A step that takes longer than this is cut, into bands of at least the other time: each dispatch
+// ends with the device idle for a moment.
+inline constexpr double kBandMs = 50, kLeastBandMs = 20;
+// Texture fetches in a millisecond of a program that was not measured: those of a small integrated
+// GPU, with the arithmetic between them.
+inline constexpr double kUnknownRate = 1e6;
+// Texture fetches of the longest band of such a program.
+inline constexpr double kBandTaps = kBandMs * kUnknownRate;
+// A step that a list launches may have had little to do when it was measured: the slowest device
+// then takes 16 times as long as expected, which is still less than a second.
+inline constexpr double kMostListRate = 16 * kUnknownRate;
+
+// Texture fetches in a millisecond, by program, as measured.
+class BandRates {
+  public:
+    static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+    double of(unsigned program) const;  // kUnknownRate if it was not measured
+    bool knows(unsigned program) const { return rates_.contains(program); }
+    // The program made so many fetches. `most`: its rate counts at most so much.
+    void add(unsigned program, double taps, double ms, double most = kNoLimit);
+    void forget() { rates_.clear(); }
+
+  private:
+    std::map<unsigned, double> rates_;
+};
+
+// Work groups of the bands of a step of columns x rows groups: all, whole rows, or equal parts of a
+// row.
+double groups_of_band(unsigned columns, unsigned rows, double ms_of_group);
 
 // Texture fetches of one work group of the step, at most. At least one for each thread.
 double taps_of_group(const Step& step);

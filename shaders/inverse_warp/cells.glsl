@@ -32,7 +32,7 @@ const int kDistances = 6;
 const uint kDistance = 1u | 2u << 5 | 3u << 10 | 5u << 15 | 9u << 20 | 16u << 25;
 
 int distance_of(int i) {
-    return int(kDistance >> (5 * i) & 31u);
+    return int(kDistance >> (5 * min(i, kDistances - 1)) & 31u);
 }
 
 // Horizontal, vertical and both diagonals.
@@ -47,9 +47,10 @@ uint pack_line(int line, int i, int j) {
 
 // The cells on both sides.
 uvec2 sides_on(uint line, ivec2 cell) {
-    const ivec2 way = line_of(int(line >> 6 & 3u));
-    return uvec2(pack_cell(cell + distance_of(int(line >> 3 & 7u)) * way),
-                 pack_cell(cell - distance_of(int(line & 7u)) * way));
+    const ivec2 way = line_of(int(line >> 6 & 3u)), last = 8 * uniforms.blocks - 1;
+    const ivec2 one = cell + distance_of(int(line >> 3 & 7u)) * way,
+                other = cell - distance_of(int(line & 7u)) * way;
+    return uvec2(pack_cell(clamp(one, ivec2(0), last)), pack_cell(clamp(other, ivec2(0), last)));
 }
 
 // A texel of `background`: x: inverse depth, y: the part of the cell that shows it, a multiple of

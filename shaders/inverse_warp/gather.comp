@@ -98,7 +98,7 @@ Pixel pixel_at(ivec2 at) {
     pixel.block = at / kBlockPx;
     const uvec4 summary = start_texel(pixel.block, uniforms.starts);
     pixel.longest_px = uintBitsToFloat(summary.x);
-    pixel.start_count = int(summary.y);
+    pixel.start_count = int(min(summary.y, uint(STARTS)));
     return pixel;
 }
 

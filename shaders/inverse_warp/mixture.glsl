@@ -25,10 +25,10 @@ ivec2 offset_of(uint place) {
     return ivec2(at - kMixEdgePx * y, y) - kMixReachPx;
 }
 
-// The place around pixel x.
+// The place around pixel x. A stored place may be any of 32.
 vec2 beside(vec2 x, uint place) {
     precise const vec2 at = x + vec2(offset_of(place));
-    return at;
+    return clamp(at, vec2(0.0), vec2(uniforms.size - 1));
 }
 
 // In a surface of this frame, whose `refuted` means that it is mixed: five more of the last bits of a.x

@@ -68,7 +68,8 @@ float time_of(int k, SampleSet set, float part, float random) {
 
 vec2 lens_sample(int index, float random) {
 #if LENS
-    const int table = min(int(random * float(uniforms.lens_sets)), uniforms.lens_sets - 1);
+    const int table =
+        clamp(int(random * float(uniforms.lens_sets)), 0, uniforms.lens_sets - 1);
     return texelFetch(lens_samples, ivec2(index, table), 0).xy;
 #else
     return vec2(0.0);

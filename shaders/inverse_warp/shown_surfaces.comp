@@ -80,7 +80,7 @@ uint hidden_in_other_light(ivec2 square, uint hidden) {
 
 // The pixels of the square that show another surface than their own.
 uint changed_in(ivec2 square) {
-    return is_square(square) ? texelFetch(shown, square * ivec2(2, 1), 0).x : 0u;
+    return is_square(square) ? texelFetch(shown, square * ivec2(2, 1), 0).x & 0xffffu : 0u;
 }
 
 // They and the pixels next to them (bits: square.glsl).
@@ -97,7 +97,7 @@ ivec2 step_from(ivec2 p) {
     const ivec2 words = (p / kSquarePx) * ivec2(2, 1);
     if ((texelFetch(shown, words, 0).x & bit_of(p)) == 0u) return p;
     const uint to = texelFetch(shown, words + ivec2(1, 0), 0).x;
-    return p + kAround[to >> (2 * number_of(p)) & 3u];
+    return nearest_inside(p + kAround[to >> (2 * number_of(p)) & 3u]);
 }
 
 // The pixel whose surface p shows.

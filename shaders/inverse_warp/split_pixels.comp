@@ -23,7 +23,8 @@ void main() {
         const ivec2 p = pixel_of(list[i]);
         const uint word = texelFetch(mixed, p, 0).x, place = word & 31u;
         // A pixel whose surface is taken keeps it. If another thread has stored its place, that is replaced.
-        const ivec2 from = p + ((word & kTakes) != 0u ? offset_of(place) : ivec2(0));
+        const ivec2 at = p + ((word & kTakes) != 0u ? offset_of(place) : ivec2(0));
+        const ivec2 from = clamp(at, ivec2(0), uniforms.size - 1);
         if (word != 0u) imageStore(split, p, with_place(texelFetch(surfaces, from, 0), place));
     } while ((i += kThreads) < end);
 }

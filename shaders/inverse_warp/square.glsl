@@ -63,8 +63,9 @@ void begin_list() {
     barrier();
 }
 
-// Lists bits of square k.
+// Lists the lower 16 of the bits of square k: the list has room for no more, whatever they come from.
 void add_to_list(int k, uint bits) {
+    bits &= 0xffffu;
     uint at = atomicAdd(list_length, uint(bitCount(bits)));
     if (bits != 0u) SOFTWARE_LOOP do {
         list[at] = uint(k << 4 | findLSB(bits));

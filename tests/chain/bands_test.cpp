@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace postchain {
@@ -48,6 +49,40 @@ TEST(Bands, AreAtMostAsLongAsADispatchMayBe) {
     EXPECT_EQ(bands.next(1e9), (Band{{0, 0}, {65535, 1}}));
     EXPECT_EQ(bands.next(1e9), (Band{{65535, 0}, {64065, 1}}));
     EXPECT_FALSE(bands.more());
+}
+
+TEST(Bands, OfAStepTakeEqualTimes) {
+    EXPECT_EQ(groups_of_band(10, 5, 1), 50) << "50 ms: whole";
+    EXPECT_EQ(groups_of_band(10, 5, 1.1), 30) << "two bands: three rows and two";
+    EXPECT_EQ(groups_of_band(10, 50, 1), 50);
+    EXPECT_EQ(groups_of_band(10, 50, 3), 10)
+        << "two rows would take more than 50 ms, one is long enough";
+    EXPECT_EQ(groups_of_band(10, 50, 10), 5) << "halves of a row";
+    EXPECT_EQ(groups_of_band(10, 50, 1000), 1);
+    for (const double ms_of_group : {0.01, 0.1, 0.3, 1.0, 2.0}) {
+        for (const unsigned rows : {3u, 17u, 68u}) {
+            const double ms = groups_of_band(20, rows, ms_of_group) * ms_of_group;
+            EXPECT_GE(ms, std::min(kLeastBandMs, 20 * rows * ms_of_group)) << ms_of_group;
+            EXPECT_LE(ms, 2 * kBandMs) << ms_of_group;
+        }
+    }
+}
+
+TEST(Bands, RatesAreOfPrograms) {
+    BandRates rates;
+    EXPECT_EQ(rates.of(3), kUnknownRate);
+    EXPECT_FALSE(rates.knows(3));
+    rates.add(3, 8e6, 2);
+    EXPECT_EQ(rates.of(3), 4e6);
+    EXPECT_EQ(rates.of(4), kUnknownRate);
+    rates.add(3, 8e6, 4);
+    EXPECT_EQ(rates.of(3), 3e6) << "the mean of both";
+    rates.add(4, 8e9, 1, kMostListRate);
+    EXPECT_EQ(rates.of(4), kMostListRate);
+    rates.add(5, 0, 1);
+    EXPECT_FALSE(rates.knows(5)) << "nothing was done";
+    rates.forget();
+    EXPECT_FALSE(rates.knows(3));
 }
 
 TEST(Bands, FetchesOfAWorkGroup) {

@@ -1,4 +1,5 @@
 // Long steps run in bands, between which the executor stops or waits.
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -13,10 +14,28 @@ namespace {
 
 using test::Execute;
 
-// In a host bands have the estimated size, and a dispatch that is short stays whole.
+// Counts flushes while it exists.
+class Flushes {
+  public:
+    Flushes() : original_(epoxy_glFlush) {
+        count_ = 0;
+        epoxy_glFlush = [] { ++count_; };
+    }
+    ~Flushes() { epoxy_glFlush = original_; }
+    static int count() { return count_; }
+
+  private:
+    static inline int count_ = 0;
+    const decltype(epoxy_glFlush) original_;
+};
+
+// In a host bands have the estimated size before a program is measured, and a dispatch that is
+// short stays whole. The host's context is not flushed.
 TEST_F(Execute, RunsALongStepInBands) {
+    const Flushes flushes;
     ImageF pixels;
     const auto run = [&](uint64_t group_taps) {
+        executor_->forget_rates();
         return executor_->run(counted(group_taps), {},
                               [&](const Step&, const PlanTexture&, const ImageF& result) {
                                   pixels = result;
@@ -36,6 +55,35 @@ TEST_F(Execute, RunsALongStepInBands) {
     ASSERT_TRUE(run(1).ok());
     EXPECT_EQ(pixels.at(0, 0, 1), 5);
     EXPECT_EQ(pixels.at(16 * 6, 16 * 4, 3), 4) << "the place of the last band is taken back";
+    EXPECT_EQ(flushes.count(), 0);
+}
+
+// In a host too: a step is cut because it takes long, not because it fetches much.
+TEST_F(Execute, RemembersTheRateOfAProgram) {
+    executor_->forget_rates();
+    float columns = 0;
+    const auto run = [&] {
+        return executor_->run(counted(uint64_t(kBandTaps)), {},
+                              [&](const Step&, const PlanTexture&, const ImageF& result) {
+                                  columns = result.at(0, 0, 0);
+                                  return Status();
+                              });
+    };
+    ASSERT_TRUE(run().ok());
+    EXPECT_EQ(columns, 1);
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(run().ok());  // its time counts in a later run
+    EXPECT_EQ(columns, 7);
+}
+
+TEST_F(Execute, BandsOfAKnownProgramAreFew) {
+    executor_->forget_rates();
+    int asked = 0;
+    const ContinueScope scope(*executor_, [&] { return ++asked, RunDecision::go_on; });
+    ASSERT_TRUE(executor_->filter(counted(uint64_t(kBandTaps)), {}).ok());
+    const int unknown = asked;
+    asked = 0;
+    ASSERT_TRUE(executor_->filter(counted(uint64_t(kBandTaps)), {}).ok());
+    EXPECT_LT(asked, unknown);
 }
 
 TEST_F(Execute, StopsBetweenBands) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <string>
 
@@ -306,6 +307,43 @@ TEST(Tiers, AreListed) {
     pc_chain* none = nullptr;
     EXPECT_EQ(pc_chain_create("tier:cinema", &none), PC_ERROR_CHAIN);
     EXPECT_THAT(pc_error(), HasSubstr("unknown tier \"cinema\"; known are realtime, fast"));
+}
+
+double squared_error(const ImageF& found, const ImageF& expected) {
+    double sum = 0;
+    for (int y = 0; y < found.height; ++y)
+        for (int x = 0; x < found.width; ++x)
+            for (int c = 0; c < 3; ++c)
+                sum += std::pow(found.at(x, y, c) - expected.at(x, y, c), 2);
+    return sum;
+}
+
+// A TAA behind the tier averages frames exponentially: of a still frame whose objects go on moving,
+// what is left of the noise is less than half.
+TEST(Tiers, NoiseOfRealtimeResolves) {
+    make_host_context();
+    constexpr int kWidth = 96, kHeight = 60;
+    auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance(0, PC_STATE_LEAVE);
+    const auto tier = chain("tier:realtime"), many = chain("joint_blur");
+    ASSERT_EQ(pc_chain_set_text(many.get(), 0, "neighbors", "none"), PC_OK);
+    set(many, 0, "samples", 1000);
+    const ImageF expected = read(prepare_and_run(guest, many, host.frame), kWidth, kHeight);
+    prepare(guest, tier, host.frame);
+    double of_one = 0;
+    ImageF mean;
+    constexpr int kFrames = 24;
+    for (int i = 0; i < kFrames; ++i) {
+        host.frame.frame_number = uint64_t(i);
+        const ImageF one = read(run(guest, tier, host.frame), kWidth, kHeight);
+        of_one += squared_error(one, expected) / kFrames;
+        if (i == 0) mean = one;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x)
+                for (int c = 0; c < 3; ++c)
+                    mean.at(x, y, c) += 0.1f * (one.at(x, y, c) - mean.at(x, y, c));
+    }
+    EXPECT_LT(squared_error(mean, expected), 0.5 * of_one);
 }
 
 }  // namespace

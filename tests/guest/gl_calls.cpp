@@ -4,12 +4,14 @@
 
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 namespace postchain::test {
 namespace {
 
 bool counting = false, silent = false, silent_dispatches = false, refuses_storage = false,
-     tells_loss = false, is_lost = false;
+     tells_loss = false, is_lost = false, fills_textures = false;
+std::function<void()> before_dispatch;
 GLbitfield newest_barrier = 0;
 
 // Compared as types, because with sanitizers a comparison of addresses is not a constant
@@ -33,8 +35,14 @@ struct Counted<kVariable> {
             newest_barrier = std::get<0>(std::tuple(arguments...));
         if (silent) return R();
         if constexpr (is_same<kVariable, &epoxy_glDispatchCompute> ||
-                      is_same<kVariable, &epoxy_glDispatchComputeIndirect>)
+                      is_same<kVariable, &epoxy_glDispatchComputeIndirect>) {
             if (silent_dispatches) return;
+            // Its own dispatches, if there are any, are not seen.
+            if (const auto call_first = std::exchange(before_dispatch, nullptr)) {
+                call_first();
+                before_dispatch = call_first;
+            }
+        }
         if constexpr (is_same<kVariable, &epoxy_glTextureStorage2D>) {
             if (refuses_storage) return glEnable(0xffff);  // an error, as GL would leave one
         } else if constexpr (is_same<kVariable, &epoxy_glGetIntegerv>) {
@@ -51,7 +59,22 @@ struct Counted<kVariable> {
             Again() { *kVariable = original; }
             ~Again() { install(); }
         } again;
-        return original(arguments...);
+        if constexpr (is_same<kVariable, &epoxy_glTextureStorage2D>)
+            return fills_textures ? make_filled(arguments...) : original(arguments...);
+        else
+            return original(arguments...);
+    }
+    // Of glTextureStorage2D.
+    static void make_filled(A... arguments) {
+        original(arguments...);
+        const auto [texture, levels, format, width, height] = std::tuple(arguments...);
+        const bool one = format == GL_R32UI, whole = one || format == GL_RGBA32UI;
+        const GLuint ones[] = {~0u, ~0u, ~0u, ~0u};
+        glClearTexImage(texture, 0,
+                        one     ? GL_RED_INTEGER
+                        : whole ? GL_RGBA_INTEGER
+                                : GL_RGBA,
+                        whole ? GL_UNSIGNED_INT : GL_FLOAT, ones);
     }
     static void install() {
         if (*kVariable == call) return;
@@ -71,6 +94,7 @@ struct Counted<kVariable> {
     F(glBindTexture)                 \
     F(glBindTextureUnit)             \
     F(glClearNamedBufferSubData)     \
+    F(glClearTexImage)               \
     F(glClientWaitSync)              \
     F(glCompileShader)               \
     F(glCreateBuffers)               \
@@ -180,6 +204,16 @@ void silence_gl(bool on) {
 void silence_dispatches(bool on) {
     install();
     silent_dispatches = on;
+}
+
+void before_dispatches(std::function<void()> call) {
+    install();
+    before_dispatch = std::move(call);
+}
+
+void fill_new_textures(bool fill) {
+    install();
+    fills_textures = fill;
 }
 
 void refuse_texture_storage(bool refuse) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,6 +26,10 @@ class GlCalls {
 void silence_gl(bool silent);
 // Likewise of dispatches alone: everything but the pixels is as it would be.
 void silence_dispatches(bool silent);
+// Called before each dispatch; null: nothing.
+void before_dispatches(std::function<void()> call);
+// New textures hold bits that are all 1.
+void fill_new_textures(bool fill);
 // Makes the next calls of glTextureStorage2D fail as if memory had run out.
 void refuse_texture_storage(bool refuse);
 // Whether the context claims to report its loss, and whether it is lost.

@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <set>
 
+#include "shaders/shared/inverse_warp_gather_units.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 #include "tests/support/random.h"
@@ -189,6 +191,112 @@ TEST(Prepared, TheMessageNamesTheMember) {
     cut.flags |= PC_CAMERA_CUT;
     cut.motion = {};
     run(guest, own, cut);
+}
+
+// The textures of whole numbers that the current program reads.
+std::vector<GLuint> whole_textures() {
+    std::vector<GLuint> found;
+    for (GLuint unit = 0; unit < 16; ++unit) {
+        GLint name = 0, format = 0;
+        glGetIntegeri_v(GL_TEXTURE_BINDING_2D, unit, &name);
+        if (name != 0)
+            glGetTextureLevelParameteriv(GLuint(name), 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+        if (format == GL_RGBA32UI || format == GL_R32UI) found.push_back(GLuint(name));
+    }
+    return found;
+}
+
+int width_of(GLuint texture) {
+    GLint width = 0;
+    glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_WIDTH, &width);
+    return width;
+}
+
+int height_of(GLuint texture) {
+    GLint height = 0;
+    glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_HEIGHT, &height);
+    return height;
+}
+
+using Texels = std::vector<std::array<GLuint, 4>>;
+
+Texels texels_of(GLuint texture) {
+    glMemoryBarrier(GL_ALL_BARRIER_BITS);
+    Texels texels(size_t(width_of(texture)) * size_t(height_of(texture)));
+    glGetTextureImage(texture, 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
+                      GLsizei(texels.size() * sizeof(texels[0])), texels.data());
+    return texels;
+}
+
+bool is_unwritten(GLuint texture) {
+    const auto& last = texels_of(texture).back();
+    return last[0] == ~0u;
+}
+
+std::string current_program() {
+    GLint program = 0;
+    glGetIntegerv(GL_CURRENT_PROGRAM, &program);
+    char label[256] = {};
+    glGetObjectLabel(GL_PROGRAM, GLuint(program), sizeof(label), nullptr, label);
+    return label;
+}
+
+// A program is dispatched on textures that no step has written: it reads indices and counts there.
+TEST(Prepared, AResizeDuringAPreparationLeavesNoTextureUnwritten) {
+    make_host_context();
+    const auto guest = instance(0, PC_STATE_LEAVE);
+    const auto made = chain("joint_blur,fxaa");
+    const auto small = canonical_frame(96, 60), large = canonical_frame(200, 150);
+    int dispatches = 0;
+    std::set<std::string> unwritten;
+    fill_new_textures(true);
+    before_dispatches([&] {
+        ++dispatches;
+        for (const GLuint texture : whole_textures())
+            if (is_unwritten(texture)) unwritten.insert(current_program());
+    });
+    // One program a call: interrupted before the first one that reads what bright_edges wrote.
+    pc_result result = PC_PENDING;
+    while (result == PC_PENDING && dispatches < 4)
+        result = pc_prepare(guest.get(), made.get(), &small.frame, 0);
+    EXPECT_EQ(result, PC_PENDING);
+    while (result == PC_PENDING) result = pc_prepare(guest.get(), made.get(), &large.frame, 0);
+    before_dispatches(nullptr);
+    fill_new_textures(false);
+    EXPECT_EQ(result, PC_OK);
+    EXPECT_GT(dispatches, 4);
+    for (const std::string& program : unwritten) ADD_FAILURE() << program;
+    run(guest, made, large.frame);
+}
+
+// A count that only a damaged texture has is that of as many start surfaces as there is room for.
+TEST(Prepared, ACountOfStartSurfacesIsBounded) {
+    make_host_context();
+    const auto guest = instance(0, PC_STATE_LEAVE);
+    const auto made = chain("joint_blur");
+    set(made, 0, "starts", 1);
+    const auto host = canonical_frame(96, 60);
+    const ImageF expected = read(prepare_and_run(guest, made, host.frame), 96, 60);
+    int full = 0;
+    before_dispatches([&] {
+        if (current_program().find("inverse_warp/gather.comp") == std::string::npos) return;
+        GLint name = 0;
+        glGetIntegeri_v(GL_TEXTURE_BINDING_2D, GATHER_STARTS, &name);
+        const auto starts = GLuint(name);
+        const int width = width_of(starts), room = width / 6 - 1;
+        Texels texels = texels_of(starts);
+        for (size_t i = size_t(room); i < texels.size(); i += size_t(room) + 1) {
+            if (texels[i][1] != GLuint(room)) continue;
+            ++full;
+            texels[i][1] |= 0x80000000u;
+        }
+        glTextureSubImage2D(starts, 0, 0, 0, width, height_of(starts), GL_RGBA_INTEGER,
+                            GL_UNSIGNED_INT, texels.data());
+    });
+    const ImageF found = read(run(guest, made, host.frame), 96, 60);
+    before_dispatches(nullptr);
+    EXPECT_GT(full, 0);
+    expect_equal(found, expected);
 }
 
 }  // namespace

@@ -106,6 +106,24 @@ ProgramStore store_of(const Info& info) {
     return made;
 }
 
+// Copies times of a frame to a host that gives room for *count of them, and sets *count to their
+// number. `newest`: null = none yet. `Times` has a frame and intervals with name and milliseconds.
+template <class Times>
+Failure copy_times(const Times* newest, pc_time* times, uint32_t* count, uint64_t* frame_number) {
+    if (!count || (!times && *count > 0)) return {PC_ERROR_ARGUMENT, "times or count is NULL"};
+    if (!newest) return {PC_PENDING, ""};
+    const uint32_t room = *count;
+    *count = uint32_t(newest->intervals.size());
+    if (frame_number) *frame_number = newest->frame;
+    for (uint32_t i = 0; i < std::min(room, *count); ++i) {
+        const auto& interval = newest->intervals[i];
+        std::memset(times[i].name, 0, sizeof(times[i].name));
+        std::strncpy(times[i].name, interval.name.c_str(), sizeof(times[i].name) - 1);
+        times[i].milliseconds = float(interval.milliseconds);
+    }
+    return {};
+}
+
 // Copies a text to a host that gives room for *size bytes, and sets *size to those that it needs.
 inline Failure copy_text(const std::string& from, char* text, size_t* size) {
     if (!size) return {PC_ERROR_ARGUMENT, "size is NULL"};

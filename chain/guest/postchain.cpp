@@ -1,8 +1,5 @@
 #include "chain/guest/postchain.h"
 
-#include <algorithm>
-#include <cstring>
-
 #include "chain/guest/handles.h"
 #include "chain/guest/host_struct.h"
 #include "chain/guest/instance.h"
@@ -12,6 +9,7 @@ using postchain::concat;
 using postchain::guest::ChainVersion;
 using postchain::guest::change_struct;
 using postchain::guest::copy_text;
+using postchain::guest::copy_times;
 using postchain::guest::create;
 using postchain::guest::Failure;
 using postchain::guest::guarded;
@@ -149,20 +147,8 @@ pc_result pc_set_timing(pc_instance* instance, int level) {
 pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
                      uint64_t* frame_number) {
     return call(instance, [&]() -> Failure {
-        if (!count || (!times && *count > 0)) return {PC_ERROR_ARGUMENT, "times or count is NULL"};
         RETURN_IF_ERROR(instance->is->check_context());
-        const postchain::gl::Times* newest = instance->is->newest_times();
-        if (!newest) return {PC_PENDING, ""};
-        const uint32_t room = *count;
-        *count = uint32_t(newest->intervals.size());
-        if (frame_number) *frame_number = newest->frame;
-        for (uint32_t i = 0; i < std::min(room, *count); ++i) {
-            const auto& interval = newest->intervals[i];
-            std::memset(times[i].name, 0, sizeof(times[i].name));
-            std::strncpy(times[i].name, interval.name.c_str(), sizeof(times[i].name) - 1);
-            times[i].milliseconds = float(interval.milliseconds);
-        }
-        return {};
+        return copy_times(instance->is->newest_times(), times, count, frame_number);
     });
 }
 

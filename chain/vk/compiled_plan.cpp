@@ -74,7 +74,7 @@ CompiledPlan::CompiledPlan(Plan plan, const Objects& objects)
 CompiledPlan::~CompiledPlan() {
     release();
     const Device& device = objects_.device;
-    device.fn().DestroyDescriptorPool(device.handle(), sets_pool_, nullptr);
+    device.fn().DestroyDescriptorPool(device.handle(), sets_pool_, device.allocator());
 }
 
 void CompiledPlan::release() {
@@ -116,8 +116,8 @@ Status CompiledPlan::make_uniforms() {
         uniforms_,
         Buffer::make(objects_.device, bytes().size() * objects_.runs_in_flight,
                      VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-                     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT));
-    ASSIGN_OR_RETURN(mapped_, uniforms_.map());
+                     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                     "postchain uniform blocks"));
     return Status();
 }
 
@@ -138,9 +138,9 @@ Status CompiledPlan::make_sets() {
     info.maxSets = uint32_t(commands_.size()) * runs;
     info.poolSizeCount = uint32_t(sizes.size());
     info.pPoolSizes = sizes.data();
-    RETURN_IF_ERROR(
-        status_of(device.fn().CreateDescriptorPool(device.handle(), &info, nullptr, &sets_pool_),
-                  "vkCreateDescriptorPool"));
+    RETURN_IF_ERROR(status_of(
+        device.fn().CreateDescriptorPool(device.handle(), &info, device.allocator(), &sets_pool_),
+        "vkCreateDescriptorPool"));
     std::vector<VkDescriptorSetLayout> layouts;
     for (uint32_t run = 0; run < runs; ++run)
         for (const Command& command : commands_) layouts.push_back(command.program->set);
@@ -223,8 +223,9 @@ void CompiledPlan::write_sets(uint32_t slot, const HostViews& views) {
         if (commands_[i].imports) write_set(i, sets_[slot * commands_.size() + i], views);
 }
 
-// After the runs before, which are the same images' last users. Their contents are discarded.
-void CompiledPlan::begin(VkCommandBuffer commands) const {
+// After the runs before, which are the same images' last users. New images get the layout in which
+// they stay. Without `waits` the host has synchronized with the runs before.
+void CompiledPlan::begin(VkCommandBuffer commands, bool waits) const {
     const Functions& fn = objects_.device.fn();
     constexpr VkPipelineStageFlags kBefore = kCompute | kLaunch | kTransfer;
     const VkMemoryBarrier memory =
@@ -237,9 +238,10 @@ void CompiledPlan::begin(VkCommandBuffer commands) const {
         fn.CmdPipelineBarrier(commands, kBefore, kCompute | kTransfer, 0, 1, &memory, 0, nullptr,
                               count, images.data());
         count = 0;
+        waits = false;
     };
-    const auto discard = [&](const Image& image) {
-        if (image.storage.format == Format::work_list) return;
+    const auto make_general = [&](Image& image) {
+        if (!image.fresh || image.storage.format == Format::work_list) return;
         if (count == kAtOnce) send();
         auto& one = images[count++];
         one = info_of<VkImageMemoryBarrier>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER);
@@ -250,21 +252,23 @@ void CompiledPlan::begin(VkCommandBuffer commands) const {
         one.srcQueueFamilyIndex = one.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
         one.image = image.image;
         one.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
+        image.fresh = false;
     };
-    discard(objects_.unused);
-    for (const Image* image : images_) discard(*image);
-    send();
+    make_general(objects_.unused);
+    for (Image* image : images_) make_general(*image);
+    if (waits || count > 0) send();
+}
+
+// False if the plan has none.
+bool CompiledPlan::empty_lists(VkCommandBuffer commands) const {
     bool lists = false;
     for (const Image* image : images_) {
         if (image->storage.format != Format::work_list) continue;
-        fn.CmdFillBuffer(commands, image->list.handle(), 0, kWorkListHeaderBytes, 0);
+        objects_.device.fn().CmdFillBuffer(commands, image->list.handle(), 0, kWorkListHeaderBytes,
+                                           0);
         lists = true;
     }
-    if (!lists) return;
-    const VkMemoryBarrier filled =
-        barrier(VK_ACCESS_TRANSFER_WRITE_BIT, kShader | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
-    fn.CmdPipelineBarrier(commands, kTransfer, kCompute | kLaunch, 0, 1, &filled, 0, nullptr, 0,
-                          nullptr);
+    return lists;
 }
 
 void CompiledPlan::wait(VkCommandBuffer commands, uint32_t waits) const {
@@ -305,29 +309,91 @@ void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
     }
 }
 
-void CompiledPlan::record(VkCommandBuffer commands, uint64_t run, const HostViews& views) {
+void CompiledPlan::begin_run(uint64_t run, const HostViews& views) {
     if (commands_.empty()) return;
     if (share_imports(plan(), names_, storage_)) find_barriers();
     for (Image* image : images_) image->last_used = run;
     const auto slot = uint32_t(run % objects_.runs_in_flight);
     write_sets(slot, views);
     const size_t offset = slot * bytes().size();
-    if (mapped_) std::memcpy(mapped_ + offset, bytes().data(), bytes().size());
+    if (!bytes().empty()) std::memcpy(uniforms_.mapped() + offset, bytes().data(), bytes().size());
+    slot_ = slot;
+    offset_ = offset;
+}
+
+void CompiledPlan::record_begin(VkCommandBuffer commands) {
+    if (commands_.empty()) return;
+    begin(commands, false);
+    empty_lists(commands);
+}
+
+void CompiledPlan::record_step(VkCommandBuffer commands, size_t step) {
     const Functions& fn = objects_.device.fn();
-    begin(commands);
+    const Program& program = *commands_[step].program;
+    fn.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.pipeline);
+    const bool has_block =
+        std::any_of(program.units.begin(), program.units.end(),
+                    [](const Unit& unit) { return unit.kind == Kind::uniforms; });
+    const auto place = uint32_t(offset_ + block(step).offset);
+    fn.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.layout, 0, 1,
+                             &sets_[slot_ * commands_.size() + step], has_block ? 1 : 0, &place);
+    dispatch(commands, plan().steps[step], program);
+}
+
+void CompiledPlan::record(VkCommandBuffer commands, Clock& clock, bool by_step) {
+    if (commands_.empty()) return;
+    const Device& device = objects_.device;
+    const auto begin_lists = [&] {
+        if (!empty_lists(commands)) return;
+        const VkMemoryBarrier filled =
+            barrier(VK_ACCESS_TRANSFER_WRITE_BIT, kShader | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
+        device.fn().CmdPipelineBarrier(commands, kTransfer, kCompute | kLaunch, 0, 1, &filled, 0,
+                                       nullptr, 0, nullptr);
+    };
+    begin(commands, true);
+    begin_lists();
     for (size_t i = 0; i < commands_.size(); ++i) {
         const Command& command = commands_[i];
-        const Program& program = *command.program;
+        const Step& step = plan().steps[i];
         if (command.waits) wait(commands, command.waits);
-        fn.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.pipeline);
-        const bool has_block =
-            std::any_of(program.units.begin(), program.units.end(),
-                        [](const Unit& unit) { return unit.kind == Kind::uniforms; });
-        const auto place = uint32_t(offset + block(i).offset);
-        fn.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.layout, 0, 1,
-                                 &sets_[slot * commands_.size() + i], has_block ? 1 : 0, &place);
-        dispatch(commands, plan().steps[i], program);
+        if (device.has_labels()) device.begin_label(commands, plan().name_of(step));
+        record_step(commands, i);
+        if (device.has_labels()) device.end_label(commands);
+        if (by_step)
+            clock.mark(commands, step.pass, plan().name_of(step));
+        else if (i + 1 == commands_.size() || plan().steps[i + 1].pass != step.pass)
+            clock.mark(commands, step.pass, plan().passes[size_t(step.pass)].type);
     }
+}
+
+void CompiledPlan::find_uses(int index, std::vector<Use>& uses) const {
+    const auto add = [&](TextureId texture, VkPipelineStageFlags stages, VkAccessFlags access) {
+        const Image* image = image_of_[size_t(texture)];
+        const unsigned name = image ? 0 : names_[size_t(texture)];
+        const auto known = std::find_if(uses.begin(), uses.end(), [&](const Use& use) {
+            return use.image == image && use.name == name;
+        });
+        if (known == uses.end())
+            uses.push_back({image, name, texture, stages, access});
+        else
+            known->stages |= stages, known->access |= access;
+    };
+    if (index < 0) {
+        for (size_t t = 0; t < image_of_.size(); ++t)
+            if (image_of_[t] && image_of_[t]->storage.format == Format::work_list)
+                add(TextureId(t), kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT);
+        return;
+    }
+    const Step& step = plan().steps[size_t(index)];
+    for (const Binding& binding : step.bindings) {
+        VkAccessFlags access =
+            step.writes(binding) ? VK_ACCESS_SHADER_WRITE_BIT : VK_ACCESS_SHADER_READ_BIT;
+        if (binding.access == Access::list) access |= VK_ACCESS_SHADER_READ_BIT;
+        add(binding.texture, kCompute, access);
+    }
+    if (step.work_list >= 0)
+        add(step.work_list, kCompute | kLaunch,
+            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
 }
 
 }  // namespace postchain::vk

@@ -12,6 +12,7 @@
 #include "chain/base/status.h"
 #include "chain/plan/plan_values.h"
 #include "chain/plan/storage.h"
+#include "chain/vk/clock.h"
 #include "chain/vk/device.h"
 #include "chain/vk/image_pool.h"
 #include "chain/vk/programs.h"
@@ -32,7 +33,7 @@ struct Objects {
     ImagePool& pool;
     Programs& programs;
     uint32_t runs_in_flight;
-    const Image& unused;  // takes the place of units that the program has and the step does not
+    Image& unused;  // takes the place of units that the program has and the step does not
 };
 
 class CompiledPlan : public PlanValues {
@@ -57,8 +58,28 @@ class CompiledPlan : public PlanValues {
     // Its images are no longer counted as used by it; it does not run again.
     void release();
 
-    // Records every step.
-    void record(VkCommandBuffer commands, uint64_t run, const HostViews& views);
+    // A run begins: its blocks and descriptors are written. What is recorded until the next
+    // begin_run() is this run's.
+    void begin_run(uint64_t run, const HostViews& views);
+    size_t steps() const { return commands_.size(); }
+    // Records the whole run with its barriers. `clock`: its run has begun; `by_step`: an interval
+    // for each step, otherwise for each pass.
+    void record(VkCommandBuffer commands, Clock& clock, bool by_step);
+    // Records what comes before the first step, or a step, without barriers between them.
+    void record_begin(VkCommandBuffer commands);
+    void record_step(VkCommandBuffer commands, size_t step);
+
+    // What the begin (-1) and the steps read and write, for a host that sets the barriers.
+    struct Use {
+        const Image* image = nullptr;  // of the library; null: the host's
+        unsigned name = 0;             // of the host's: as in import()
+        TextureId texture = -1;
+        VkPipelineStageFlags stages = 0;
+        VkAccessFlags access = 0;
+    };
+    // Appends them, each image once.
+    void find_uses(int step, std::vector<Use>& uses) const;
+    bool waits(size_t step) const { return commands_[step].waits != 0; }
 
   private:
     struct Command {
@@ -75,7 +96,8 @@ class CompiledPlan : public PlanValues {
     // `index`: that of the step.
     void write_set(size_t index, VkDescriptorSet set, const HostViews& views) const;
     void write_sets(uint32_t slot, const HostViews& views);
-    void begin(VkCommandBuffer commands) const;
+    void begin(VkCommandBuffer commands, bool waits) const;
+    bool empty_lists(VkCommandBuffer commands) const;
     void wait(VkCommandBuffer commands, uint32_t waits) const;
     void dispatch(VkCommandBuffer commands, const Step& step, const Program& program) const;
 
@@ -86,7 +108,8 @@ class CompiledPlan : public PlanValues {
     std::vector<int> storage_;            // number of the storage of each of them
     std::vector<Command> commands_;
     Buffer uniforms_;  // bytes() of each run in flight
-    std::byte* mapped_ = nullptr;
+    uint32_t slot_ = 0;
+    size_t offset_ = 0;  // of the run's blocks in `uniforms_`
     VkDescriptorPool sets_pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;  // of each run in flight, of each step
     uint32_t barriers_ = 0;

@@ -109,6 +109,23 @@ Status Device::open(const Handles& handles) {
         !(families[handles.queue_family].queueFlags & VK_QUEUE_COMPUTE_BIT))
         return Status(StatusCode::usage, concat("queue_family: ", handles.queue_family,
                                                 " is no queue family with VK_QUEUE_COMPUTE_BIT"));
+    timestamp_bits_ = families[handles.queue_family].timestampValidBits;
+    memory_blocks_ = std::make_unique<Memory>(
+        BlockFunctions{[this](const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted,
+                              MemoryPart& made,
+                              uint32_t& type) { return allocate_block(needs, wanted, made, type); },
+                       [this](VkDeviceMemory memory) {
+                           fn_.FreeMemory(handles_.device, memory, allocator());
+                       }},
+        handles.memory);
+    if (!handles.labels) return Status();
+    // Null unless the host has enabled VK_EXT_debug_utils.
+    set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
+        of_instance("vkSetDebugUtilsObjectNameEXT"));
+    begin_label_ = reinterpret_cast<PFN_vkCmdBeginDebugUtilsLabelEXT>(
+        of_instance("vkCmdBeginDebugUtilsLabelEXT"));
+    end_label_ =
+        reinterpret_cast<PFN_vkCmdEndDebugUtilsLabelEXT>(of_instance("vkCmdEndDebugUtilsLabelEXT"));
     return Status();
 }
 
@@ -118,29 +135,58 @@ bool Device::supports(VkFormat format, VkFormatFeatureFlags features) const {
     return (found.optimalTilingFeatures & features) == features;
 }
 
-Result<VkDeviceMemory> Device::allocate(const VkMemoryRequirements& needs,
-                                        VkMemoryPropertyFlags properties) const {
+Status Device::allocate_block(const VkMemoryRequirements& needs, VkMemoryPropertyFlags properties,
+                              MemoryPart& made, uint32_t& type) const {
+    const VkMemoryPropertyFlags needed =
+        properties & ~VkMemoryPropertyFlags(VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
     // The first type that fits is the best, and there is one for every object.
-    for (const VkMemoryPropertyFlags wanted : {properties, VkMemoryPropertyFlags(0)}) {
-        for (uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
-            if (!(needs.memoryTypeBits >> i & 1) ||
-                (memory_.memoryTypes[i].propertyFlags & wanted) != wanted)
+    for (const VkMemoryPropertyFlags wanted : {properties, needed}) {
+        for (type = 0; type < memory_.memoryTypeCount; ++type) {
+            if (!(needs.memoryTypeBits >> type & 1) ||
+                (memory_.memoryTypes[type].propertyFlags & wanted) != wanted)
                 continue;
             auto info = info_of<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
-            info.allocationSize = needs.size;
-            info.memoryTypeIndex = i;
-            VkDeviceMemory memory = VK_NULL_HANDLE;
-            RETURN_IF_ERROR(status_of(fn_.AllocateMemory(handles_.device, &info, nullptr, &memory),
-                                      "vkAllocateMemory"));
-            return memory;
+            info.allocationSize = made.bytes = needs.size;
+            info.memoryTypeIndex = type;
+            RETURN_IF_ERROR(
+                status_of(fn_.AllocateMemory(handles_.device, &info, allocator(), &made.memory),
+                          "vkAllocateMemory"));
+            name(VK_OBJECT_TYPE_DEVICE_MEMORY, number_of(made.memory), "postchain block");
+            if (!(properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return Status();
+            void* mapped = nullptr;
+            const VkResult result =
+                fn_.MapMemory(handles_.device, made.memory, 0, VK_WHOLE_SIZE, 0, &mapped);
+            made.mapped = static_cast<std::byte*>(mapped);
+            if (result != VK_SUCCESS) fn_.FreeMemory(handles_.device, made.memory, allocator());
+            return status_of(result, "vkMapMemory");
         }
-        if (properties != VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) break;
     }
     return Status(StatusCode::gl, "the device has no memory of the type that a buffer needs");
 }
 
+void Device::name(VkObjectType type, uint64_t handle, const std::string& name) const {
+    if (!set_name_ || !handle) return;
+    auto info =
+        info_of<VkDebugUtilsObjectNameInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT);
+    info.objectType = type;
+    info.objectHandle = handle;
+    info.pObjectName = name.c_str();
+    set_name_(handles_.device, &info);
+}
+
+void Device::begin_label(VkCommandBuffer commands, const std::string& name) const {
+    if (!begin_label_) return;
+    auto info = info_of<VkDebugUtilsLabelEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT);
+    info.pLabelName = name.c_str();
+    begin_label_(commands, &info);
+}
+
+void Device::end_label(VkCommandBuffer commands) const {
+    if (end_label_) end_label_(commands);
+}
+
 Sampler::~Sampler() {
-    if (device_) device_->fn().DestroySampler(device_->handle(), sampler_, nullptr);
+    if (device_) device_->fn().DestroySampler(device_->handle(), sampler_, device_->allocator());
 }
 
 Status Sampler::make(const Device& device) {
@@ -148,25 +194,29 @@ Status Sampler::make(const Device& device) {
     auto info = info_of<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
     info.addressModeU = info.addressModeV = info.addressModeW =
         VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
-    return status_of(device.fn().CreateSampler(device.handle(), &info, nullptr, &sampler_),
-                     "vkCreateSampler");
+    return status_of(
+        device.fn().CreateSampler(device.handle(), &info, device.allocator(), &sampler_),
+        "vkCreateSampler");
 }
 
 Result<Buffer> Buffer::make(const Device& device, VkDeviceSize bytes, VkBufferUsageFlags usage,
-                            VkMemoryPropertyFlags properties) {
+                            VkMemoryPropertyFlags properties, const std::string& name) {
     Buffer made;
     made.device_ = &device;
     auto info = info_of<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
     info.size = bytes;
     info.usage = usage;
     const Functions& fn = device.fn();
-    RETURN_IF_ERROR(status_of(fn.CreateBuffer(device.handle(), &info, nullptr, &made.buffer_),
-                              "vkCreateBuffer"));
+    RETURN_IF_ERROR(
+        status_of(fn.CreateBuffer(device.handle(), &info, device.allocator(), &made.buffer_),
+                  "vkCreateBuffer"));
     VkMemoryRequirements needs = {};
     fn.GetBufferMemoryRequirements(device.handle(), made.buffer_, &needs);
-    ASSIGN_OR_RETURN(made.memory_, device.allocate(needs, properties));
-    RETURN_IF_ERROR(status_of(fn.BindBufferMemory(device.handle(), made.buffer_, made.memory_, 0),
+    ASSIGN_OR_RETURN(made.memory_, device.memory().allocate(needs, properties, Contents::buffers));
+    RETURN_IF_ERROR(status_of(fn.BindBufferMemory(device.handle(), made.buffer_,
+                                                  made.memory_.memory, made.memory_.offset),
                               "vkBindBufferMemory"));
+    device.name(VK_OBJECT_TYPE_BUFFER, number_of(made.buffer_), name);
     return made;
 }
 
@@ -183,16 +233,8 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
 
 Buffer::~Buffer() {
     if (!device_) return;
-    device_->fn().DestroyBuffer(device_->handle(), buffer_, nullptr);
-    device_->fn().FreeMemory(device_->handle(), memory_, nullptr);
-}
-
-Result<std::byte*> Buffer::map() {
-    void* mapped = nullptr;
-    RETURN_IF_ERROR(
-        status_of(device_->fn().MapMemory(device_->handle(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped),
-                  "vkMapMemory"));
-    return static_cast<std::byte*>(mapped);
+    device_->fn().DestroyBuffer(device_->handle(), buffer_, device_->allocator());
+    device_->memory().free(memory_);
 }
 
 }  // namespace postchain::vk

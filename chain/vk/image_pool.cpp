@@ -27,19 +27,23 @@ Status create(const Device& device, Image& made) {
     info.arrayLayers = slices;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT;
-    RETURN_IF_ERROR(
-        status_of(fn.CreateImage(device.handle(), &info, nullptr, &made.image), "vkCreateImage"));
+    RETURN_IF_ERROR(status_of(
+        fn.CreateImage(device.handle(), &info, device.allocator(), &made.image), "vkCreateImage"));
     VkMemoryRequirements needs = {};
     fn.GetImageMemoryRequirements(device.handle(), made.image, &needs);
-    ASSIGN_OR_RETURN(made.memory, device.allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT));
-    RETURN_IF_ERROR(status_of(fn.BindImageMemory(device.handle(), made.image, made.memory, 0),
-                              "vkBindImageMemory"));
+    ASSIGN_OR_RETURN(
+        made.memory,
+        device.memory().allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, Contents::images));
+    RETURN_IF_ERROR(status_of(
+        fn.BindImageMemory(device.handle(), made.image, made.memory.memory, made.memory.offset),
+        "vkBindImageMemory"));
+    device.name(VK_OBJECT_TYPE_IMAGE, number_of(made.image), "postchain " + storage.text());
     auto view = info_of<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
     view.image = made.image;
     view.viewType = storage.slices > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
     view.format = info.format;
     view.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, slices};
-    return status_of(fn.CreateImageView(device.handle(), &view, nullptr, &made.view),
+    return status_of(fn.CreateImageView(device.handle(), &view, device.allocator(), &made.view),
                      "vkCreateImageView");
 }
 
@@ -47,9 +51,9 @@ Status create(const Device& device, Image& made) {
 
 Image::~Image() {
     const Functions& fn = device.fn();
-    fn.DestroyImageView(device.handle(), view, nullptr);
-    fn.DestroyImage(device.handle(), image, nullptr);
-    fn.FreeMemory(device.handle(), memory, nullptr);
+    fn.DestroyImageView(device.handle(), view, device.allocator());
+    fn.DestroyImage(device.handle(), image, device.allocator());
+    device.memory().free(memory);
 }
 
 Result<std::unique_ptr<Image>> make_image(const Device& device, const Storage& storage) {
@@ -58,8 +62,8 @@ Result<std::unique_ptr<Image>> make_image(const Device& device, const Storage& s
     auto made = std::make_unique<Image>(device);
     made->storage = storage;
     if (storage.format == Format::work_list) {
-        auto buffer =
-            Buffer::make(device, storage.bytes(), kListUsage, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+        auto buffer = Buffer::make(device, storage.bytes(), kListUsage,
+                                   VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, "postchain work list");
         if (!buffer.ok()) return buffer.status().at(doing);
         made->list = std::move(*buffer);
         return made;
@@ -76,11 +80,19 @@ Result<std::unique_ptr<Image>> make_image(const Device& device, const Storage& s
 
 Result<std::vector<Image*>> ImagePool::acquire(const std::vector<Storage>& all, uint64_t run) {
     std::vector<Image*> taken;
-    for (const Storage& storage : all) {
-        const auto known = std::find_if(images_.begin(), images_.end(), [&](const auto& image) {
+    const auto find = [&](const Storage& storage) {
+        return std::find_if(images_.begin(), images_.end(), [&](const auto& image) {
             return image->storage == storage &&
                    std::find(taken.begin(), taken.end(), image.get()) == taken.end();
         });
+    };
+    VkDeviceSize missing = 0;  // drivers add some bytes to each image
+    for (const Storage& storage : all)
+        if (storage.format != Format::work_list && find(storage) == images_.end())
+            missing += storage.bytes() + storage.bytes() / 8 + 4096;
+    device_.memory().expect(missing);
+    for (const Storage& storage : all) {
+        const auto known = find(storage);
         if (known != images_.end()) {
             taken.push_back(known->get());
             continue;

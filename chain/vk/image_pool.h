@@ -42,7 +42,8 @@ struct Image {
     Storage storage;
     VkImage image = VK_NULL_HANDLE;
     VkImageView view = VK_NULL_HANDLE;
-    VkDeviceMemory memory = VK_NULL_HANDLE;
+    MemoryPart memory;
+    bool fresh = true;  // in no layout yet: the next run moves it to GENERAL, where it stays
     Buffer list;
     int plans = 0;  // that use it
     uint64_t last_used = 0;
@@ -57,6 +58,10 @@ class ImagePool {
     // For each of them an image of its own, with undefined content, counted as used by one plan
     // more. Errors: StatusCode::memory if the budget does not suffice, and those of make_image().
     Result<std::vector<Image*>> acquire(const std::vector<Storage>& all, uint64_t run);
+    // A recorded run was never submitted: what it moved to GENERAL is in no layout.
+    void forget_layouts() {
+        for (const auto& image : images_) image->fresh = true;
+    }
     // Retires the images that no plan uses and that were not used after that run.
     void trim(uint64_t last_used, uint64_t run, Retired& retired);
 

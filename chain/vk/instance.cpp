@@ -1,6 +1,8 @@
 #include "chain/vk/instance.h"
 
 #include <algorithm>
+#include <cstring>
+#include <iterator>
 
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_struct.h"
@@ -15,8 +17,27 @@ namespace {
 
 constexpr uint32_t kMaxRuns = 64;
 
-uint32_t runs_of(const pc_vk_create_info& info) {
-    return info.runs_in_flight ? info.runs_in_flight : 2;
+void set_name(char (&to)[48], const std::string& name) {
+    std::memset(to, 0, sizeof(to));
+    std::strncpy(to, name.c_str(), sizeof(to) - 1);
+}
+
+HostMemory memory_of(const pc_vk_create_info& info) {
+    if (!info.allocate_memory) return {};
+    return {[info](const VkMemoryRequirements& needs, VkMemoryPropertyFlags properties,
+                   MemoryPart& part) {
+                pc_vk_memory made = {};
+                const VkResult result = info.allocate_memory(info.user, &needs, properties, &made);
+                part.memory = made.memory;
+                part.offset = made.offset;
+                part.mapped = static_cast<std::byte*>(made.mapped);
+                part.owner = made.allocation;
+                return result;
+            },
+            [info](const MemoryPart& part) {
+                const pc_vk_memory given = {part.memory, part.offset, part.mapped, part.owner};
+                info.free_memory(info.user, &given);
+            }};
 }
 
 }  // namespace
@@ -36,9 +57,14 @@ Failure Instance::open() {
     if (info_.runs_in_flight > kMaxRuns)
         return {PC_ERROR_ARGUMENT,
                 concat("runs_in_flight: ", info_.runs_in_flight, " is more than ", kMaxRuns)};
+    if (!info_.allocate_memory != !info_.free_memory)
+        return {PC_ERROR_ARGUMENT, "allocate_memory, free_memory: give both or neither"};
     RETURN_IF_ERROR(
         device_.open({info_.get_instance_proc_addr, info_.instance, info_.physical_device,
-                      info_.device, info_.pipeline_cache, info_.queue_family}));
+                      info_.device, info_.pipeline_cache, info_.queue_family, info_.allocator,
+                      memory_of(info_), (info_.flags & PC_LABELS) != 0}));
+    if ((info_.flags & PC_LABELS) != 0 && !device_.has_labels())
+        log(PC_LOG_WARNING, "PC_LABELS has no effect: VK_EXT_debug_utils is not enabled");
     const uint32_t limit = device_.limits().maxImageDimension2D;
     if (info_.max_width == 0 || info_.max_height == 0 || info_.max_width > limit ||
         info_.max_height > limit)
@@ -46,8 +72,14 @@ Failure Instance::open() {
                 concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
                        "; give the largest frame, 1 to ", limit, " a side")};
     RETURN_IF_ERROR(sampler_.make(device_));
-    retired_.emplace(runs_of(info_));
-    programs_.emplace(device_, sampler_.handle(), guest::store_of(info_));
+    retired_.emplace(runs_in_flight());
+    clock_.emplace(device_, runs_in_flight());
+    ProgramSet set;
+    if (info_.programs) {
+        ASSIGN_OR_RETURN(set, ProgramSet::read({static_cast<const std::byte*>(info_.programs),
+                                                info_.programs_size}));
+    }
+    programs_.emplace(device_, sampler_.handle(), set, guest::store_of(info_));
     pool_.emplace(device_, info_.texture_budget);
     ASSIGN_OR_RETURN(unused_, make_image(device_, {Format::rgba32f, 1, 1, 0}));
     return {};
@@ -75,6 +107,7 @@ Failure Instance::check(const pc_vk_frame& given, HostImages& images) const {
 Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, bool wait) {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
+    open_ = nullptr;
     const HostFrame& frame = images.frame;
     const auto list = [&](const Plan& plan) {
         return host_programs(*chain.chain, frame, plan, plans_.device());
@@ -101,7 +134,7 @@ Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame
 }
 
 Result<std::unique_ptr<CompiledPlan>> Instance::compile(Plan plan, const MaxFrameSize& max_size) {
-    const Objects objects{device_, *pool_, *programs_, runs_of(info_), *unused_};
+    const Objects objects{device_, *pool_, *programs_, runs_in_flight(), *unused_};
     auto compiled = CompiledPlan::make(std::move(plan), objects, max_size, plans_.frames);
     if (!compiled.ok()) pool_->trim(plans_.frames, plans_.frames, *retired_);
     return compiled;
@@ -112,20 +145,127 @@ void Instance::retire(std::unique_ptr<CompiledPlan> plan) {
     retired_->add(plans_.frames, std::move(plan));
 }
 
+Failure Instance::begin_run(const ChainVersion& chain, HostImages& images, Plans::Entry*& entry) {
+    RETURN_IF_ERROR(find_or_make(chain, images.frame, entry));
+    open_ = nullptr;
+    ++plans_.frames;
+    retired_->begin(plans_.frames);
+    plans_.run(*entry, chain, images.frame);
+    import_frame(entry->host, images.frame, *entry->compiled);
+    entry->compiled->begin_run(plans_.frames, images.views);
+    return {};
+}
+
+void Instance::end_run() {
+    plans_.forget_unused();
+    if (last_kept() > 0) pool_->trim(last_kept(), plans_.frames, *retired_);
+}
+
 Failure Instance::run(const ChainVersion& chain, const pc_vk_frame& given,
                       VkCommandBuffer commands) {
     if (!commands) return {PC_ERROR_ARGUMENT, "command_buffer is NULL"};
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
     Plans::Entry* entry = nullptr;
-    RETURN_IF_ERROR(find_or_make(chain, images.frame, entry));
-    ++plans_.frames;
-    retired_->begin(plans_.frames);
-    plans_.run(*entry, chain, images.frame);
-    import_frame(entry->host, images.frame, *entry->compiled);
-    entry->compiled->record(commands, plans_.frames, images.views);
-    plans_.forget_unused();
-    if (last_kept() > 0) pool_->trim(last_kept(), plans_.frames, *retired_);
+    RETURN_IF_ERROR(begin_run(chain, images, entry));
+    CompiledPlan& plan = *entry->compiled;
+    const Status timed =
+        clock_->begin(commands, uint32_t(plans_.frames % runs_in_flight()),
+                      images.values.frame_number, plan.steps(), timing_ > 0 && plan.steps() > 0);
+    if (!timed.ok()) log(PC_LOG_WARNING, timed.message());
+    plan.record(commands, *clock_, timing_ > 1);
+    end_run();
+    return {};
+}
+
+// The step's uses go to uses_, with their resources.
+void Instance::list_uses(int step, const HostImages& images) {
+    static constexpr const char* kHost[] = {"host.color", "host.depth",    "host.motion",
+                                            "host.mask",  "host.exposure", "host.output"};
+    static_assert(std::size(kHost) == std::tuple_size_v<HostViews>);
+    found_.clear();
+    open_->find_uses(step, found_);
+    for (const CompiledPlan::Use& use : found_) {
+        pc_vk_resource resource = {};
+        if (use.image) {
+            resource.image = use.image->image;
+            resource.buffer = use.image->list.handle();
+            set_name(resource.name, open_->plan().textures[size_t(use.texture)].name);
+        } else {
+            resource.view = images.views[use.name - 1].view;
+            set_name(resource.name, kHost[use.name - 1]);
+        }
+        const auto known = std::ranges::find_if(resources_, [&](const pc_vk_resource& other) {
+            return other.image == resource.image && other.buffer == resource.buffer &&
+                   other.view == resource.view;
+        });
+        const auto index = uint32_t(known - resources_.begin());
+        if (known == resources_.end()) resources_.push_back(resource);
+        uses_.push_back({index, use.stages, use.access});
+    }
+}
+
+Failure Instance::begin(const ChainVersion& chain, const pc_vk_frame& given, pc_vk_steps& steps) {
+    HostImages images;
+    RETURN_IF_ERROR(check(given, images));
+    Plans::Entry* entry = nullptr;
+    RETURN_IF_ERROR(begin_run(chain, images, entry));
+    open_ = entry->compiled.get();
+    resources_.clear();
+    uses_.clear();
+    dispatches_.clear();
+    std::vector<size_t> first;
+    const auto add = [&](const std::string& name, int step, uint32_t level) {
+        pc_vk_dispatch made = {};
+        set_name(made.name, name);
+        made.level = level;
+        first.push_back(uses_.size());
+        list_uses(step, images);
+        made.use_count = uint32_t(uses_.size() - first.back());
+        dispatches_.push_back(made);
+    };
+    uint32_t level = 0;
+    if (open_->steps() > 0) add("begin", -1, level++);
+    for (size_t i = 0; i < open_->steps(); ++i) {
+        if (open_->waits(i)) ++level;
+        add(open_->plan().name_of(open_->plan().steps[i]), int(i), level);
+    }
+    for (size_t i = 0; i < dispatches_.size(); ++i) dispatches_[i].uses = uses_.data() + first[i];
+    steps.resource_count = uint32_t(resources_.size());
+    steps.dispatch_count = uint32_t(dispatches_.size());
+    steps.resources = resources_.data();
+    steps.dispatches = dispatches_.data();
+    end_run();
+    return {};
+}
+
+Failure Instance::record(uint32_t dispatch, VkCommandBuffer commands) {
+    if (!commands) return {PC_ERROR_ARGUMENT, "command_buffer is NULL"};
+    if (!open_)
+        return {PC_ERROR_ARGUMENT, "pc_vk_begin() was not the last call that began or prepared"};
+    if (dispatch >= dispatches_.size())
+        return {PC_ERROR_ARGUMENT, concat("dispatch: ", dispatch, " of ", dispatches_.size())};
+    device_.begin_label(commands, dispatches_[dispatch].name);
+    if (dispatch == 0)
+        open_->record_begin(commands);
+    else
+        open_->record_step(commands, dispatch - 1);
+    device_.end_label(commands);
+    return {};
+}
+
+void Instance::give_up() {
+    pool_->forget_layouts();
+    unused_->fresh = true;
+    clock_->forget_runs();
+}
+
+Failure Instance::set_timing(int level) {
+    if (level < 0 || level > 2)
+        return {PC_ERROR_ARGUMENT, concat("level: ", level, " is not 0, 1 or 2")};
+    if (level > 0 && device_.timestamp_bits() == 0)
+        return {PC_ERROR_GL, "queue_family has no timestamps (timestampValidBits is 0)"};
+    timing_ = level;
     return {};
 }
 

@@ -5,8 +5,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "chain/guest/plan_cache.h"
+#include "chain/vk/clock.h"
 #include "chain/vk/compiled_plan.h"
 #include "chain/vk/device.h"
 #include "chain/vk/format.h"
@@ -30,6 +32,14 @@ class Instance {
                        VkCommandBuffer commands);
     guest::Failure needs_of(const guest::ChainVersion& chain, const pc_vk_frame& given,
                             pc_frame_needs& out) const;
+    // A frame in two phases. The arrays of `steps` are this object's.
+    guest::Failure begin(const guest::ChainVersion& chain, const pc_vk_frame& given,
+                         pc_vk_steps& steps);
+    guest::Failure record(uint32_t dispatch, VkCommandBuffer commands);
+    // Runs that were recorded are never submitted.
+    void give_up();
+    guest::Failure set_timing(int level);
+    const Times* newest_times() const { return clock_->newest(); }
     void count(pc_counters& out) const { plans_.count(*programs_, *pool_, out); }
     std::string explain() const { return plans_.explain(find_format); }
     void log(int level, const std::string& message) const;
@@ -44,6 +54,12 @@ class Instance {
     explicit Instance(const pc_vk_create_info& info);
     guest::Failure open();
     guest::Failure check(const pc_vk_frame& given, HostImages& images) const;
+    // The plan of a frame whose run begins.
+    guest::Failure begin_run(const guest::ChainVersion& chain, HostImages& images,
+                             Plans::Entry*& entry);
+    void end_run();
+    void list_uses(int step, const HostImages& images);
+    uint32_t runs_in_flight() const { return info_.runs_in_flight ? info_.runs_in_flight : 2; }
     // The plan of the frame; PC_ERROR_PREPARE if a program is not compiled.
     guest::Failure find_or_make(const guest::ChainVersion& chain, const guest::HostFrame& frame,
                                 Plans::Entry*& entry);
@@ -71,6 +87,14 @@ class Instance {
     std::optional<ImagePool> pool_;
     std::optional<Programs> programs_;
     std::optional<Retired> retired_;
+    std::optional<Clock> clock_;
+    int timing_ = 0;
+    // Of the run that begin() began; null: none, or not the last one.
+    CompiledPlan* open_ = nullptr;
+    std::vector<pc_vk_resource> resources_;
+    std::vector<pc_vk_use> uses_;
+    std::vector<pc_vk_dispatch> dispatches_;
+    std::vector<CompiledPlan::Use> found_;
     Plans plans_{*this, kMaxPlans, "pc_vk_prepare()"};
     mutable std::string logged_;
 };

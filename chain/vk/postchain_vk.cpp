@@ -6,6 +6,7 @@
 
 using postchain::concat;
 using postchain::guest::change_struct;
+using postchain::guest::copy_times;
 using postchain::guest::create;
 using postchain::guest::Failure;
 using postchain::guest::guarded;
@@ -25,6 +26,8 @@ template <>
 inline constexpr size_t kMinSize<pc_vk_create_info> = offsetof(pc_vk_create_info, queue_family);
 template <>
 inline constexpr size_t kMinSize<pc_vk_frame> = offsetof(pc_vk_frame, depth);
+template <>
+inline constexpr size_t kMinSize<pc_vk_steps> = sizeof(pc_vk_steps);
 
 }  // namespace postchain::guest
 
@@ -71,9 +74,9 @@ pc_result pc_vk_create(const pc_vk_create_info* given, pc_vk_instance** instance
             return {PC_ERROR_VERSION,
                     concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
                            ": this library has ", PC_API_VERSION >> 16)};
-        if ((info->flags & ~uint32_t(PC_VALIDATE)) != 0)
+        if ((info->flags & ~uint32_t(PC_VALIDATE | PC_LABELS)) != 0)
             return {PC_ERROR_VERSION, concat("pc_vk_create_info.flags: ", info->flags,
-                                             " has a bit other than PC_VALIDATE")};
+                                             " has a bit other than PC_VALIDATE and PC_LABELS")};
         auto made = std::make_unique<pc_vk_instance>();
         RETURN_IF_ERROR(Instance::create(*info, made->is));
         Use::begin_life(made.get(), kKind);
@@ -101,6 +104,37 @@ pc_result pc_vk_run(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame
                     VkCommandBuffer command_buffer) {
     return call(instance, chain, frame, [&](Instance& is, const auto& of, const auto& whole) {
         return is.run(of, whole, command_buffer);
+    });
+}
+
+pc_result pc_vk_begin(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
+                      pc_vk_steps* steps) {
+    return call(instance, chain, frame, [&](Instance& is, const auto& of, const auto& whole) {
+        return change_struct(steps, "pc_vk_steps",
+                             [&](pc_vk_steps& out) { return is.begin(of, whole, out); });
+    });
+}
+
+pc_result pc_vk_record(pc_vk_instance* instance, uint32_t dispatch,
+                       VkCommandBuffer command_buffer) {
+    return call(instance, [&] { return instance->is->record(dispatch, command_buffer); });
+}
+
+pc_result pc_vk_give_up(pc_vk_instance* instance) {
+    return call(instance, [&] {
+        instance->is->give_up();
+        return Failure();
+    });
+}
+
+pc_result pc_vk_set_timing(pc_vk_instance* instance, int level) {
+    return call(instance, [&] { return instance->is->set_timing(level); });
+}
+
+pc_result pc_vk_timings(pc_vk_instance* instance, pc_time* times, uint32_t* count,
+                        uint64_t* frame_number) {
+    return call(instance, [&]() -> Failure {
+        return copy_times(instance->is->newest_times(), times, count, frame_number);
     });
 }
 

@@ -15,7 +15,8 @@
 
 /* Frames in flight: runs_in_flight is the number of pc_vk_run() calls whose command buffers may be
  * unfinished at once. Before it makes call number n, the host has waited until the command buffer
- * of call n - runs_in_flight has finished, or has given it up (it was never submitted). A host
+ * of call n - runs_in_flight has finished, or has given it up: it is never submitted, and
+ * pc_vk_give_up() was called. A host
  * with two frames in flight and one run a frame states 2 and waits, as always, for the fence of the
  * frame before the last; one with two runs a frame (two eyes) states 4. A call that fails counts as
  * none. A recorded run is submitted at most once, to queues of queue_family, in the order of the
@@ -30,8 +31,14 @@
  * written by VK_ACCESS_SHADER_WRITE_BIT in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT and is still in
  * GENERAL; the inputs were read in that stage. Layouts of the host's images do not change. */
 
-/* State: pc_vk_run() is called outside a render pass, and changes the compute pipeline, the
- * descriptor set 0 of the compute bind point, and the first 8 bytes of the push constants. */
+/* Memory: images and buffers are parts of a few blocks of vkAllocateMemory(), about one for each
+ * plan and 256 MiB, or of the host's own memory (allocate_memory). Images go from UNDEFINED to
+ * GENERAL once, in the first run after they are made, and stay there. */
+
+/* State: pc_vk_run() and pc_vk_record() are called outside a render pass, and changes the compute
+ * pipeline, the descriptor set 0 of the compute bind point (by vkCmdBindDescriptorSets();
+ * docs/vulkan.md says what a host with descriptor buffers does), and the first 8 bytes of the push
+ * constants. */
 #ifndef POSTCHAIN_POSTCHAIN_VK_H
 #define POSTCHAIN_POSTCHAIN_VK_H
 #include <postchain/postchain.h>
@@ -42,11 +49,20 @@ extern "C" {
 
 typedef struct pc_vk_instance pc_vk_instance; /* programs, images and plans of one device */
 
+typedef struct pc_vk_memory { /* a part of the host's memory */
+    VkDeviceMemory memory;
+    VkDeviceSize offset;
+    void* mapped;     /* its first byte, if it was asked for as HOST_VISIBLE; stays mapped */
+    void* allocation; /* the host's own; given back with the part */
+} pc_vk_memory;
+
 typedef struct pc_vk_create_info {
     uint32_t struct_size;
     uint32_t api_version;    /* PC_API_VERSION */
     pc_create_flags flags;   /* PC_VALIDATE: bounds, lens, singular matrices, an output over another
-                                plane than color. For all else use Vulkan's validation layers */
+                                plane than color; for all else use Vulkan's validation layers.
+                                PC_LABELS: names of steps and objects by VK_EXT_debug_utils, if the
+                                host's instance has it */
     uint32_t runs_in_flight; /* 1 to 64; 0 = 2 */
     void* user;              /* first argument of the callbacks */
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
@@ -65,6 +81,22 @@ typedef struct pc_vk_create_info {
      * of them goes into pipeline_cache. */
     size_t (*load_program)(void* user, const char* key, void* bytes, size_t room);
     void (*store_program)(void* user, const char* key, const void* bytes, size_t size);
+    /* A set of programs as SPIR-V, made by postchain-spirv of this version for the host's chains;
+     * stays valid until pc_vk_destroy(). Programs in it are not compiled. NULL = none. A library
+     * without a compiler (POSTCHAIN_VULKAN_COMPILER=OFF) has no others: PC_ERROR_GL names one that
+     * is missing. PC_ERROR_ARGUMENT: damaged, or of another version. */
+    const void* programs;
+    size_t programs_size;
+    const VkAllocationCallbacks* allocator; /* of all objects; outlives the instance; NULL = none */
+    /* The host's memory instead of the library's blocks; both or neither. allocate_memory() gives
+     * a part of a memory type of needs->memoryTypeBits, with `properties`, of which
+     * VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT alone is a wish. Images, of optimal tiling, are asked for
+     * with DEVICE_LOCAL; so are some buffers: a host that mixes both in one block keeps
+     * bufferImageGranularity. Another result than VK_SUCCESS is PC_ERROR_MEMORY or PC_ERROR_GL.
+     * Called within the calls of this library; free_memory() also within pc_vk_destroy(). */
+    VkResult (*allocate_memory)(void* user, const VkMemoryRequirements* needs,
+                                VkMemoryPropertyFlags properties, pc_vk_memory* part);
+    void (*free_memory)(void* user, const pc_vk_memory* part);
 } pc_vk_create_info;
 /* On failure *instance is NULL, and the text is in pc_error(). The host's handles outlive the
  * instance. */
@@ -108,6 +140,60 @@ PC_API pc_result pc_vk_prepare(pc_vk_instance*, pc_chain*, const pc_vk_frame*, i
 /* Records one frame. Compiles nothing, and allocates nothing for a frame like the last ones. After
  * a failure nothing is recorded, and output is not written: show your own color. */
 PC_API pc_result pc_vk_run(pc_vk_instance*, pc_chain*, const pc_vk_frame*, VkCommandBuffer);
+/* Command buffers of runs were recorded and are never submitted. Call it before the next run. */
+PC_API pc_result pc_vk_give_up(pc_vk_instance*);
+
+/* ------------------------------------------------------------------- a frame in two phases */
+/* For hosts that place barriers themselves, such as a render graph: pc_vk_begin() instead of
+ * pc_vk_run() lists the frame's dispatches with what each reads and writes, and pc_vk_record()
+ * records one of them, without a barrier. pc_vk_begin() counts as a run (frames in flight). The
+ * host
+ *   - records dispatch 0 first ("begin": it empties work lists, and brings new images to GENERAL),
+ *     and each other dispatch once, in the order of the list or in another one that keeps the order
+ *     of every two that use one resource, unless both only read it;
+ *   - records all of them before the next call that begins a run or prepares, into one or several
+ *     command buffers that are submitted in this order;
+ *   - makes each use of a resource wait, with its stages and accesses, for the uses before that
+ *     conflict with it, those of earlier runs too: a resource is one if its handle is.
+ * Dispatches of one level do not conflict. No layout changes: images of the library are in GENERAL,
+ * those of the host as pc_vk_frame says. */
+typedef struct pc_vk_resource {
+    char name[48];   /* "host.color", or the first texture of the plan in it: "motion_blur.tiles" */
+    VkImage image;   /* of the library, all of it; or VK_NULL_HANDLE */
+    VkBuffer buffer; /* likewise */
+    VkImageView view; /* of the host, likewise */
+} pc_vk_resource;
+typedef struct pc_vk_use {
+    uint32_t resource; /* index into pc_vk_steps.resources */
+    VkPipelineStageFlags stages;
+    VkAccessFlags access;
+} pc_vk_use;
+typedef struct pc_vk_dispatch {
+    char name[48]; /* "motion_blur.gather" */
+    uint32_t level;
+    uint32_t use_count;
+    const pc_vk_use* uses;
+} pc_vk_dispatch;
+typedef struct pc_vk_steps { /* valid until the next call that begins a run or prepares */
+    uint32_t struct_size;
+    uint32_t resource_count, dispatch_count, reserved; /* 0 dispatches: there is nothing to do */
+    const pc_vk_resource* resources;
+    const pc_vk_dispatch* dispatches;
+} pc_vk_steps;
+/* Errors: those of pc_vk_run(). */
+PC_API pc_result pc_vk_begin(pc_vk_instance*, pc_chain*, const pc_vk_frame*, pc_vk_steps*);
+/* `dispatch`: index into pc_vk_steps.dispatches of the last pc_vk_begin(). */
+PC_API pc_result pc_vk_record(pc_vk_instance*, uint32_t dispatch, VkCommandBuffer);
+
+/* ----------------------------------------------------------------------------- what it did */
+/* As pc_set_timing(), by timestamps in the command buffer, of pc_vk_run(). Steps of one level
+ * overlap, so an interval begins when the one before has ended. PC_ERROR_GL: the queue family has
+ * no timestamps. */
+PC_API pc_result pc_vk_set_timing(pc_vk_instance*, int level);
+/* As pc_timings(): of the newest run that is over, which is known from the run that takes its place
+ * among the runs in flight. */
+PC_API pc_result pc_vk_timings(pc_vk_instance*, pc_time* times, uint32_t* count,
+                               uint64_t* frame_number);
 /* As pc_query_frame(), of a frame of max_width x max_height. */
 PC_API pc_result pc_vk_query_frame(pc_vk_instance*, pc_chain*, const pc_vk_frame*, pc_frame_needs*);
 /* As pc_count(), where textures are images and buffers of blocks. */

@@ -4,6 +4,7 @@
 
 #include "chain/base/parameter.h"
 #include "chain/plan/program_source.h"
+#include "chain/vk/compiler.h"
 
 namespace postchain::vk {
 namespace {
@@ -29,15 +30,20 @@ Programs::~Programs() {
 }
 
 void Programs::destroy(const Program& program) const {
-    device_.fn().DestroyPipeline(device_.handle(), program.pipeline, nullptr);
-    device_.fn().DestroyPipelineLayout(device_.handle(), program.layout, nullptr);
-    device_.fn().DestroyDescriptorSetLayout(device_.handle(), program.set, nullptr);
+    device_.fn().DestroyPipeline(device_.handle(), program.pipeline, device_.allocator());
+    device_.fn().DestroyPipelineLayout(device_.handle(), program.layout, device_.allocator());
+    device_.fn().DestroyDescriptorSetLayout(device_.handle(), program.set, device_.allocator());
 }
 
 // An entry of the store: a hash of the words, and the words.
 Result<Spirv> Programs::spirv_of(const ProgramKey& key) {
     ASSIGN_OR_RETURN(const auto source, program_source(key));
-    const std::string name = hex_of(hash_text(concat("SPIR-V ", POSTCHAIN_VERSION, "\n", source)));
+    const uint64_t number = program_key(source);
+    if (auto words = set_.find(number)) {
+        ++loaded_;
+        return with_units(std::move(*words));
+    }
+    const std::string name = hex_of(number);
     if (store_.load) {
         const std::vector<std::byte> bytes = store_.load(name);
         uint64_t hash = 0;
@@ -77,8 +83,9 @@ Status Programs::make(const Spirv& spirv, Program& program) const {
         VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
     set.bindingCount = uint32_t(bindings.size());
     set.pBindings = bindings.data();
-    RETURN_IF_ERROR(status_of(fn.CreateDescriptorSetLayout(device, &set, nullptr, &program.set),
-                              "vkCreateDescriptorSetLayout"));
+    RETURN_IF_ERROR(
+        status_of(fn.CreateDescriptorSetLayout(device, &set, device_.allocator(), &program.set),
+                  "vkCreateDescriptorSetLayout"));
     auto layout =
         info_of<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
     layout.setLayoutCount = 1;
@@ -86,8 +93,9 @@ Status Programs::make(const Spirv& spirv, Program& program) const {
     const VkPushConstantRange pushed = {VK_SHADER_STAGE_COMPUTE_BIT, 0, kPushedBytes};
     layout.pushConstantRangeCount = 1;
     layout.pPushConstantRanges = &pushed;
-    RETURN_IF_ERROR(status_of(fn.CreatePipelineLayout(device, &layout, nullptr, &program.layout),
-                              "vkCreatePipelineLayout"));
+    RETURN_IF_ERROR(
+        status_of(fn.CreatePipelineLayout(device, &layout, device_.allocator(), &program.layout),
+                  "vkCreatePipelineLayout"));
     auto code = info_of<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
     code.codeSize = 4 * spirv.words.size();
     code.pCode = spirv.words.data();
@@ -97,11 +105,12 @@ Status Programs::make(const Spirv& spirv, Program& program) const {
     info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
     info.stage.pName = "main";
     info.layout = program.layout;
-    RETURN_IF_ERROR(status_of(fn.CreateShaderModule(device, &code, nullptr, &info.stage.module),
-                              "vkCreateShaderModule"));
-    const VkResult made =
-        fn.CreateComputePipelines(device, device_.cache(), 1, &info, nullptr, &program.pipeline);
-    fn.DestroyShaderModule(device, info.stage.module, nullptr);
+    RETURN_IF_ERROR(
+        status_of(fn.CreateShaderModule(device, &code, device_.allocator(), &info.stage.module),
+                  "vkCreateShaderModule"));
+    const VkResult made = fn.CreateComputePipelines(device, device_.cache(), 1, &info,
+                                                    device_.allocator(), &program.pipeline);
+    fn.DestroyShaderModule(device, info.stage.module, device_.allocator());
     return status_of(made, "vkCreateComputePipelines");
 }
 
@@ -116,6 +125,7 @@ Result<const Program*> Programs::get(const ProgramKey& key) {
         destroy(*program);
         return s.at(text);
     }
+    device_.name(VK_OBJECT_TYPE_PIPELINE, number_of(program->pipeline), text);
     return programs_.emplace(text, std::move(program)).first->second.get();
 }
 

@@ -11,6 +11,7 @@
 #include "chain/plan/plan.h"
 #include "chain/plan/program_source.h"
 #include "chain/vk/device.h"
+#include "chain/vk/program_set.h"
 #include "chain/vk/spirv.h"
 
 namespace postchain::vk {
@@ -28,9 +29,10 @@ struct Program {
 
 class Programs {
   public:
-    // `device` and the sampler of every texture outlive it. `store`: SPIR-V.
-    Programs(const Device& device, VkSampler sampler, ProgramStore store)
-        : device_(device), sampler_(sampler), store_(std::move(store)) {}
+    // `device` and the sampler of every texture outlive it. `set`, `store`: SPIR-V, looked for in
+    // this order.
+    Programs(const Device& device, VkSampler sampler, ProgramSet set, ProgramStore store)
+        : device_(device), sampler_(sampler), set_(set), store_(std::move(store)) {}
     ~Programs();
     Programs(const Programs&) = delete;
     Programs& operator=(const Programs&) = delete;
@@ -38,7 +40,7 @@ class Programs {
     Result<const Program*> get(const ProgramKey& key);
     bool has(const ProgramKey& key) const { return programs_.contains(key.text()); }
     size_t compiled() const { return programs_.size(); }
-    size_t loaded() const { return loaded_; }  // from the store
+    size_t loaded() const { return loaded_; }  // from the set or the store
 
   private:
     Result<Spirv> spirv_of(const ProgramKey& key);
@@ -47,6 +49,7 @@ class Programs {
 
     const Device& device_;
     const VkSampler sampler_;
+    const ProgramSet set_;
     const ProgramStore store_;
     std::map<std::string, std::unique_ptr<Program>> programs_;
     size_t loaded_ = 0;

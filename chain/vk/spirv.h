@@ -1,9 +1,8 @@
-// SPIR-V of the compute programs, compiled from the sources that GL has (glslang), and the units
-// that each uses.
+// SPIR-V of the compute programs, compiled from the sources that GL has (chain/vk/compiler.h), and
+// the units that each uses.
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "chain/base/status.h"
@@ -30,9 +29,6 @@ struct Spirv {
     std::vector<uint32_t> words;  // bindings as in binding_of()
     std::vector<Unit> units;      // that the program uses
 };
-
-// `name`: for messages. StatusCode::gl with the compiler's log.
-Result<std::vector<uint32_t>> compile(const std::string& source, const std::string& name);
 
 // Rewrites the bindings of a module. StatusCode::internal: it is none, or has too many units.
 Result<Spirv> with_units(std::vector<uint32_t> words);

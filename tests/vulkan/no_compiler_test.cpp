@@ -1,0 +1,82 @@
+// The library without glslang: programs of a set that postchain-spirv wrote, and no others.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "tests/support/temp_folder.h"
+#include "tests/vulkan/frames.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 40, kHeight = 24;
+
+std::string programs_of(const std::string& words) {
+    const TempFolder folder;
+    const std::string file = folder.path("programs");
+    EXPECT_EQ(std::system((std::string(SPIRV_PROGRAM) + " " + words + " 2>" + folder.path("log") +
+                           " >" + file)
+                              .c_str()),
+              0);
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+pc_vk_create_info info_with(const std::string& programs) {
+    pc_vk_create_info info = vk_info(kWidth, kHeight);
+    info.load_program = nullptr;
+    info.store_program = nullptr;
+    info.programs = programs.data();
+    info.programs_size = programs.size();
+    return info;
+}
+
+TEST(NoCompiler, ProgramsOfTheSetAreEnough) {
+    const std::string programs = programs_of("--mask motion_blur,fxaa tier:fast");
+    const auto vulkan = vk_instance(info_with(programs));
+    const auto canonical = canonical_frame(kWidth, kHeight);
+    for (const char* name : {"motion_blur,fxaa", "tier:fast"}) {
+        const auto made = chain(name);
+        for (const uint32_t flags : {0u, uint32_t(PC_HALF_PLANES)}) {
+            VkFrame frame(canonical.test.planes, canonical.frame);
+            frame.frame.flags |= flags;
+            HostImage mask(VK_FORMAT_R8G8B8A8_UNORM, kWidth, kHeight);
+            mask.write(ImageF(kWidth, kHeight, 4, 0));
+            EXPECT_FALSE(equal_bits(filtered(vulkan, made, frame), frame.color.read())) << name;
+            frame.vk.mask = mask;
+            EXPECT_FALSE(equal_bits(filtered(vulkan, made, frame), frame.color.read())) << name;
+        }
+    }
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
+    EXPECT_GT(counters.programs, 10u);
+    EXPECT_EQ(counters.programs_loaded, counters.programs);
+    // A chain that was not named.
+    const auto other = chain("depth_of_field");
+    VkFrame frame(canonical.test.planes, canonical.frame);
+    expect_error(pc_vk_prepare(vulkan.get(), other.get(), &frame.vk, 1), PC_ERROR_GL,
+                 "is not among pc_vk_create_info.programs, and this library has no compiler");
+}
+
+TEST(NoCompiler, DamagedSetsAreRefused) {
+    const std::string good = programs_of("fxaa");
+    const auto expect_refused = [](const std::string& bytes, const char* text) {
+        const pc_vk_create_info info = info_with(bytes);
+        pc_vk_instance* made = nullptr;
+        EXPECT_EQ(pc_vk_create(&info, &made), PC_ERROR_ARGUMENT);
+        EXPECT_THAT(pc_error(), HasSubstr(text));
+    };
+    expect_refused("no programs", "programs: not a set of programs");
+    expect_refused(good.substr(0, good.size() - 4), "programs: cut off");
+    std::string other = good;
+    other[8] = '9';
+    expect_refused(other, "programs: of version 9.");
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,126 @@
+// postchain-spirv: writes the programs of chains as SPIR-V to the standard output, for
+// pc_vk_create_info.programs (docs/vulkan.md).
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chain/guest/chain_handle.h"
+#include "chain/guest/frame_check.h"
+#include "chain/guest/host_plan.h"
+#include "chain/guest/presets.h"
+#include "chain/plan/program_source.h"
+#include "chain/vk/compiler.h"
+#include "chain/vk/format.h"
+#include "chain/vk/program_set.h"
+
+namespace {
+
+using namespace postchain;
+
+constexpr const char* kUsage =
+    R"(postchain-spirv [OPTIONS] [CHAIN...] >FILE
+
+Writes the programs of the chains as SPIR-V, for pc_vk_create_info.programs.
+CHAIN: as for pc_chain_create(): tier:NAME or a list of passes; default: every tier.
+Programs of frames with and without PC_HALF_PLANES are written; options add:
+  --mask             frames with a mask
+  --exposure         frames with an exposure
+  --half-resolution  frames with PC_HALF_RESOLUTION
+)";
+
+using Programs = std::map<uint64_t, std::vector<uint32_t>>;
+
+// What frames may have, besides what all have.
+struct Kind {
+    uint32_t flags = 0;
+    bool mask = false, exposure = false;
+};
+
+Status add(const Chain& chain, const Kind& kind, Programs& programs) {
+    pc_frame values = {};
+    values.struct_size = sizeof(values);
+    values.flags = PC_TOP_LEFT | kind.flags;
+    values.near_clip = 0.1f;
+    values.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
+    values.focal_length_mm = 50;
+    values.sensor_width_mm = 36;
+    values.f_stop = 2;
+    values.focus_distance = 4;
+    constexpr int kWidth = 1920, kHeight = 1080;
+    values.color = {1, VK_FORMAT_R16G16B16A16_SFLOAT, kWidth, kHeight, 0, 0};
+    values.depth = {2, VK_FORMAT_D32_SFLOAT, kWidth, kHeight, 0, 0};
+    values.motion = {3, VK_FORMAT_R16G16_SFLOAT, kWidth, kHeight, 0, 0};
+    if (kind.mask) values.mask = {4, VK_FORMAT_R8_UNORM, kWidth, kHeight, 0, 0};
+    if (kind.exposure) values.exposure = {5, VK_FORMAT_R32_SFLOAT, 1, 1, 0, 0};
+    values.output = {6, VK_FORMAT_R16G16B16A16_SFLOAT, kWidth, kHeight, 0, 0};
+    guest::HostFrame frame;
+    if (const auto failure = guest::check_frame(&values, frame, vk::find_format); !failure.ok())
+        return Status(StatusCode::internal, failure.text);
+    ASSIGN_OR_RETURN(const auto host, guest::make_host_plan(chain, frame));
+    for (const ProgramKey& key : guest::host_programs(chain, frame, host.plan)) {
+        ASSIGN_OR_RETURN(const auto source, program_source(key));
+        auto& words = programs[vk::program_key(source)];
+        if (!words.empty()) continue;
+        ASSIGN_OR_RETURN(words, vk::compile(source, key.text()));
+    }
+    return Status();
+}
+
+std::vector<Kind> kinds_of(bool mask, bool exposure, bool half_resolution) {
+    std::vector<Kind> kinds;
+    for (const uint32_t planes : {0u, uint32_t(PC_HALF_PLANES)})
+        for (int m = 0; m <= int(mask); ++m)
+            for (int e = 0; e <= int(exposure); ++e)
+                for (int h = 0; h <= int(half_resolution); ++h)
+                    kinds.push_back(
+                        {planes | (h ? uint32_t(PC_HALF_RESOLUTION) : 0), m != 0, e != 0});
+    return kinds;
+}
+
+int fail(const std::string& text, int code) {
+    std::fprintf(stderr, "postchain-spirv: %s\n", text.c_str());
+    return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    bool mask = false, exposure = false, half_resolution = false;
+    std::vector<std::string> names;
+    for (int i = 1; i < argc; ++i) {
+        const std::string_view word = argv[i];
+        if (word == "--help" || word == "-h") return std::fputs(kUsage, stdout), 0;
+        if (word == "--mask")
+            mask = true;
+        else if (word == "--exposure")
+            exposure = true;
+        else if (word == "--half-resolution")
+            half_resolution = true;
+        else if (word.starts_with("-"))
+            return fail(concat("unknown option ", word, "; --help lists them"), 2);
+        else
+            names.emplace_back(word);
+    }
+    constexpr std::string_view kTier = "tier:";
+    if (names.empty())
+        for (const guest::Tier& tier : guest::tiers()) names.push_back(concat(kTier, tier.name));
+    Programs programs;
+    for (const std::string& name : names) {
+        const auto chain = name.starts_with(kTier)
+                               ? guest::make_tier(name.substr(kTier.size()), guest::passes())
+                               : guest::ChainHandle::parse(name);
+        if (!chain.ok()) return fail(chain.status().message(), 2);
+        // As pc_chain_create() does: passes without a matte have the mask.
+        const guest::ChainHandle handle(chain->clone());
+        for (const Kind& kind : kinds_of(mask, exposure, half_resolution))
+            if (const Status s = add(*handle.version().chain, kind, programs); !s.ok())
+                return fail(concat(name, ": ", s.message()), 1);
+    }
+    const std::vector<std::byte> bytes = vk::ProgramSet::write(programs);
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() ||
+        std::fflush(stdout) != 0)
+        return fail("the standard output cannot be written", 5);
+    std::fprintf(stderr, "%zu programs, %zu bytes\n", programs.size(), bytes.size());
+    return 0;
+}

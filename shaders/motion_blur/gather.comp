@@ -110,17 +110,16 @@ void keep(ivec2 p, vec4 color_p) {
 // The pixel's own direction w_c: between that of v_c and, where v_c is short, one that v_max gives.
 struct OwnDirection {
     vec2 w_c;
-    vec2 w_still;        // where v_c is 0
-    float share;         // of v_c
-    bool on_both_sides;  // v_c is on neither side of v_max: samples of w_still and -w_still
+    vec2 w_other;        // on the other side of v_max
+    bool on_both_sides;  // v_c is on neither side of v_max: samples of w_c and w_other
 };
 
 OwnDirection own_direction(vec2 v_c, float v_c_squared, float inverse_c, vec2 v_max, vec2 w_max) {
-    OwnDirection own;
+    // Where v_c is 0.
 #if DOMINANT
-    own.w_still = w_max;
+    vec2 w_still = w_max;
 #else
-    own.w_still = vec2(-w_max.y, w_max.x);
+    vec2 w_still = vec2(-w_max.y, w_max.x);
 #endif
     // w_p . v_c >= 0, by the unscaled vectors: exactly 0 if v_c is v_max.
 #if DOMINANT
@@ -128,12 +127,13 @@ OwnDirection own_direction(vec2 v_c, float v_c_squared, float inverse_c, vec2 v_
 #else
     precise const float side = v_max.x * v_c.y - v_max.y * v_c.x;
 #endif
-    if (side < 0.0) own.w_still = -own.w_still;
+    if (side < 0.0) w_still = -w_still;
     precise const float share =
         clamp((v_c_squared * inverse_c - kMinLengthPx) / uniforms.variance_threshold_px, 0.0, 1.0);
-    own.share = share;
-    own.w_c = precise_normalize(precise_mix(own.w_still, v_c * inverse_c, own.share));
-    own.on_both_sides = side == 0.0 && own.share > 0.0 && own.share < 1.0;
+    OwnDirection own;
+    own.w_c = precise_normalize(precise_mix(w_still, v_c * inverse_c, share));
+    own.w_other = precise_normalize(precise_mix(-w_still, v_c * inverse_c, share));
+    own.on_both_sides = side == 0.0 && share > 0.0 && share < 1.0;
     return own;
 }
 #endif
@@ -164,12 +164,10 @@ vec2 speed_of(ivec2 s, vec2 d, vec2 v_c, float per_motion) {
 float shown_behind(float q_p, float q_s) {
     const float far = min(q_p, q_s);
     const float near = max(q_p, q_s);
-    precise const float shown =
-        near > far
-            ? (far > 0.0 ? clamp(1.0 - uniforms.depth_softness * (near - far) / far, 0.0, 1.0)
-                         : 0.0)
-            : 1.0;
-    return shown;
+    // Computed for all, so that no branch is needed.
+    precise const float behind =
+        clamp(1.0 - uniforms.depth_softness * (near - far) / far, 0.0, 1.0);
+    return near > far ? (far > 0.0 ? behind : 0.0) : 1.0;
 }
 #endif
 
@@ -250,12 +248,11 @@ void main() {
         const float w_a = follows_own ? 1.0 : aligned;
 #endif
         ivec2 s = p + ivec2(floor(along * d + 0.5));
-        const ivec2 nearest_inside = clamp(s, ivec2(0), uniforms.size - 1);
 #if CLAMP
-        s = nearest_inside;
+        s = clamp(s, ivec2(0), uniforms.size - 1);
         const bool counts = true;
 #else
-        const bool counts = s == nearest_inside;
+        const bool counts = all(lessThan(uvec2(s), uvec2(uniforms.size)));
 #endif
         const vec2 speed = speed_of(s, d, v_c, per_motion);
         const float inverse_rho_s = speed.x;
@@ -290,7 +287,7 @@ void main() {
         if (own.on_both_sides && i == count) {
             own.on_both_sides = false;
             i = 0;
-            own.w_c = precise_normalize(precise_mix(-own.w_still, v_c * inverse_c, own.share));
+            own.w_c = own.w_other;
         }
 #endif
     } while (i < count);

@@ -11,6 +11,11 @@ const float kMaxMotion = 1e15;  // px per frame, of a component: the square must
 
 // A motion as the filter reads it: shortened along its direction, and 0 if it is not finite.
 vec2 motion_of(vec2 texel) {
+#ifndef SOFTWARE_RENDERER
+    // Nearly all: the lanes of a GPU skip the rest together.
+    const uvec2 size = floatBitsToUint(texel) & 0x7fffffffu;
+    if (max(size.x, size.y) <= floatBitsToUint(kMaxMotion)) return texel;
+#endif
     const float longest = max(abs(texel.x), abs(texel.y));
     const vec2 motion = longest > kMaxMotion ? texel * (kMaxMotion / longest) : texel;
     return is_finite(texel.x) && is_finite(texel.y) ? motion : vec2(0.0);

@@ -352,6 +352,28 @@ class Pages(Attacked):
             server.stop()
 
 
+class Resets(Attacked):
+    """A client knows events that the store does not: an older copy was put back."""
+
+    def test_after_an_event_that_is_lost(self):
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        listener = Events(self.server, last=4711)
+        number, event = listener.next()
+        self.assertEqual((event["type"], event["data"]), ("reset", {}))
+        self.assertLess(number, 2)
+        self.server.ask("DELETE", f"/v1/jobs/{job}")
+        while event["type"] != "canceled":
+            number, event = listener.next()
+        self.assertEqual(number, 2)
+        listener.close()
+        # A job begins again, and a client that has all of it ends.
+        again = Events(self.server, f"/v1/jobs/{job}/events", last=4711)
+        self.assertEqual([(number, event["type"]) for number, event in again.rest()],
+                         [(0, "reset"), (1, "queued"), (2, "canceled")])
+        again.close()
+        self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}/events?after=2")[0], 204)
+
+
 class FewDescriptors(Attacked):
     """accept() fails for a while: the clients that are connected go on, the others come later."""
     command = ["sh", "-c", 'ulimit -n 48 && exec "$0"', PROGRAM]

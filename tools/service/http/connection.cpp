@@ -9,6 +9,7 @@
 #include <boost/beast/http/read.hpp>
 #include <cerrno>
 
+#include "tools/service/http/job_json.h"
 #include "tools/service/http/problem.h"
 
 namespace postchain::service {
@@ -312,7 +313,11 @@ void Connection::listen(const EventsWanted& wanted) {
     spoke_ = Clock::now();
     shared_.traffic.listeners.Increment();
     watch_listener();
-    send_events();
+    if (!wanted.reset) return send_events();
+    EventBatch reset;
+    reset.texts = {std::make_shared<const std::string>(reset_text(sent_))};
+    reset.last = sent_;
+    send_batch(std::move(reset));
 }
 
 // Detects that the client has left. A listener that sends anything is disconnected.

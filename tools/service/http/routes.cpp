@@ -121,6 +121,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .summary = "Submits a job",
                       .handle = replies([&](const Call& call) { return submit(service, call); }),
                       .body = "JobRequest",
+                      .audited = true,
                       .status = 202,
                       .refusals = {403, 409, 422},
                       .schema = "Job",
@@ -154,6 +155,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                               200, service.change(call.user, call.values[0], call.request.body));
                       }),
                       .body = "JobChange",
+                      .audited = true,
                       .refusals = {403, 409, 422},
                       .schema = "Job"});
     routes.push_back({.method = "DELETE",
@@ -161,6 +163,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "cancelJob",
                       .summary = "Cancels a job",
                       .handle = job(&Service::cancel),
+                      .audited = true,
                       .refusals = {403, 409},
                       .schema = "Job"});
     routes.push_back({.method = "POST",
@@ -168,6 +171,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "retryJob",
                       .summary = "Runs the unfinished frames of a failed or canceled job",
                       .handle = job(&Service::retry),
+                      .audited = true,
                       .refusals = {403, 409},
                       .schema = "Job",
                       .reads_files = true});
@@ -176,6 +180,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "forgetJob",
                       .summary = "Removes an ended job from the store; its outputs stay",
                       .handle = job(&Service::forget),
+                      .audited = true,
                       .refusals = {403, 409},
                       .schema = "Job"});
 }
@@ -556,7 +561,8 @@ void add_session(std::vector<Route>& routes, const Guard& guard, const std::stri
         return replies([&guard, begins](const Call& call) {
             Reply reply;
             reply.status = 204;
-            const std::string value = begins ? call.user.session : "";
+            const std::string value = begins ? guard.begin_session(call.request) : "";
+            if (!begins) guard.end_session(call.request);
             if (!begins || !value.empty())
                 reply.headers.emplace_back("Set-Cookie", guard.cookie(call.request, value));
             return reply;
@@ -567,12 +573,14 @@ void add_session(std::vector<Route>& routes, const Guard& guard, const std::stri
                       .operation = "beginSession",
                       .summary = "Sets a session cookie for a page that sends the token",
                       .handle = cookie(true),
+                      .audited = true,
                       .status = 204});
     routes.push_back({.method = "DELETE",
                       .path = "/v1/session",
                       .operation = "endSession",
-                      .summary = "Removes the session cookie",
+                      .summary = "Ends the session, and removes its cookie",
                       .handle = cookie(false),
+                      .audited = true,
                       .status = 204});
 }
 

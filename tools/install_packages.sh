@@ -11,7 +11,7 @@ packages=(
     libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools libpng-dev zlib1g-dev
     libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
-    libsqlite3-dev prometheus-cpp-dev libboost-dev curl
+    libsqlite3-dev libsodium-dev prometheus-cpp-dev libboost-dev curl
     libglfw3-dev libimgui-dev libfontconfig-dev
 )
 case ${1:-} in

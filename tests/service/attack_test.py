@@ -352,6 +352,54 @@ class Pages(Attacked):
             server.stop()
 
 
+class RequestIds(Attacked):
+    def test_in_reply_and_error(self):
+        found = set()
+        for target, status in [("/v1/jobs", 200), ("/nowhere", 404), ("/v1/jobs/none", 404),
+                               ("/healthz", 200), ("/v1/jobs?limit=0", 400)]:
+            got, headers, body = self.server.ask("GET", target)
+            self.assertEqual(got, status)
+            found.add(headers["x-request-id"])
+            if status >= 400:
+                self.assertEqual(json.loads(body)["request_id"], headers["x-request-id"])
+        self.assertEqual(len(found), 5)
+
+    def test_of_a_client_is_not_believed(self):
+        given = {"X-Request-Id": "mine"}
+        self.assertNotEqual(self.server.ask("GET", "/healthz", None, given)[1]["x-request-id"], "mine")
+
+
+class RequestIdsOfProxies(Attacked):
+    settings = ["trust_own=1"]
+
+    def test_of_a_proxy(self):
+        for given, taken in [("abc-1", True), ("a b", False), ("x" * 65, False), ("<a>", False)]:
+            headers = self.server.ask("GET", "/healthz", None, {"X-Request-Id": given})[1]
+            self.assertEqual(headers["x-request-id"] == given, taken, given)
+
+
+class Resets(Attacked):
+    """A client knows events that the store does not: an older copy was put back."""
+
+    def test_after_an_event_that_is_lost(self):
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        listener = Events(self.server, last=4711)
+        number, event = listener.next()
+        self.assertEqual((event["type"], event["data"]), ("reset", {}))
+        self.assertLess(number, 2)
+        self.server.ask("DELETE", f"/v1/jobs/{job}")
+        while event["type"] != "canceled":
+            number, event = listener.next()
+        self.assertEqual(number, 2)
+        listener.close()
+        # A job begins again, and a client that has all of it ends.
+        again = Events(self.server, f"/v1/jobs/{job}/events", last=4711)
+        self.assertEqual([(number, event["type"]) for number, event in again.rest()],
+                         [(0, "reset"), (1, "queued"), (2, "canceled")])
+        again.close()
+        self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}/events?after=2")[0], 204)
+
+
 class FewDescriptors(Attacked):
     """accept() fails for a while: the clients that are connected go on, the others come later."""
     command = ["sh", "-c", 'ulimit -n 48 && exec "$0"', PROGRAM]
@@ -407,6 +455,37 @@ class Token(Attacked):
         # A cookie does not make up for a wrong token.
         self.assertEqual(self.server.ask("GET", "/v1/jobs", None,
                                          cookie | {"Authorization": "Bearer x"})[0], 401)
+
+    def test_sessions_end_one_by_one(self):
+        def begin():
+            headers = self.server.ask("POST", "/v1/session", None, KNOWN)[1]
+            return {"Cookie": headers["set-cookie"].split(";")[0]}
+        one, other = begin(), begin()
+        self.assertNotEqual(one, other)
+        self.assertEqual(self.server.ask("DELETE", "/v1/session", None, one)[0], 204)
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None, one)[0], 401)
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None, other)[0], 200)
+
+    def test_changes_and_failed_log_ins_are_logged(self):
+        def audited():
+            return [json.JSONDecoder().raw_decode(line)[0] for line in self.server.stderr]
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {}, KNOWN)[2])["id"]
+        replies = [self.server.ask(method, f"/v1/jobs/{job}{more}", None, KNOWN)
+                   for method, more in [("DELETE", ""), ("DELETE", ""), ("POST", "/retry"),
+                                        ("DELETE", "/record"), ("GET", "")]]
+        wrong = self.server.ask("GET", "/v1/jobs", None, {"Authorization": "Bearer wrong"})
+        self.server.ask("GET", "/v1/jobs")  # no log-in
+        wait_until(lambda: any(line["action"] == "logIn" for line in audited()))
+        of_job = [line for line in audited() if line.get("job") == job]
+        self.assertEqual([(line["action"], line["status"]) for line in of_job],
+                         [("cancelJob", 200), ("cancelJob", 409), ("retryJob", 200),
+                          ("forgetJob", 200)])
+        self.assertEqual([line["request"] for line in of_job],
+                         [reply[1]["x-request-id"] for reply in replies[:4]])
+        failed = [line for line in audited() if line["action"] == "logIn"]
+        self.assertEqual([(line["address"], line["request"]) for line in failed],
+                         [("127.0.0.1", wrong[1]["x-request-id"])])
+        self.assertNotIn(TOKEN, "".join(self.server.stderr))
 
     def test_body_of_a_stranger_is_not_read(self):
         raw = POST + "Content-Length: 1000000\r\n\r\n"

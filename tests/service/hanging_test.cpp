@@ -173,7 +173,7 @@ class Gate : public Hanging {
         return id;
     }
     double waited() {
-        const std::string text = counters_.text({}, {}, {});
+        const std::string text = counters_.text({}, {}, {}, {});
         const std::string name = "\npostchain_preview_wait_seconds_total ";
         return std::stod(text.substr(text.find(name) + name.size()));
     }

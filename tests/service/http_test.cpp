@@ -79,9 +79,10 @@ TEST(Guards, KnowUsersByTokenAndSession) {
     const auto known = [&](const std::string& peer, const Headers& headers) {
         return std::holds_alternative<KnownUser>(guard.identify(from(peer, headers)));
     };
-    const std::string session = settings.users->named("")->session;
-    EXPECT_EQ(session.size(), 64u);
     Headers token = {{"Authorization", "Bearer 0123456789abcdef"}};
+    const std::string session = guard.begin_session(from("192.0.2.1", token));
+    EXPECT_EQ(session.size(), 64u);
+    EXPECT_EQ(guard.begin_session(from("192.0.2.1")), "");
     const Headers cookie = {{"Cookie", "postchain_session=" + session}};
     EXPECT_FALSE(known("192.0.2.1", {}));
     EXPECT_TRUE(known("192.0.2.1", token));
@@ -93,6 +94,8 @@ TEST(Guards, KnowUsersByTokenAndSession) {
     ASSERT_TRUE(std::holds_alternative<Reply>(slowed));
     EXPECT_EQ(std::get<Reply>(slowed).status, 429);
     EXPECT_TRUE(known("192.0.2.1", cookie));
+    guard.end_session(from("192.0.2.1", cookie));
+    EXPECT_FALSE(known("192.0.2.1", cookie));
     EXPECT_TRUE(known("192.0.2.2", token));
     // Behind a proxy the clients are apart.
     token.emplace_back("X-Forwarded-For", "192.0.2.3");
@@ -119,27 +122,68 @@ class Files : public testing::Test {
     test::TempFolder folder_;
 };
 
-TEST_F(Files, ATokenFileHoldsOneToken) {
-    write("token", "0123456789abcdef\nmore\n");
+// Python: hashlib.blake2b(b"0123456789abcdef", digest_size=32).hexdigest()
+constexpr const char* kHash =
+    "blake2b-c783baf5fb1427e7d924c9fe93ee161169324bb139d9cd8d8b9602c412ec6cda";
+
+TEST_F(Files, ATokenFileHoldsHashes) {
+    EXPECT_EQ(*hash_of_token("0123456789abcdef"), kHash);
+    write("token", concat("# of the farm\n", kHash, " \r\n\n", *hash_of_token("fedcba9876543210")));
     EXPECT_EQ(token_refusal("token"), "");
-    for (const auto& [text, why] : std::vector<std::pair<std::string, const char*>>{
-             {"0123456789\n", "16 to 512 characters"},
-             {std::string(513, 'a'), "16 to 512 characters"},
-             {"0123456789 0123456789\n", "printable ASCII"},
-             {"", "16 to 512 characters"}}) {
+    for (const char* text :
+         {"0123456789abcdef\n", "blake2b-00\n",
+          "blake2b-G123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\n"}) {
         write("token", text);
-        EXPECT_THAT(token_refusal("token"), testing::HasSubstr(why)) << text;
+        EXPECT_THAT(token_refusal("token"), testing::HasSubstr("token:1: expected the hash"))
+            << text;
     }
+    write("token", "\n");
+    EXPECT_THAT(token_refusal("token"), testing::HasSubstr("expected 1 to 8 hashes"));
+    std::string nine;
+    for (int i = 0; i < 9; ++i)
+        nine += concat(*hash_of_token(std::string(20, char('a' + i))), "\n");
+    write("token", nine);
+    EXPECT_THAT(token_refusal("token"), testing::HasSubstr("expected 1 to 8 hashes"));
     EXPECT_THAT(token_refusal("none"), testing::HasSubstr("cannot be read"));
+    for (const auto& [token, why] : std::vector<std::pair<std::string, const char*>>{
+             {"0123456789", "16 to 512 characters"},
+             {std::string(513, 'a'), "16 to 512 characters"},
+             {"0123456789 0123456789", "printable ASCII"}})
+        EXPECT_THAT(hash_of_token(token).status().message(), testing::HasSubstr(why));
+}
+
+TEST(Sessions, EndOneByOneWithoutRequestsAndAfterDays) {
+    const auto users = Users::of_token("0123456789abcdef");
+    const auto start = Users::Clock::now();
+    using namespace std::chrono_literals;
+    EXPECT_EQ(users->begin_session("another token of 16"), "");
+    const std::string a = users->begin_session("0123456789abcdef", start);
+    const std::string b = users->begin_session("0123456789abcdef", start);
+    EXPECT_NE(a, b);
+    users->end_session(a);
+    EXPECT_FALSE(users->in_session(a, start));
+    EXPECT_FALSE(users->in_session("", start));
+    for (auto now = start; now - start <= Users::kLongestSession; now += Users::kIdleSession)
+        ASSERT_TRUE(users->in_session(b, now));
+    EXPECT_FALSE(users->in_session(b, start + Users::kLongestSession + 1s));
+    const std::string idle = users->begin_session("0123456789abcdef", start);
+    EXPECT_FALSE(users->in_session(idle, start + Users::kIdleSession + 1s));
+    EXPECT_FALSE(users->in_session(idle, start)) << "it has ended";
+    const std::string first = users->begin_session("0123456789abcdef", start);
+    for (size_t i = 0; i < Users::kSessions; ++i)
+        users->begin_session("0123456789abcdef", start + 1s);
+    EXPECT_FALSE(users->in_session(first, start + 1s)) << "too many";
 }
 
 TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
-    const auto write_both = [&](const std::string& token) {
-        write("token", token + "\n");
-        write("users",
-              "postchain_users: 1\nusers:\n  bob: {token: bbbbbbbbbbbbbbbb}\n"
-              "  ann: {token: " +
-                  token + "}\n");
+    const auto write_hashes = [&](const std::string& first, const std::string& second) {
+        write("token", concat(first, "\n", second, "\n"));
+        write("users", concat("postchain_users: 1\nusers:\n  bob: {tokens: [",
+                              *hash_of_token("bbbbbbbbbbbbbbbb"), "]}\n  ann: {tokens: [", first,
+                              second.empty() ? "" : ", ", second, "]}\n"));
+    };
+    const auto write_both = [&](const std::string& token, const std::string& more = "") {
+        write_hashes(*hash_of_token(token), more.empty() ? "" : *hash_of_token(more));
     };
     const std::string former = "0123456789abcdef", token = "fedcba9876543210";
     for (const bool several : {false, true}) {
@@ -147,16 +191,22 @@ TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
         const auto users = several ? *Users::of_file(folder_.path("users"),
                                                      [](const std::string&) { return Status(); })
                                    : *Users::of_token_file(folder_.path("token"));
-        const std::string session = users->with_token(former)->session;
+        const std::string session = users->begin_session(former);
         ASSERT_TRUE(users->reload().ok());
         EXPECT_TRUE(users->in_session(session)) << "the token has not changed";
+        // Both for a while.
+        write_both(token, former);
+        ASSERT_TRUE(users->reload().ok());
+        EXPECT_TRUE(users->with_token(former));
+        EXPECT_TRUE(users->with_token(token));
+        EXPECT_TRUE(users->in_session(session));
         write_both(token);
         ASSERT_TRUE(users->reload().ok());
         EXPECT_FALSE(users->with_token(former));
         EXPECT_FALSE(users->in_session(session));
         ASSERT_TRUE(users->with_token(token));
         EXPECT_EQ(users->with_token(token)->name, several ? "ann" : "");
-        write_both("short");
+        write_hashes(token, "");
         EXPECT_THAT(users->reload().message(), testing::HasSubstr(several ? "users:4:" : "token"));
         EXPECT_TRUE(users->with_token(token)) << "the users stay";
     }

@@ -145,6 +145,34 @@ class Day(OnTheService):
             server.stop()
         self.browser.errors()  # of the time without a service
 
+    def test_an_older_copy_of_the_store(self):
+        """Its page shows the jobs of the copy, and goes on with new ones."""
+        command = serve_command(PROGRAM, self.path, store="copied.sqlite")
+        job = {"input": "shots/sharp.####.exr", "camera": "shots/camera.json", "chain": "paper",
+               "on_existing": "overwrite", "frames": "1", "output": "out/copied.####.exr"}
+        store = self.path / "copied.sqlite"
+        server = Server(command)
+        command[command.index("--port") + 1] = str(server.port)
+        try:
+            server.ended(server.submit(job))
+            self.assertEqual(server.stop(), 143)
+            copy = store.read_bytes()
+            server = Server(command)
+            self.browser.open(f"http://127.0.0.1:{server.port}/")
+            self.browser.wait("globalThis.postchain?.viewer")
+            lost = [server.submit(job) for _ in range(3)][-1]
+            self.browser.wait("document.querySelector(`[data-job='${args[0]}'] .state.done`)", lost)
+            self.assertEqual(server.stop(), 143)
+            store.write_bytes(copy)
+            server = Server(command)
+            self.browser.wait("!document.querySelector(`[data-job='${args[0]}']`)", lost)
+            new = server.submit(job)
+            self.browser.wait("document.querySelector(`[data-job='${args[0]}'] .state.done`)", new)
+        finally:
+            self.browser.open("about:blank")
+            server.stop()
+        self.browser.errors()
+
     def test_several_jobs_at_once(self):
         long = self.long_shot()
         ids = [self.submit(**long, output=f"out/many{i}.####.exr") for i in range(5)]

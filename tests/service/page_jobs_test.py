@@ -197,13 +197,15 @@ class Jobs(OnTheService):
             self.browser.run("""
                 globalThis.why = {};
                 addEventListener("message", ({data}) => { why[data.postchain_picture] ??= data.why; });
-                for (const asset of ["../../../../jobs", "/v1/jobs", "https://example.org/x.js"])
-                    parent.postMessage({postchain_wants: "image-0", asset,
-                                        page: location.pathname}, "*");
-                parent.postMessage({postchain_wants: "image-1", page: "/v1/jobs"}, "*");""")
-            for name, why in (("image-0", "its pictures are not in its folder"),
-                              ("image-1", "is not its page")):
-                self.assertEqual(self.browser.wait("why[args[0]]", name), why)
+                const assets = ["../../../../jobs", "/v1/jobs", "https://example.org/x.js",
+                                "%2e%2e/%2e%2e/%2E%2E/jobs", "pictures/%2e%2e/x", "a%2fb"];
+                assets.forEach((asset, i) => parent.postMessage(
+                    {postchain_wants: `image-${i}`, asset, page: location.pathname}, "*"));
+                parent.postMessage({postchain_wants: "image-9", page: "/v1/jobs"}, "*");""")
+            for i in range(6):
+                self.assertEqual(self.browser.wait("why[args[0]]", f"image-{i}"),
+                                 "its pictures are not in its folder")
+            self.assertEqual(self.browser.wait("why[args[0]]", "image-9"), "is not its page")
         whole = (self.path / "report/index.html").stat().st_size
         page = len(self.server.ask("GET", f"/v1/jobs/{job}/report/index.html?pictures=apart")[2])
         self.assertLess(page, whole)

@@ -73,7 +73,11 @@ class Behind:
         for name in re.findall(r'(?:href|src)="([^"#]+)"', page):
             self.assertEqual(self.get("/base/" + name).status, 200, name)
         self.assertEqual(re.findall(r'["`]/(?:v1|page|readyz|openapi)', page + script), [])
-        made = self.get("/base/v1/jobs", {"Content-Type": "application/json"}, b"{}")
+        # As a browser sends it, with the port of the proxy.
+        made = self.get("/base/v1/jobs", {"Content-Type": "application/json",
+                                          "Origin": f"http://127.0.0.1:{self.port}",
+                                          "Sec-Fetch-Site": "same-origin"}, b"{}")
+        self.assertGreater(len(made.headers["X-Request-Id"]), 30, "is that of the proxy")
         self.assertEqual((made.status, made.headers["Location"]), (202, "jobs/j1"))
         self.assertEqual(self.get("/base/v1/" + made.headers["Location"]).status, 200)
         data = self.get("/base/v1/jobs/j1/frames/2/output").read()

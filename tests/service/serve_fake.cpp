@@ -25,6 +25,10 @@ int main(int argc, char** argv) {
     ServerSettings settings;
     settings.port = 0;
     settings.version = "test";
+    settings.audit = [](const LogLine& line) {
+        std::fprintf(stderr, "%s %s\n", postchain::io::json_text(line.fields).c_str(),
+                     line.message.c_str());
+    };
     test::FakeSettings fake;
     using ms = std::chrono::milliseconds;
     const std::map<std::string, std::function<void(long)>> keys = {

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -14,7 +15,8 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from server import Events, PATIENCE_S, Served, make_scene, serve_command, wait_until, work_on  # noqa: E402
+from server import (Events, PATIENCE_S, Served, make_scene, serve_command, token_hash, wait_until,  # noqa: E402
+                    work_on)
 from skips import skipped  # noqa: E402
 
 PROGRAM = LIBRARY = None
@@ -39,13 +41,14 @@ class Serve(Served):
             yield system, dict(os.environ, NOTIFY_SOCKET=str(self.path / "notify"))
 
     def test_usage(self):
-        token = ["--token-file", self.write("token", "0123456789abcdef\n")]
+        token = ["--token-file", self.write("token", token_hash("0123456789abcdef") + "\n")]
         bad = self.write("bad", "postchain_users: 1\nusers: {a: {tokn: x}}\n")
         for words, text in [
                 (["--bind", "0.0.0.0"], "add --token-file"), (["--bind", "::"], "add --token-file"),
                 (["--token-file", str(self.path / "none")], "cannot be read"),
-                (["--token-file", self.write("short", "0123456789\n")], "16 to 512 characters"),
-                (["--users", bad], "unknown key 'tokn'"),
+                (["--token-file", self.write("plain", "0123456789abcdef\n")], "expected the hash of a token"),
+                (["--hash-token", self.write("short", "0123456789\n")], "16 to 512 characters"),
+                (["--users", bad], "unknown key 'tokn' (did you mean 'tokens'?); "),
                 (["--bind", "example.org", *token], "is not an address"),
                 (["--bind", "192.0.2.1", *token], "not an address of this machine"),
                 (["--trusted-proxy", "127.0.0.1"], "--token-file"),
@@ -62,13 +65,48 @@ class Serve(Served):
                        command=[str(server.port) if word == "0" else word for word in other])
 
     def test_token(self):
-        token = self.write("token", "0123456789abcdef\nmore\n")
+        plain = self.write("plain", "0123456789abcdef\nmore\n")
+        printed = subprocess.run([PROGRAM, "serve", "--root", str(self.path), "--hash-token", plain],
+                                 check=True, capture_output=True, text=True).stdout
+        self.assertEqual(printed, token_hash("0123456789abcdef") + "\n")
+        token = self.write("token", printed)
         known = {"Authorization": "Bearer 0123456789abcdef"}
         with self.serving("--bind", "0.0.0.0", "--token-file", token) as server:
             self.assertEqual(server.ask("GET", "/v1/jobs")[0], 401)
             self.assertEqual(server.ask("GET", "/v1/jobs", None, known)[0], 200)
         self.assertIn("without encryption", "".join(server.stderr))
         self.assertNotIn("0123456789abcdef", "".join(server.stderr))
+
+    def test_options_of_a_file(self):
+        """That of the package too."""
+        self.write("tokens", token_hash("0123456789abcdef") + "\n")
+        shipped = (SOURCE / "tools/packaging/service/service.yaml").read_text()
+        text = shipped.replace("/srv/postchain", str(self.path)).replace("/etc/postchain", str(self.path))
+        config = self.write("service.yaml", text + "hosts: [farm.example]\nkeep_jobs: 5\n")
+        with self.serving("--config", config) as server:
+            self.assertEqual(server.ask("GET", "/v1/jobs")[0], 401)
+            self.assertEqual(server.ask("GET", "/readyz", None, {"Host": "farm.example"})[0], 200)
+        for text, fault in [("keep_jobs: 5", "expected postchain_service: 1"),
+                            ("postchain_service: 2", "postchain_service"),
+                            ("postchain_service: 1\nkeep_job: 5", "2:11: error: keep_job: unknown key 'keep_job'"),
+                            ("postchain_service: 1\nkeep_jobs: 0", "keep_jobs"),
+                            ("postchain_service: 1\nhosts: x", "expected a list"),
+                            ("postchain_service: 1\nbackup: x", "unknown key 'backup'"),
+                            ("postchain_service: 1\nusers: x\ntoken_file: x", "--users excludes")]:
+            self.fails(2, fault, "--config", self.write("bad.yaml", text + "\n"))
+
+    def test_unit(self):
+        """systemd accepts it, and what broke results, Slurm and GPUs is not set."""
+        unit = (SOURCE / "tools/packaging/service/postchain.service").read_text()
+        copy = self.path / "postchain.service"
+        copy.write_text(unit.replace("/usr/bin/postchain", PROGRAM).replace("Documentation=", "#"))
+        if shutil.which("systemd-analyze"):
+            checked = subprocess.run(["systemd-analyze", "verify", str(copy)], check=False,
+                                     capture_output=True, text=True)
+            self.assertEqual((checked.returncode, checked.stderr), (0, ""))
+        for trap in ("UMask=0077", "IPAddressDeny", "ProcSubset"):
+            self.assertNotIn(f"\n{trap}", unit)
+        self.assertRegex(unit, r"\nMemoryMax=\d")
 
     def test_host_ready_and_interrupt(self):
         with self.notified() as (system, environment):
@@ -153,7 +191,7 @@ class Serve(Served):
         users = self.path / "users.yaml"
         tokens = {"ann": "a" * 20, "ops": "o" * 20}
         write = lambda names: users.write_text("postchain_users: 1\nusers:\n" + "".join(
-            f"  {name}: {{token: {tokens[name]}, admin: {str(name == 'ops').lower()}}}\n"
+            f"  {name}: {{tokens: [{token_hash(tokens[name])}], admin: {str(name == 'ops').lower()}}}\n"
             for name in names))
         write(["ann"])
         self.shots("1-1")
@@ -174,6 +212,11 @@ class Serve(Served):
             self.assertIn("; Secure", cookie)
         lines = [json.loads(line) for line in server.stderr if '"event"' in line]
         *begun, done = [line for line in lines if line.get("job") == "1"]
+        audited = [line for line in lines if line["event"] == "audit"]
+        self.assertEqual([(line["action"], line.get("user")) for line in audited if line["status"] < 300],
+                         [("submitJob", "ann"), ("beginSession", "ann")])
+        self.assertEqual(audited[0]["address"], "127.0.0.1")
+        self.assertIn(("logIn", 401), [(line["action"], line["status"]) for line in audited])
         self.assertEqual([line["event"] for line in begun], ["queued", "started"])
         self.assertEqual((done["event"], done["user"], done["level"]), ("done", "ann", "info"))
         self.assertRegex(done["time"], r"^\d{4}-\d\d-\d\dT[\d:.]+Z$")
@@ -204,6 +247,11 @@ class Serve(Served):
         for expression, found in wanted.items():
             self.assertTrue(found and found <= names, (expression, found - names))
         self.assertGreater(len(set().union(*wanted.values())), 15)
+        alerts = SOURCE / "tools/packaging/service/alerts.yaml"
+        self.assertEqual(subprocess.run(["promtool", "check", "rules", str(alerts)], check=False).returncode, 0)
+        asked = set(re.findall(r"\b(?:postchain|process)_\w+", " ".join(
+            re.findall(r"expr: (.*)", alerts.read_text()))))
+        self.assertTrue(len(asked) > 8 and asked <= names | {"postchain_step_seconds_count"}, asked - names)
 
     def test_jobs_go_on_after_sigterm(self):
         self.shots("1-12", "160x90")

@@ -1,6 +1,7 @@
 """A server under test: raw sockets to it, jobs, and a fixture for `postchain serve`. Needs only Python's
 own library."""
 import contextlib
+import hashlib
 import json
 import pathlib
 import re
@@ -29,6 +30,11 @@ def wait_until(holds):
 def serve_command(program, root, *more, store="jobs.sqlite"):
     return [str(program), "serve", "--root", str(root), "--store", str(root / store), "--port", "0",
             "--device", "software", *more]
+
+
+def token_hash(token):
+    """As `postchain serve --hash-token` prints it."""
+    return "blake2b-" + hashlib.blake2b(token.encode(), digest_size=32).hexdigest()
 
 
 def make_scene(program, folder, frames, size, *more, scene="wheels"):

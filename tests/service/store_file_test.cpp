@@ -4,10 +4,13 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <thread>
 
 #include "tests/service/store_fixture.h"
 #include "tools/service/store/store_file.h"
@@ -83,6 +86,148 @@ TEST_F(StoreTest, BackupsOfAStoreInUse) {
     EXPECT_EQ(test::read_text(folder_.path("mine")), "mine");
     EXPECT_EQ(back_up(path(), path()).code(), StatusCode::usage);
     EXPECT_EQ(back_up(folder_.path("none"), copy).code(), StatusCode::output);
+}
+
+// Its ids go on above all that it has given, and those in between are known to be lost.
+TEST_F(StoreTest, EventsAfterACopyWasPutBack) {
+    for (const bool by_backup : {true, false}) {
+        open();
+        const std::string id = add();
+        const int64_t kept = events(id).back().id;
+        const std::string copy = folder_.path("copy.sqlite");
+        if (by_backup) {
+            ASSERT_TRUE(back_up(path(), copy).ok());
+        } else {
+            store_.reset();
+            fs::copy_file(path(), copy, fs::copy_options::overwrite_existing);
+            open();
+        }
+        ASSERT_TRUE(*store_->cancel(id));
+        const int64_t lost = events(id).back().id;
+        EXPECT_GT(lost, kept);
+        EXPECT_FALSE(*store_->is_lost(lost));
+        EXPECT_TRUE(*store_->is_lost(lost + 1)) << "not given yet";
+        for (int again = 0; again < 2; ++again) {
+            store_.reset();
+            fs::copy_file(copy, path(), fs::copy_options::overwrite_existing);
+            open();
+            EXPECT_TRUE(*store_->is_lost(lost)) << by_backup;
+            EXPECT_FALSE(*store_->is_lost(kept));
+            EXPECT_FALSE(*store_->is_lost(0));
+            const std::string later = add();
+            const int64_t next = events(later).back().id;
+            EXPECT_GT(next, lost) << by_backup;
+            EXPECT_TRUE(*store_->is_lost(next - 1)) << "no event has it";
+            EXPECT_EQ(events(id).size(), 1u) << "its event is not old";
+            open();
+            EXPECT_FALSE(*store_->is_lost(next)) << "a restart is no loss";
+        }
+        store_.reset();
+        for (const char* suffix : {"", ".lock"}) fs::remove(path() + suffix);
+    }
+}
+
+// While another program holds the file, and a change waits for it.
+TEST_F(StoreTest, ReadsDoNotWaitForChanges) {
+    open();
+    const std::string id = add();
+    sqlite3* other = nullptr;
+    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+    std::thread change([&] { EXPECT_TRUE(*store_->cancel(id)); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    auto read = std::async(std::launch::async, [&] { return store_->jobs("", "", 10)->size(); });
+    const bool in_time = read.wait_for(std::chrono::seconds(4)) == std::future_status::ready;
+    sqlite3_exec(other, "COMMIT", nullptr, nullptr, nullptr);
+    sqlite3_close(other);
+    change.join();
+    EXPECT_TRUE(in_time);
+    EXPECT_EQ(read.get(), 1u);
+}
+
+// Lists, searches and changes read and write rows without the requests, which may have 1 MiB.
+TEST_F(StoreTest, RequestsAreApartFromTheRowsOfJobs) {
+    open();
+    const std::string body =
+        R"({"input": "Shots/A.####.exr", "chain_text": ")" + std::string(400'000, '#') + "\"}";
+    const std::string id =
+        test::must(store_->add({JobKind::run, body, 0, ""}, 100, user_of("ann"))).job.id;
+    const auto size = fs::file_size(path() + "-wal");
+    for (int priority = 1; priority <= 20; ++priority)
+        ASSERT_TRUE(*store_->set_priority(id, priority));
+    EXPECT_LT(fs::file_size(path() + "-wal") - size, 1'500'000u) << "bytes of 20 changes";
+    EXPECT_EQ(job(id).body, body);
+    EXPECT_EQ((**store_->listed(id)).body, "");
+    for (const char* words : {"shots/a", "QUEUED ann", "run a.####"})
+        EXPECT_EQ(store_->jobs("", "", 9, "", words)->size(), 1u) << words;
+    EXPECT_TRUE(store_->jobs("", "", 9, "", "chain_text")->empty());
+}
+
+// As the former version wrote it.
+constexpr const char* kVersion4 = R"sql(
+CREATE TABLE jobs(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,
+  priority INTEGER NOT NULL, body TEXT NOT NULL, key TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL DEFAULT 0,
+  ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
+  done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
+  exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
+  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0,
+  owner TEXT NOT NULL DEFAULT '', bytes INTEGER NOT NULL DEFAULT 0,
+  remote TEXT NOT NULL DEFAULT '', output TEXT NOT NULL DEFAULT '',
+  about TEXT NOT NULL DEFAULT '{}');
+CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
+CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
+CREATE TABLE frames(
+  job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
+  frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
+  begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
+  alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL,
+  message TEXT NOT NULL DEFAULT '', filter_ms REAL NOT NULL DEFAULT 0,
+  PRIMARY KEY(job, frame)) WITHOUT ROWID;
+CREATE TABLE events(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
+  time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
+CREATE INDEX events_job ON events(job, id);
+CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
+PRAGMA application_id = 1885555283;
+PRAGMA user_version = 4;
+INSERT INTO jobs(kind, state, priority, body, key, created_ms, ended_ms, remote)
+  VALUES('run', 'done', 3, '{"output": "Out/b.exr"}', 'k', 5, 6, ''),
+        ('run', 'running', 0, 'no JSON', '', 5, 0, '17');
+INSERT INTO events(job, time_ms, type, data) VALUES(1, 5, 'queued', '{}'), (1, 6, 'done', '{}');
+)sql";
+
+TEST_F(StoreTest, AStoreOfTheFormerVersionIsCopiedAndConverted) {
+    run_sql(kVersion4);
+    std::vector<std::string> said;
+    store_ = test::must(
+        JobStore::open(path(), 3, {}, [&](const std::string& text) { said.push_back(text); }));
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_THAT(said[0], HasSubstr("is converted; a copy for the former program is"));
+    EXPECT_EQ(job("1").body, R"({"output": "Out/b.exr"})");
+    EXPECT_EQ(job("1").priority, 3);
+    EXPECT_EQ(store_->jobs("", "", 9, "", "out/b")->size(), 1u);
+    EXPECT_EQ((**store_->job_of_key("k")).id, "1");
+    EXPECT_EQ(events("1").size(), 2u);
+    EXPECT_EQ(*store_->remote("2"), "17");
+    EXPECT_EQ(job("2").state, JobState::queued);
+    ASSERT_TRUE(*store_->forget("1"));
+    EXPECT_TRUE(events("1").empty()) << "rows still belong to their jobs";
+    open();
+    EXPECT_EQ(job_count(), 1u);
+    // The way back: the copy is a store of the former version.
+    Database copy(path() + ".v4", Database::Open::existing);
+    EXPECT_EQ(copy.number("PRAGMA user_version"), 4);
+    EXPECT_EQ(copy.text("SELECT body FROM jobs WHERE id = 2"), "no JSON");
+}
+
+TEST_F(StoreTest, WithoutACopyNothingIsConverted) {
+    run_sql(kVersion4);
+    std::ofstream(path() + ".v4") << "a file of another program";
+    EXPECT_THAT(refusal(), HasSubstr(".v4 is not a backup of a store"));
+    Database former(path(), Database::Open::existing);
+    EXPECT_EQ(former.number("PRAGMA user_version"), 4);
 }
 
 TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {

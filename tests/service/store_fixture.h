@@ -22,6 +22,8 @@ inline User user_of(const std::string& name) {
 
 class StoreTest : public testing::Test {
   protected:
+    static constexpr const char* kWrites = "out/a.####.exr";
+
     void open(int attempts = 3, const Retention& keep = Retention()) {
         store_.reset();
         store_ = test::must(JobStore::open(path(), attempts, keep));
@@ -39,10 +41,13 @@ class StoreTest : public testing::Test {
         return opened.ok() ? "opened" : opened.status().message();
     }
     Added try_add(const User& user = User(), int frames = 0, size_t max_queue = 100) {
-        return test::must(store_->add({JobKind::run, "{}", 0, "", frames}, max_queue, user));
+        return test::must(
+            store_->add({JobKind::run, "{}", 0, "", frames, "", "{}", kWrites}, max_queue, user));
     }
     std::string add(int priority = 0, const User& user = User()) {
-        return test::must(store_->add({JobKind::run, "{}", priority, ""}, 100, user)).job.id;
+        return test::must(
+                   store_->add({JobKind::run, "{}", priority, "", 0, "", "{}", kWrites}, 100, user))
+            .job.id;
     }
     // A job that has ended; `frames` as its request says.
     std::string add_ended(int frames = 0) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "tests/service/store_fixture.h"
 #include "tools/service/store/upkeep.h"
@@ -184,6 +185,49 @@ TEST_F(StoreTest, TheOldestEndedJobsGo) {
     EXPECT_TRUE(*store_->job(waiting));
 }
 
+// An age is computed only with a clock that can be right.
+TEST_F(StoreTest, JobsAreNotRemovedByAClockThatHasJumped) {
+    open();
+    const std::string first = add_ended(), second = add_ended();
+    const auto open_at = [&](const std::string& facts) {
+        store_.reset();
+        run_sql(concat("INSERT OR REPLACE INTO facts VALUES", facts));
+        std::vector<std::string> said;
+        store_ = test::must(JobStore::open(path(), 3, {.jobs = 1000, .days = 2},
+                                           [&](const std::string& text) { said.push_back(text); }));
+        return said;
+    };
+    const int64_t day = 86'400'000, now = now_ms();
+    store_.reset();
+    run_sql("UPDATE jobs SET ended_ms = ended_ms - 40 * 86400000 WHERE id = 1");
+    const auto said = open_at(concat("('clock_ms', ", now - 40 * day, ")"));
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_THAT(said[0], HasSubstr("the clock is 40 days after the last change"));
+    EXPECT_TRUE(*store_->job(first));
+    EXPECT_TRUE(open_at(concat("('jump_ms', ", now - day / 2, ")")).empty()) << "said once";
+    EXPECT_TRUE(*store_->job(first));
+    // It has been so for a day.
+    open_at(concat("('jump_ms', ", now - day - 1000, ")"));
+    EXPECT_FALSE(*store_->job(first));
+    EXPECT_TRUE(*store_->job(second));
+    EXPECT_TRUE(open_at(concat("('clock_ms', ", now + 400 * day, ")")).empty()) << "set back";
+    EXPECT_TRUE(*store_->job(second));
+}
+
+// A job that ended while the clock was wrong is not the newest for ever.
+TEST_F(StoreTest, JobsGoInTheOrderOfTheirEnds) {
+    open();
+    const std::string first = add_ended(), second = add_ended(), third = add_ended();
+    ASSERT_TRUE(store_->retry(first)->done);
+    ASSERT_TRUE(*store_->cancel(first));
+    store_.reset();
+    run_sql("UPDATE jobs SET ended_ms = ended_ms + 400 * 86400000 WHERE id = 2");
+    open(3, {.jobs = 2, .days = 0});
+    EXPECT_TRUE(*store_->job(first)) << "it ended last";
+    EXPECT_FALSE(*store_->job(second));
+    EXPECT_TRUE(*store_->job(third));
+}
+
 // The newest job stays, however many frames it has.
 TEST_F(StoreTest, EndedJobsOfManyFramesGo) {
     open();
@@ -258,8 +302,33 @@ TEST_F(StoreTest, LimitsOfAUser) {
     write(writes, 1, 100);
     EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 100 bytes"));
     end(writes, JobState::done);
+    // A removed job's outputs are still on disk.
     ASSERT_TRUE(*store_->forget(writes));
+    EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 100 bytes"));
+    ASSERT_EQ(store_->ledger("ann")->size(), 1u);
+    EXPECT_EQ((*store_->ledger("ann"))[0].writes, "out/a.####.exr");
+    ASSERT_TRUE(store_->settle("ann", "out/a.####.exr", 200).ok());
+    EXPECT_EQ((*store_->ledger("ann"))[0].bytes, 100) << "others may have written there too";
+    ASSERT_TRUE(store_->settle("ann", "out/a.####.exr", 99).ok());
     EXPECT_EQ(try_add(ann, 1).result, Added::Result::made);
+    ASSERT_TRUE(store_->settle("ann", "out/a.####.exr", 0).ok());
+    EXPECT_TRUE(store_->ledger("ann")->empty());
+}
+
+TEST_F(StoreTest, OutputsOfJobsThatAreTooOldCountToo) {
+    open(3, {.jobs = 1, .days = 0});
+    User ann = user_of("ann");
+    for (int i = 0; i < 2; ++i) {
+        const std::string id = running(1, ann);
+        write(id, 1, 60);
+        end(id, JobState::done);
+    }
+    EXPECT_EQ(job_count(), 1u);
+    ann.max_bytes = 120;
+    ann.max_disk = "120";
+    EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 120 bytes"));
+    ASSERT_EQ(store_->owners().size(), 1u);
+    EXPECT_EQ(store_->owners()[0].bytes, 120);
 }
 
 TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {

@@ -93,7 +93,16 @@ const User& ServiceTest::user(const std::string& name) const {
 }
 
 void ServiceTest::use(const std::string& users) {
-    std::ofstream(folder_.path("users.yaml")) << "postchain_users: 1\nusers:\n" << users;
+    std::string text = users;
+    const std::string key = "token: ";
+    for (size_t at = 0; (at = text.find(key, at)) != std::string::npos;) {
+        const size_t end = text.find_first_of(",}", at);
+        const std::string token = text.substr(at + key.size(), end - at - key.size());
+        const std::string hashes = "tokens: [" + must(hash_of_token(token)) + "]";
+        text.replace(at, end - at, hashes);
+        at += hashes.size();
+    }
+    std::ofstream(folder_.path("users.yaml")) << "postchain_users: 1\nusers:\n" << text;
     users_ = must(Users::of_file(folder_.path("users.yaml"), [this](const std::string& folder) {
         return Roots::of({root()})->within({folder}).status();
     }));

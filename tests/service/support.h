@@ -56,7 +56,7 @@ class ServiceTest : public testing::Test {
 
     // The user of this name, or the only one.
     const service::User& user(const std::string& name = "") const;
-    // Users of a text of the file of users.
+    // Users of a text of the file of users, with "token: TOKEN" in place of its hash.
     void use(const std::string& users);
     std::string submit(const std::string& body, const std::string& user = "");  // the id
     service::Problem refused(const std::string& body, const std::string& user = "");

@@ -129,5 +129,19 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
         EXPECT_THAT(metrics, HasSubstr(part)) << part;
 }
 
+// The outputs of a removed job count until they are deleted.
+TEST_F(Team, DiskOfRemovedJobs) {
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: 1000}\n");
+    open();
+    const std::string id = submit(body(), "ann");
+    EXPECT_GT(done(id).bytes, 1000);
+    got(service_->forget(user("ann"), id));
+    const std::string again = body(R"(, "on_existing": "overwrite")");
+    EXPECT_THAT(refused(again, "ann").detail, HasSubstr("removed jobs included"));
+    EXPECT_THAT(service_->metrics(), HasSubstr("postchain_user_bytes{user=\"ann\"}"));
+    for (const auto& file : fs::directory_iterator(root("out"))) fs::remove(file.path());
+    done(submit(again, "ann"));
+}
+
 }  // namespace
 }  // namespace postchain::service

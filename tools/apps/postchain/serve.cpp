@@ -15,9 +15,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iostream>
 #include <memory>
 #include <thread>
 
+#include "config/reporter.h"
+#include "config/scalar.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
@@ -34,6 +38,7 @@ namespace {
 enum class ServeBackend { local, slurm };
 
 struct ServeOptions {
+    std::string config;
     std::vector<std::string> roots;
     std::string store;  // empty = in the state folder of the user or system
     int port = 8080;
@@ -47,6 +52,7 @@ struct ServeOptions {
     int keep_jobs = 1000;
     int keep_days = 0;
     std::string backup;
+    std::string hash_token;
     ServeBackend backend = ServeBackend::local;
     std::string farm_folder;
     std::string farm_program;
@@ -66,6 +72,11 @@ struct ServeOptions {
     int max_connections_per_address = 2048;
 };
 
+// Options that are no settings of a service.
+bool is_action(const std::string& key) {
+    return key == "config" || key == "backup" || key == "hash_token";
+}
+
 constexpr int kOtherFiles = 256;  // open files other than connections
 
 RowOptions text_row(const char* form, const char* help) {
@@ -81,6 +92,9 @@ const ParameterTable& serve_parameters() {
     using O = ServeOptions;
     static const ParameterTable table =
         ParameterTableBuilder<O>()
+            .text("config", &O::config,
+                  text_row("FILE",
+                           "YAML file of these options; those of the command line come first"))
             .text("store", &O::store,
                   text_row("FILE",
                            "database of jobs (default: postchain/jobs.sqlite in "
@@ -92,11 +106,16 @@ const ParameterTable& serve_parameters() {
             .text(
                 "token_file", &O::token_file,
                 text_row("FILE",
-                         "file whose first line is the bearer token that every request must have"))
+                         "file of hashes of tokens, one a line; every request must have one of the "
+                         "tokens; SIGHUP reads it again"))
             .text("users", &O::users,
                   text_row("FILE",
-                           "file of users, each with a token, folders and limits; SIGHUP reads "
-                           "it again"))
+                           "file of users, each with hashes of tokens, folders and limits; SIGHUP "
+                           "reads it again"))
+            .text("hash_token", &O::hash_token,
+                  text_row("FILE",
+                           "print the hash of the token in the first line of this file and end; - "
+                           "reads the standard input"))
             .text(
                 "base_path", &O::base_path,
                 text_row("PATH", "path under which a proxy shows the service, such as /postchain"))
@@ -131,6 +150,18 @@ const ParameterTable& serve_parameters() {
     return table;
 }
 
+// The options that may be repeated, by their keys in --config.
+struct ServeList {
+    const char *key, *option;
+    std::vector<std::string> ServeOptions::*words;
+};
+constexpr std::array kServeLists = {
+    ServeList{"roots", "--root", &ServeOptions::roots},
+    ServeList{"trusted_proxies", "--trusted-proxy", &ServeOptions::trusted},
+    ServeList{"hosts", "--host", &ServeOptions::hosts},
+    ServeList{"slurm_options", "--slurm-option", &ServeOptions::slurm_words},
+};
+
 // Options of --backend slurm.
 const ParameterTable& slurm_parameters() {
     using O = ServeOptions;
@@ -163,6 +194,67 @@ const ParameterTable& slurm_parameters() {
                                 "needs"))
             .table();
     return table;
+}
+
+// The value of a key of --config into the options. Errors (usage, chain): an unknown key, a value
+// of another type or out of range.
+Status set_key(const std::string& key, const TextNode& value, ServeOptions& serve,
+               Options& options) {
+    std::vector<std::string> known = {"postchain_service", "device", "threads"};
+    for (const ServeList& list : kServeLists) {
+        known.emplace_back(list.key);
+        if (key != list.key) continue;
+        if (!value.is_list()) return Status(StatusCode::usage, "expected a list");
+        (serve.*list.words).clear();
+        for (const TextNode& item : value.items) {
+            if (!item.is_scalar()) return Status(StatusCode::usage, "expected a list of strings");
+            (serve.*list.words).push_back(item.text);
+        }
+        return Status();
+    }
+    if (key == "device") {
+        if (!value.is_scalar()) return Status(StatusCode::usage, "expected a string");
+        options.device = value.text;
+        return Status();
+    }
+    if (key == "threads") {
+        ASSIGN_OR_RETURN(options.threads, integer_of(value, 1, 1024));
+        return Status();
+    }
+    for (const ParameterTable* table : {&serve_parameters(), &slurm_parameters()}) {
+        for (const Parameter& row : table->rows())
+            if (!is_action(row.key)) known.push_back(row.key);
+        const Parameter* row = table->find(key);
+        if (row && !is_action(key)) return set_row(*table, &serve, *row, value);
+    }
+    return Status(StatusCode::usage, unknown_word("key", key, known));
+}
+
+// Reads --config. Options of the command line stay.
+Status read_config(const CLI::App& subcommand, ServeOptions& serve, Options& options) {
+    const std::string& path = serve.config;
+    ASSIGN_OR_RETURN(const auto text, read_text_file(path, StatusCode::usage));
+    const TextTree tree = read_text_tree(text, path, StatusCode::usage);
+    Diagnostics faults = tree.diagnostics;
+    Reporter reporter(path, StatusCode::usage, faults);
+    if (!has_errors(faults)) {
+        const TextNode* version = tree.root.find("postchain_service");
+        if (version)
+            reporter.check_version(*version, "postchain_service", 1);
+        else
+            reporter.error(tree.root, "", "expected postchain_service: 1");
+        for (const auto& [key, value] : tree.root.entries) {
+            if (key.text == "postchain_service") continue;
+            std::string option = sequence::option_name(key.text);
+            for (const ServeList& list : kServeLists)
+                if (key.text == list.key) option = list.option;
+            const CLI::Option* given = subcommand.get_option_no_throw(option);
+            if (given && given->count() > 0) continue;
+            if (const Status status = set_key(key.text, value, serve, options); !status.ok())
+                reporter.error(value, key.text, status.message());
+        }
+    }
+    return log::write(faults, log::Level::info);
 }
 
 // $STATE_DIRECTORY is the folder that systemd creates for the unit.
@@ -318,6 +410,26 @@ class Keeper {
     std::thread thread_;
 };
 
+void write_line(const service::LogLine& line) {
+    const auto level = line.level == service::LogLine::Level::info      ? log::Level::info
+                       : line.level == service::LogLine::Level::warning ? log::Level::warning
+                                                                        : log::Level::error;
+    log::write_event(level, line.message, line.fields);
+}
+
+Result<int> print_hash(const std::string& path) {
+    std::ifstream file;
+    if (path != "-") file.open(path);
+    if (path != "-" && !file)
+        return Status(StatusCode::usage, "--hash-token: " + path + ": cannot be read");
+    std::string token;
+    std::getline(path == "-" ? std::cin : file, token);
+    while (token.ends_with('\r')) token.pop_back();
+    ASSIGN_OR_RETURN(const auto hash, service::hash_of_token(token).at("--hash-token"));
+    std::printf("%s\n", hash.c_str());
+    return kExitOk;
+}
+
 Result<service::ServerSettings> server_settings(const Options& options, const ServeOptions& serve,
                                                 const std::shared_ptr<service::Users>& users) {
     service::ServerSettings settings;
@@ -341,18 +453,20 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
     if (!users->asks_for_token() && !service::is_loopback(serve.bind))
         return Status(StatusCode::usage,
                       "--bind " + serve.bind +
-                          " is reachable from other machines: add --token-file (create it with "
-                          "`openssl rand -hex 32 > FILE`), or --users");
+                          " is reachable from other machines: add --token-file (see --hash-token), "
+                          "or --users");
     if (!users->asks_for_token() && !serve.trusted.empty())
         return Status(StatusCode::usage,
                       "--trusted-proxy: other machines reach the service through the proxy: add "
-                      "--token-file (create it with `openssl rand -hex 32 > FILE`), or --users");
+                      "--token-file (see --hash-token), or --users");
     settings.guard.users = users;
+    settings.audit = write_line;
     if (options.verbose) settings.log = [](const std::string& line) { log::detail(line); };
     return settings;
 }
 
 Result<int> run_service(const Options& options, const ServeOptions& serve) {
+    if (!serve.hash_token.empty()) return print_hash(serve.hash_token);
     ASSIGN_OR_RETURN(const auto store, store_of(serve));
     if (!serve.backup.empty()) {
         RETURN_IF_ERROR(service::back_up(store, serve.backup));
@@ -380,12 +494,7 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     work.keep = {serve.keep_jobs, serve.keep_days};
     work.remote = remote;
     work.version = kVersion;
-    work.log = [](const service::LogLine& line) {
-        const auto level = line.level == service::LogLine::Level::info      ? log::Level::info
-                           : line.level == service::LogLine::Level::warning ? log::Level::warning
-                                                                            : log::Level::error;
-        log::write_event(level, line.message, line.fields);
-    };
+    work.log = write_line;
     work.warn = [](const std::string& line) { log::warning(line); };
     ASSIGN_OR_RETURN(auto opened, service::Service::open(work, builtin_passes()));
     ASSIGN_OR_RETURN(server, service::Server::open(settings, *opened));
@@ -400,7 +509,7 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
         log::info("listening on " + address +
                   " for programs on this machine only, without a token");
     else if (serve.users.empty())
-        log::info("listening on " + address + " for clients with the token of " + serve.token_file);
+        log::info("listening on " + address + " for clients with a token of " + serve.token_file);
     else
         log::info(
             concat("listening on ", address, " for ", users->count(), " users of ", serve.users));
@@ -449,7 +558,12 @@ RunSubcommand add_serve(CLI::App& subcommand, Options& options) {
              "further option of sbatch, such as --partition=farm, may be repeated; {user} becomes "
              "the name of the job's owner");
     add_device(subcommand, options);
-    return [&options, held] { return run_service(options, *held); };
+    return [&options, &subcommand, held]() -> Result<int> {
+        if (!held->config.empty()) RETURN_IF_ERROR(read_config(subcommand, *held, options));
+        if (!held->users.empty() && !held->token_file.empty())
+            return Status(StatusCode::usage, "--users excludes --token-file; give one of them");
+        return run_service(options, *held);
+    };
 }
 
 }  // namespace postchain

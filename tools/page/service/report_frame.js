@@ -20,7 +20,9 @@ export function open_report(path) {
     by_id("report").append(frame);
 }
 
-const is_below = (path) => /^[\w%~-][\w.%~-]*(\/[\w%~-][\w.%~-]*)*$/.test(path);
+// "%2e" is a dot to a URL, so that "%2e%2e" would leave the folder.
+const is_below = (path) => /^[\w%~-][\w.%~-]*(\/[\w%~-][\w.%~-]*)*$/.test(path)
+    && !/%(2e|2f|5c)/i.test(path);
 
 // `page`: the report in the frame, which may be one of a study.
 async function text_of({ path }, id, asset, page) {

@@ -38,17 +38,24 @@ async function readiness() {
     }
 }
 
+function read_again() {
+    page.clear_failure();
+    refresh_jobs();
+    reload_job();
+    look_again();
+}
+
 function connect() {
     source?.close();
     let lost = false;
-    source = listen(job_event, (now) => {
+    const on_event = (event) => {
+        // An older copy of the store was put back: what is shown may not exist.
+        if (event.type === "reset") read_again();
+        else job_event(event);
+    };
+    source = listen(on_event, (now) => {
         if (now === "live") {
-            if (lost) {
-                page.clear_failure();
-                refresh_jobs();
-                reload_job();
-                look_again();
-            }
+            if (lost) read_again();
             lost = false;
             readiness();
         } else {

@@ -3,12 +3,16 @@
 #include <sys/socket.h>
 
 #include <prometheus/text_serializer.h>
+#include <algorithm>
 #include <array>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
 #include <cerrno>
+#include <cstdio>
+#include <random>
 
+#include "tools/service/http/job_json.h"
 #include "tools/service/http/problem.h"
 
 namespace postchain::service {
@@ -23,6 +27,24 @@ constexpr size_t kLongestTarget = 4096;   // bytes
 constexpr size_t kReadAhead = 64 * 1024;  // buffered bytes in addition to a header
 constexpr size_t kSmall = 64 * 1024;      // bytes of a reply that is always sent
 constexpr std::chrono::milliseconds kLinger{2000};
+constexpr const char* kRequestId = "X-Request-Id";
+constexpr size_t kLongestRequestId = 64;
+
+// Different for each process.
+std::string new_request_ids() {
+    std::array<char, 17> text = {};
+    std::random_device random;
+    std::snprintf(text.data(), text.size(), "%08x-", unsigned(random()));
+    return text.data();
+}
+
+bool is_request_id(const std::string& text) {
+    const auto is_plain = [](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               c == '-' || c == '_' || c == '.';
+    };
+    return !text.empty() && text.size() <= kLongestRequestId && std::ranges::all_of(text, is_plain);
+}
 constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
 constexpr auto kPatience = std::chrono::seconds(20);
 
@@ -35,7 +57,8 @@ Shared::Shared(const ServerSettings& given, Service& what)
       disk_pool(kDiskThreads, given.max_waiting + given.max_connections, kPatience),
       api(what, given.guard, given.version,
           [this] { return prometheus::TextSerializer().Serialize(traffic.registry.Collect()); }),
-      events(newest_event(what), given.kept_events) {}
+      events(newest_event(what), given.kept_events),
+      request_ids(new_request_ids()) {}
 
 Connection::Connection(Shared& shared, asio::ip::tcp::socket socket, std::string address)
     : shared_(shared),
@@ -81,6 +104,11 @@ void Connection::on_header(const error_code& error) {
     if (error) return refuse_read(error);
     request_ = request_of(*parser_);
     request_.peer = address_;
+    request_.id = concat(shared_.request_ids, ++shared_.requests);
+    // A proxy's name for it is in the proxy's log. Another client could name two alike.
+    if (const std::string* given = request_.header(kRequestId);
+        given && is_request_id(*given) && shared_.api.guard().trusts(address_))
+        request_.id = *given;
     request_.left = std::make_shared<std::atomic<bool>>(false);
     keep_ = parser_->keep_alive();
     if (request_.target.size() > kLongestTarget) {
@@ -210,6 +238,38 @@ bool Connection::is_over_budget(size_t bytes) const {
            !shared_.api.guard().trusts(address_);
 }
 
+void Connection::audit(const Reply& answer) const {
+    if (!shared_.settings.audit || request_.method.empty()) return;
+    const bool wrong = !admitted_ && answer.status == 401 && request_.header("Authorization");
+    const bool changes = admitted_ && admitted_->match.route->audited;
+    if (!wrong && !changes) return;
+    LogLine line;
+    const std::string address = shared_.api.guard().address_of(request_);
+    line.fields = {{"event", "audit"},
+                   {"action", wrong ? "logIn" : admitted_->match.route->operation},
+                   {"address", address},
+                   {"status", answer.status},
+                   {"request", request_.id}};
+    std::string who = address;
+    if (admitted_ && admitted_->user && !admitted_->user->name.empty()) {
+        line.fields["user"] = admitted_->user->name;
+        who = concat(admitted_->user->name, " at ", address);
+    }
+    if (wrong) {
+        line.level = LogLine::Level::warning;
+        line.message = concat("log-in failed: ", address, ", request ", request_.id);
+    } else {
+        std::string job;
+        if (!admitted_->match.values.empty()) {
+            job = admitted_->match.values[0].substr(0, 40);
+            line.fields["job"] = job;
+        }
+        line.message = concat(who, ": ", admitted_->match.route->operation, job.empty() ? "" : " ",
+                              job, ", status ", answer.status, ", request ", request_.id);
+    }
+    shared_.settings.audit(line);
+}
+
 void Connection::reply(Reply answer) {
     if (request_.method != "HEAD" && is_over_budget(answer.body.size())) {
         answer = problem(503, "too many replies wait to be read; try again soon");
@@ -218,7 +278,13 @@ void Connection::reply(Reply answer) {
     shared_.traffic.replies.Add({{"status", std::to_string(answer.status)}}).Increment();
     if (shared_.settings.log)
         shared_.settings.log(concat(address_, " ", request_.method, " ", request_.target, " ",
-                                    answer.status, " ", answer.body.size()));
+                                    answer.status, " ", answer.body.size(), " ", request_.id));
+    audit(answer);
+    // A connection that is turned away, or a header that cannot be read, has none.
+    if (!request_.id.empty()) {
+        name_request(answer, request_.id);
+        answer.headers.emplace_back(kRequestId, request_.id);
+    }
     if (shared_.closing || finish_) keep_ = false;
     if (answer.events) keep_ = false;
     boost::system::error_code ignored;
@@ -312,7 +378,11 @@ void Connection::listen(const EventsWanted& wanted) {
     spoke_ = Clock::now();
     shared_.traffic.listeners.Increment();
     watch_listener();
-    send_events();
+    if (!wanted.reset) return send_events();
+    EventBatch reset;
+    reset.texts = {std::make_shared<const std::string>(reset_text(sent_))};
+    reset.last = sent_;
+    send_batch(std::move(reset));
 }
 
 // Detects that the client has left. A listener that sends anything is disconnected.

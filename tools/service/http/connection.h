@@ -72,6 +72,8 @@ struct Shared {
     size_t unsent = 0;  // bytes of content_ of all connections, and of those of each address
     std::map<std::string, size_t> unsent_of;
     bool closing = false;
+    const std::string request_ids;  // how the ids of its requests begin
+    uint64_t requests = 0;
     std::atomic<uint64_t> beats = 0;
     Traffic traffic;
 };
@@ -114,6 +116,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void hold();
     void release();
     bool is_over_budget(size_t bytes) const;
+    void audit(const Reply& answer) const;
     void deadline_in(std::chrono::milliseconds time) { deadline_ = Clock::now() + time; }
 
     Shared& shared_;

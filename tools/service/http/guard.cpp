@@ -108,6 +108,15 @@ std::optional<std::string> name_of_host(const std::string& host) {
     return name;
 }
 
+// The token of Authorization; empty if it is of another scheme.
+std::string token_of(const std::string& authorization) {
+    constexpr std::string_view kScheme = "Bearer ";
+    const bool bearer =
+        authorization.size() > kScheme.size() &&
+        same_word(std::string_view(authorization).substr(0, kScheme.size()), kScheme);
+    return bearer ? authorization.substr(kScheme.size()) : "";
+}
+
 // The value of a cookie; empty if it is missing.
 std::string cookie_of(const Request& request) {
     const std::string key = std::string(kCookie) + "=";
@@ -266,15 +275,27 @@ std::variant<KnownUser, Reply> Guard::identify(const Request& request) const {
             reply.headers.emplace_back("Retry-After", std::to_string(wait));
             return reply;
         }
-        constexpr std::string_view kScheme = "Bearer ";
-        if (given->size() > kScheme.size() &&
-            same_word(std::string_view(*given).substr(0, kScheme.size()), kScheme))
-            if (KnownUser user = users.with_token(given->substr(kScheme.size()))) return user;
+        if (const std::string token = token_of(*given); !token.empty())
+            if (KnownUser user = users.with_token(token)) return user;
         wrong_.enter(address);
     }
     Reply reply = problem(401, "this address requires a token: Authorization: Bearer TOKEN");
     reply.headers.emplace_back("WWW-Authenticate", "Bearer");
     return reply;
+}
+
+std::string Guard::begin_session(const Request& request) const {
+    const std::string* given = request.header("Authorization");
+    return given ? settings_.users->begin_session(token_of(*given)) : "";
+}
+
+void Guard::end_session(const Request& request) const {
+    if (const std::string session = cookie_of(request); !session.empty())
+        settings_.users->end_session(session);
+}
+
+std::string Guard::address_of(const Request& request) const {
+    return client_of(request, settings_.trusted).address;
 }
 
 std::string Guard::cookie(const Request& request, const std::string& session) const {

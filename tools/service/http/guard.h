@@ -87,6 +87,11 @@ class Guard {
     // no token, or a wrong one; 429 after many wrong ones.
     std::variant<KnownUser, Reply> identify(const Request& request) const;
     bool asks_for_token() const { return settings_.users->asks_for_token(); }
+    // A session of the request's token, empty without one; the end of its cookie's session.
+    std::string begin_session(const Request& request) const;
+    void end_session(const Request& request) const;
+    // The address of the client, behind a proxy too.
+    std::string address_of(const Request& request) const;
     // Set-Cookie for a page that has sent the token. Scripts cannot read it and other sites cannot
     // send it. Empty `session`: removes the cookie.
     std::string cookie(const Request& request, const std::string& session) const;

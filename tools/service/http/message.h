@@ -29,6 +29,7 @@ struct Request {
     std::string body;
     bool http_1_0 = false;
     std::string peer;                              // the address that the connection comes from
+    std::string id = {};                           // in its reply and the log
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 
     // The first header of that name, or null.
@@ -40,6 +41,7 @@ struct Request {
 struct EventsWanted {
     std::string job;               // empty: of all jobs
     std::optional<int64_t> after;  // an id; unset: from now on
+    bool reset = false;            // the client's last event is none that the store knows
 };
 
 // A body that is read while it is sent.

@@ -42,6 +42,7 @@ Json schemas(Json job) {
                             {"title", text("name of the status")},
                             {"status", integer("status of the reply")},
                             {"detail", text("the fault and its remedy")},
+                            {"request_id", text("X-Request-Id of the reply, as in the log")},
                             {"errors", {{"type", "array"}, {"items", ref("Diagnostic")}}}}},
                           {"required", {"type", "title", "status"}}};
     const Json plan = {

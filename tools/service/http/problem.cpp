@@ -9,6 +9,8 @@ namespace {
 
 using io::Json;
 
+constexpr const char* kProblemType = "application/problem+json";
+
 int status_of_kind(Problem::Kind kind) {
     constexpr int kStatuses[] = {422, 404, 409, 403, 429, 503, 500};
     return kStatuses[size_t(kind)];
@@ -26,7 +28,7 @@ Reply reply_of(int status, const std::string& detail, Json errors) {
     if (!errors.empty()) body["errors"] = std::move(errors);
     Reply reply;
     reply.status = status;
-    reply.type = "application/problem+json";
+    reply.type = kProblemType;
     reply.body = io::json_text(body) + "\n";
     return reply;
 }
@@ -42,6 +44,13 @@ Reply problem(const Problem& what) {
     if (what.kind == Problem::Kind::busy || what.kind == Problem::Kind::unavailable)
         reply.headers.emplace_back("Retry-After", std::to_string(std::max(1, what.retry_after_s)));
     return reply;
+}
+
+void name_request(Reply& reply, const std::string& id) {
+    if (reply.type != kProblemType) return;
+    Json body = Json::parse(reply.body);
+    body["request_id"] = id;
+    reply.body = io::json_text(body) + "\n";
 }
 
 std::string json_of(const Diagnostics& diagnostics) {

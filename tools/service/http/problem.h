@@ -13,6 +13,9 @@ Reply problem(int status, const std::string& detail);
 // With the diagnostics as "errors", and Retry-After for busy and unavailable.
 Reply problem(const Problem& what);
 
+// Adds "request_id" to a problem; other replies stay.
+void name_request(Reply& reply, const std::string& id);
+
 // [{"file", "line", "column", "severity", "path", "message"}], as text.
 std::string json_of(const Diagnostics& diagnostics);
 

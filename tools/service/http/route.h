@@ -42,6 +42,7 @@ struct Route {
     bool open = false;                         // requires no token
     std::vector<QueryParameter> queries = {};  // others are refused
     std::string body = {};                     // name of the body's schema; empty = no body
+    bool audited = false;                      // a line of the log for each request
     int status = 200;                          // on success
     std::vector<int> refusals = {};            // statuses besides those that any route has
     std::string type = "application/json";

@@ -121,6 +121,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .summary = "Submits a job",
                       .handle = replies([&](const Call& call) { return submit(service, call); }),
                       .body = "JobRequest",
+                      .audited = true,
                       .status = 202,
                       .refusals = {403, 409, 422},
                       .schema = "Job",
@@ -154,6 +155,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                               200, service.change(call.user, call.values[0], call.request.body));
                       }),
                       .body = "JobChange",
+                      .audited = true,
                       .refusals = {403, 409, 422},
                       .schema = "Job"});
     routes.push_back({.method = "DELETE",
@@ -161,6 +163,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "cancelJob",
                       .summary = "Cancels a job",
                       .handle = job(&Service::cancel),
+                      .audited = true,
                       .refusals = {403, 409},
                       .schema = "Job"});
     routes.push_back({.method = "POST",
@@ -168,13 +171,16 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "retryJob",
                       .summary = "Runs the unfinished frames of a failed or canceled job",
                       .handle = job(&Service::retry),
+                      .audited = true,
                       .refusals = {403, 409},
-                      .schema = "Job"});
+                      .schema = "Job",
+                      .reads_files = true});
     routes.push_back({.method = "DELETE",
                       .path = "/v1/jobs/{id}/record",
                       .operation = "forgetJob",
                       .summary = "Removes an ended job from the store; its outputs stay",
                       .handle = job(&Service::forget),
+                      .audited = true,
                       .refusals = {403, 409},
                       .schema = "Job"});
 }
@@ -190,8 +196,10 @@ constexpr const char* kReportPolicy =
     "data: blob:; sandbox allow-scripts allow-downloads; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'self'";
 
-// From the header or, for clients that cannot set one, the query. Nothing if it is not an id.
-std::optional<EventsWanted> events_wanted(const Call& call, const std::string& job) {
+// From the header or, for clients that cannot set one, the query. Nothing if it is not an id. After
+// an event that the store does not know: a reset, then all events of a job, or new ones.
+std::optional<EventsWanted> events_wanted(const Service& service, const Call& call,
+                                          const std::string& job) {
     EventsWanted wanted{job, std::nullopt};
     const std::string* header = call.request.header("Last-Event-ID");
     const std::string text = header ? *header : call.query("after");
@@ -202,11 +210,17 @@ std::optional<EventsWanted> events_wanted(const Call& call, const std::string& j
     }
     wanted.after = number_of<int64_t>(text);
     if (!wanted.after || *wanted.after < 0) return std::nullopt;
+    const auto lost = service.is_lost(*wanted.after);
+    if (const bool* is_lost = std::get_if<bool>(&lost); is_lost && *is_lost) {
+        wanted.reset = true;
+        wanted.after.reset();
+        if (!job.empty()) wanted.after = 0;
+    }
     return wanted;
 }
 
 Reply job_events(const Service& service, const Call& call) {
-    auto wanted = events_wanted(call, call.values[0]);
+    auto wanted = events_wanted(service, call, call.values[0]);
     if (!wanted) return problem(400, kNoEvent);
     return reply_to(service.job(call.values[0]), [&](const Job& job) {
         Reply reply;
@@ -222,10 +236,10 @@ Reply job_events(const Service& service, const Call& call) {
     });
 }
 
-Reply all_events(const Call& call) {
+Reply all_events(const Service& service, const Call& call) {
     Reply reply;
     reply.type = "text/event-stream";
-    reply.events = events_wanted(call, "");
+    reply.events = events_wanted(service, call, "");
     return reply.events ? reply : problem(400, kNoEvent);
 }
 
@@ -339,7 +353,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
     routes.push_back({.path = "/v1/events",
                       .operation = "followJobs",
                       .summary = "Events of all jobs",
-                      .handle = replies(all_events),
+                      .handle = read(all_events),
                       .queries = {after},
                       .type = "text/event-stream",
                       .streams = true});
@@ -547,7 +561,8 @@ void add_session(std::vector<Route>& routes, const Guard& guard, const std::stri
         return replies([&guard, begins](const Call& call) {
             Reply reply;
             reply.status = 204;
-            const std::string value = begins ? call.user.session : "";
+            const std::string value = begins ? guard.begin_session(call.request) : "";
+            if (!begins) guard.end_session(call.request);
             if (!begins || !value.empty())
                 reply.headers.emplace_back("Set-Cookie", guard.cookie(call.request, value));
             return reply;
@@ -558,12 +573,14 @@ void add_session(std::vector<Route>& routes, const Guard& guard, const std::stri
                       .operation = "beginSession",
                       .summary = "Sets a session cookie for a page that sends the token",
                       .handle = cookie(true),
+                      .audited = true,
                       .status = 204});
     routes.push_back({.method = "DELETE",
                       .path = "/v1/session",
                       .operation = "endSession",
-                      .summary = "Removes the session cookie",
+                      .summary = "Ends the session, and removes its cookie",
                       .handle = cookie(false),
+                      .audited = true,
                       .status = 204});
 }
 

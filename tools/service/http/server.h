@@ -39,6 +39,7 @@ struct ServerSettings {
     std::chrono::milliseconds heartbeat{15'000};  // between comments to listeners
     std::chrono::milliseconds closing{5'000};     // for unfinished replies, after draining
     std::function<void(const std::string&)> log;  // one line per request
+    std::function<void(const LogLine&)> audit;    // changes of jobs, and log-ins that failed
 };
 
 struct Shared;

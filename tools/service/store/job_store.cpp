@@ -15,7 +15,9 @@ namespace {
 // ------------------------------------------------------------------------------------------ rows
 // The queries of job_of() and frame_of(), up to WHERE.
 constexpr const char* kJob =
-    "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
+    "SELECT id, kind, state, priority, IFNULL((SELECT body FROM requests WHERE job = jobs.id), "
+    "''), "
+    "message, created_ms, started_ms, ended_ms, frames, "
     "done, failed, exit_code, verdict, owner, bytes, about FROM jobs ";
 constexpr const char* kListedJob =
     "SELECT id, kind, state, priority, '', message, created_ms, started_ms, ended_ms, frames, "
@@ -93,7 +95,8 @@ JobFrame frame_of(const Statement& row) {
 std::string over_limit(Database& database, int new_frames, const User& owner) {
     Statement used(database,
                    "SELECT COUNT(*) FILTER (WHERE ended_ms = 0), SUM(frames - done - failed) "
-                   "FILTER (WHERE ended_ms = 0), SUM(bytes) FROM jobs WHERE owner = ?",
+                   "FILTER (WHERE ended_ms = 0), IFNULL(SUM(bytes), 0) + IFNULL((SELECT "
+                   "SUM(bytes) FROM ledger WHERE owner = ?1), 0) FROM jobs WHERE owner = ?1",
                    owner.name);
     used.step();
     const int64_t jobs = used.integer(0) + 1, frames = used.integer(1) + new_frames;
@@ -107,7 +110,8 @@ std::string over_limit(Database& database, int new_frames, const User& owner) {
     if (owner.max_bytes > 0 && used.integer(2) >= owner.max_bytes)
         return concat("the jobs of ", owner.name, " have written ", used.integer(2),
                       " bytes, the limit is ", owner.max_disk,
-                      "; delete outputs that are not needed, and their jobs");
+                      ", removed jobs included; delete outputs that are not needed, and remove "
+                      "their jobs");
     return "";
 }
 
@@ -175,11 +179,9 @@ std::vector<std::string> words_of(const std::string& search) {
 
 // " AND ..." for a query of jobs with these words, bound from parameter `first` on.
 std::string search_condition(size_t words, int first) {
-    std::string text = "lower(id || ' ' || kind || ' ' || state || ' ' || owner || ' ' || message";
-    for (const char* key : {"input", "output", "chain", "chain_b", "study", "camera"})
-        text += concat(" || ' ' || CASE WHEN json_valid(body) THEN IFNULL(json_extract(body, '$.",
-                       key, "'), '') ELSE '' END");
-    text += ")";
+    const char* text =
+        "lower(id || ' ' || kind || ' ' || state || ' ' || owner || ' ' || message) || ' ' || "
+        "names";
     std::string condition;
     for (size_t i = 0; i < words; ++i)
         condition += concat(" AND instr(", text, ", lower(?", first + int(i), ")) > 0");
@@ -188,9 +190,10 @@ std::string search_condition(size_t words, int first) {
 
 }  // namespace
 
-Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts,
-                                                 const Retention& keep) {
-    std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep));
+Result<std::unique_ptr<JobStore>> JobStore::open(
+    const std::string& path, int attempts, const Retention& keep,
+    const std::function<void(const std::string&)>& warn) {
+    std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep, warn));
     Status status = store->take();
     if (status.ok())
         status = store->change([&](Database& database) {
@@ -199,9 +202,18 @@ Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int at
                         store->add_event(job, type, data);
                     });
         });
-    if (status.ok()) status = store->change([&](Database& database) { prune(database, keep); });
+    if (status.ok()) status = store->prune();
     if (!status.ok()) return status;
+    if (warn && !store->note().empty()) warn(store->note());
     return store;
+}
+
+Status JobStore::prune() {
+    std::string warning;
+    const Status status =
+        change([&](Database& database) { warning = service::prune(database, keep_); });
+    if (status.ok() && warn_ && !warning.empty()) warn_(warning);
+    return status;
 }
 
 Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& owner) {
@@ -216,11 +228,14 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
             return Added{Added::Result::over_limit, {}, why};
         database.run(
-            "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames, output, "
-            "about) VALUES(?, 'queued', ?, ?, ?, ?, ?, ?, ?, ?)",
-            name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames,
-            job.output, job.about);
+            "INSERT INTO jobs(kind, state, priority, key, created_ms, owner, frames, output, "
+            "about, writes) VALUES(?, 'queued', ?, ?, ?, ?, ?, ?, ?, ?)",
+            name_of(job.kind), job.priority, job.key, now_ms(), owner.name, job.frames, job.output,
+            job.about, job.writes);
         const int64_t id = database.last_id();
+        database.run("INSERT INTO requests(job, body) VALUES(?, ?)", id, job.body);
+        database.run(concat("UPDATE jobs SET names = ", names_of_request("?1"), " WHERE id = ?2"),
+                     job.body, id);
         add_event(id, "queued", {{"kind", name_of(job.kind)}, {"priority", job.priority}});
         return Added{Added::Result::made, *job_where(database, "id = ?", id), ""};
     });
@@ -228,6 +243,13 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
 
 Result<std::optional<Job>> JobStore::job(const std::string& id) const {
     return look([&](Database& database) { return job_where(database, "id = ?", number_of(id)); });
+}
+
+Result<std::optional<Job>> JobStore::listed(const std::string& id) const {
+    return look([&](Database& database) {
+        return first(Statement(database, concat(kListedJob, "WHERE id = ?"), number_of(id)),
+                     job_of);
+    });
 }
 
 Result<std::optional<Job>> JobStore::job_of_key(const std::string& key) const {
@@ -291,6 +313,26 @@ Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after
                 return Event{row.integer(0), row.text(1), row.integer(2), row.text(3), row.text(4)};
             });
     });
+}
+
+Result<bool> JobStore::is_lost(int64_t event) const {
+    return look([&](Database& database) { return is_lost_event(database, event); });
+}
+
+std::vector<OwnerUse> JobStore::owners() const {
+    const auto found = look([&](Database& database) {
+        return all(
+            Statement(database,
+                      "SELECT owner, COUNT(*) FILTER (WHERE state = 'queued'), COUNT(*) FILTER "
+                      "(WHERE state = 'running'), IFNULL(SUM(frames - done - failed) FILTER (WHERE "
+                      "ended_ms = 0), 0), SUM(bytes) + IFNULL((SELECT SUM(bytes) FROM ledger WHERE "
+                      "ledger.owner = jobs.owner), 0) FROM jobs WHERE owner <> '' GROUP BY owner"),
+            [](const Statement& row) {
+                return OwnerUse{row.text(0), row.integer(1), row.integer(2), row.integer(3),
+                                row.integer(4)};
+            });
+    });
+    return found.ok() ? *found : std::vector<OwnerUse>();
 }
 
 std::map<JobState, size_t> JobStore::counts() const {
@@ -376,9 +418,10 @@ Status JobStore::end(const Job& job) {
         if (!job.message.empty()) data["message"] = job.message;
         if (!job.verdict.empty()) data["verdict"] = job.verdict;
         add_event(id, name_of(job.state), data);
+        database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), id);
     });
     // If pruning fails, the next end() prunes.
-    if (status.ok()) (void)change([&](Database& database) { prune(database, keep_); });
+    if (status.ok()) (void)prune();
     return status;
 }
 
@@ -396,8 +439,11 @@ Result<bool> JobStore::cancel(const std::string& id, int exit_code) {
                 "UPDATE jobs SET state = 'canceled', message = 'canceled', exit_code = ?, ended_ms "
                 "= ? WHERE id = ? AND state IN ('queued', 'running')",
                 exit_code, now_ms(), job) > 0;
-        if (done) add_event(job, "canceled");
-        return done;
+        if (!done) return false;
+        add_event(job, "canceled");
+        database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database),
+                     job);
+        return true;
     });
 }
 
@@ -439,11 +485,23 @@ Result<bool> JobStore::set_priority(const std::string& id, int priority) {
 }
 
 Result<bool> JobStore::forget(const std::string& id) {
+    return change([&](Database& database) { return remove_job(database, number_of(id)); });
+}
+
+Result<std::vector<LedgerEntry>> JobStore::ledger(const std::string& owner) const {
+    return look([&](Database& database) {
+        return all(Statement(database, "SELECT writes, bytes FROM ledger WHERE owner = ?", owner),
+                   [](const Statement& row) {
+                       return LedgerEntry{row.text(0), row.integer(1)};
+                   });
+    });
+}
+
+Status JobStore::settle(const std::string& owner, const std::string& writes, int64_t bytes) {
     return change([&](Database& database) {
-        return database.run(
-                   "DELETE FROM jobs WHERE id = ? AND state IN ('done', 'failed', "
-                   "'canceled') AND remote = ''",
-                   number_of(id)) > 0;
+        database.run("UPDATE ledger SET bytes = MIN(bytes, ?) WHERE owner = ? AND writes = ?",
+                     bytes, owner, writes);
+        database.run("DELETE FROM ledger WHERE bytes <= 0");
     });
 }
 
@@ -456,7 +514,7 @@ Result<std::string> JobStore::remote(const std::string& id) const {
 Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
     return look([&](Database& database) {
         std::string query = kJob;
-        query.replace(query.find(" FROM"), 0, ", remote");
+        query.replace(query.rfind(" FROM"), 0, ", remote");
         // A queued one follows when it has started again.
         return all(
             Statement(database, query + "WHERE remote <> '' AND state <> 'queued' ORDER BY id"),

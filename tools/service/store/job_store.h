@@ -5,6 +5,7 @@
 //              +--- requeue, or the process ended ---+
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -51,6 +52,7 @@ struct NewJob {
     int frames = 0;           // 0 = not known yet
     std::string output = {};  // the pattern or folder that it writes, resolved; empty = not known
     std::string about = "{}";
+    std::string writes = {};  // every pattern and folder that it writes, a line for each
 };
 
 struct Added {
@@ -58,6 +60,20 @@ struct Added {
     Result result = Result::made;
     Job job;          // if made, same, other_body
     std::string why;  // full, over_limit
+};
+
+// Bytes in the outputs of an owner's removed jobs that write to the same place.
+struct LedgerEntry {
+    std::string writes;  // NewJob::writes
+    int64_t bytes = 0;
+};
+
+// An owner's part of the store.
+struct OwnerUse {
+    std::string owner;
+    int64_t queued = 0, running = 0;  // jobs
+    int64_t frames = 0;               // unfinished, in unfinished jobs
+    int64_t bytes = 0;                // written, in the ledger too
 };
 
 struct Retried {
@@ -77,12 +93,15 @@ class JobStore final : public StoreFile {
   public:
     // `attempts`: per frame, and per job that dies before its first frame. Errors (output): as of
     // StoreFile::take().
-    static Result<std::unique_ptr<JobStore>> open(const std::string& path, int attempts,
-                                                  const Retention& keep = {});
+    // `warn` is called with what its administrator should know, from any thread.
+    static Result<std::unique_ptr<JobStore>> open(
+        const std::string& path, int attempts, const Retention& keep = {},
+        const std::function<void(const std::string&)>& warn = {});
 
     // Result `full` if `max_queue` jobs wait.
     Result<Added> add(const NewJob& job, size_t max_queue, const User& owner = User());
     Result<std::optional<Job>> job(const std::string& id) const;
+    Result<std::optional<Job>> listed(const std::string& id) const;  // without its body
     Result<std::optional<Job>> job_of_key(const std::string& key) const;
     // Without their bodies, newest first; `state`, `before`, `owner` and `search` may be empty.
     // `search`: words that all occur in a job's id, kind, state, owner, message, paths or chains,
@@ -95,7 +114,10 @@ class JobStore final : public StoreFile {
     // The places of waiting jobs, in the order in which next() would return them.
     Result<QueuePlaces> places() const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
+    // Whether an event's id is of a time before a copy of the store was put back.
+    Result<bool> is_lost(int64_t event) const;
     std::map<JobState, size_t> counts() const;  // of jobs; empty on failure
+    std::vector<OwnerUse> owners() const;       // those with a name; empty on failure
     QueueTimes times() const;
 
     // The queued job with the highest priority, at least `above`. Among equals the one whose owner
@@ -122,8 +144,11 @@ class JobStore final : public StoreFile {
     // Changes the priority of an unfinished job; false for other states.
     Result<bool> set_priority(const std::string& id, int priority);
     // Removes an ended job with its frames and events; false for other states, and while it has
-    // tasks in another queue.
+    // tasks in another queue. Its outputs count for its owner until settle().
     Result<bool> forget(const std::string& id);
+    Result<std::vector<LedgerEntry>> ledger(const std::string& owner) const;
+    // An entry has at most this many bytes on disk; without any it is removed.
+    Status settle(const std::string& owner, const std::string& writes, int64_t bytes);
     // The id of a running job in another queue; empty = none.
     Result<std::string> remote(const std::string& id) const;
     // Every job that has one, ended ones too.
@@ -152,11 +177,14 @@ class JobStore final : public StoreFile {
     Status release(const std::string& id);
 
   private:
-    JobStore(const std::string& path, int attempts, const Retention& keep)
-        : StoreFile(path), attempts_(attempts), keep_(keep) {}
+    JobStore(const std::string& path, int attempts, const Retention& keep,
+             std::function<void(const std::string&)> warn)
+        : StoreFile(path), attempts_(attempts), keep_(keep), warn_(std::move(warn)) {}
+    Status prune();
 
     const int attempts_;  // of a frame
     const Retention keep_;
+    std::function<void(const std::string&)> warn_;
 };
 
 }  // namespace postchain::service

@@ -21,8 +21,9 @@ void check(sqlite3* handle, int code) {
 }  // namespace
 
 Database::Database(const std::string& path, Open how) {
-    const int flags = SQLITE_OPEN_READWRITE | (how == Open::created ? SQLITE_OPEN_CREATE : 0) |
-                      SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE;
+    const int flags = (how == Open::reading ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
+                      (how == Open::created ? SQLITE_OPEN_CREATE : 0) | SQLITE_OPEN_FULLMUTEX |
+                      SQLITE_OPEN_EXRESCODE;
     const int code = sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr);
     // A backup or a look with another program holds the file for a moment.
     if (code == SQLITE_OK) sqlite3_busy_timeout(handle_, kBusyMs);

@@ -21,7 +21,7 @@ struct SqlError {
 
 class Database {
   public:
-    enum class Open { created, existing };  // created: if it does not exist
+    enum class Open { created, existing, reading };  // created: if it does not exist
     // Throws SqlError.
     explicit Database(const std::string& path, Open how = Open::created);
     ~Database();

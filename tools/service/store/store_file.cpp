@@ -6,7 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <charconv>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 
@@ -80,11 +83,43 @@ Status StoreLock::take(const std::string& store) {
                   store + ": another service uses this store; stop it, or choose another file");
 }
 
+int64_t StoreLock::newest() const {
+    std::array<char, 32> text = {};
+    const ssize_t size = ::pread(file_, text.data(), text.size() - 1, 0);
+    int64_t id = 0;
+    if (size > 0) std::from_chars(text.data(), text.data() + size, id);
+    return id;
+}
+
+void StoreLock::set_newest(int64_t id) const {
+    // One write, so that a process that dies leaves the former number or this one. Of one length.
+    std::array<char, 32> text = {};
+    const int size =
+        std::snprintf(text.data(), text.size(), "%019lld\n", static_cast<long long>(id));
+    // A lost number only makes one restored copy less noticed.
+    if (::pwrite(file_, text.data(), size_t(size), 0) < 0) return;
+}
+
 Status StoreFile::take() {
     try {
         database_.emplace(path_);
         RETURN_IF_ERROR(lock_.take(path_));
-        prepare(*database_, path_);
+        prepare(*database_, path_, [&](int64_t version) {
+            const std::string copy = concat(path_, ".v", version);
+            if (Status copied = back_up(path_, copy); !copied.ok()) throw copied;
+            note_ = concat(path_, " is converted; a copy for the former program is ", copy);
+        });
+        Transaction transaction(*database_);
+        const int64_t former = newest_event_id(*database_);
+        begin_epoch(*database_, lock_.newest());
+        const int64_t newest = newest_event_id(*database_);
+        transaction.commit();
+        if (newest != former)
+            note_ +=
+                concat(note_.empty() ? "" : "; ", path_,
+                       " is not the store that was here last; its events go on at ", newest + 1);
+        lock_.set_newest(newest);
+        reader_.emplace(path_, Database::Open::reading);
         file_ = identity_of(path_);
         return Status();
     } catch (...) {
@@ -102,6 +137,7 @@ Status StoreFile::commit(const std::function<void(Database&)>& work) {
         work(*database_);
         transaction.commit();
         events.swap(said_);
+        if (!events.empty()) lock_.set_newest(events.back().id);
     } catch (...) {
         return status_of(path_);
     }
@@ -113,8 +149,8 @@ Status StoreFile::commit(const std::function<void(Database&)>& work) {
 
 Status StoreFile::read(const std::function<void(Database&)>& work) const {
     try {
-        const std::lock_guard lock(mutex_);
-        work(*database_);
+        const std::lock_guard lock(reader_mutex_);
+        work(*reader_);
         return Status();
     } catch (...) {
         return status_of(path_);
@@ -179,6 +215,7 @@ Status back_up(const std::string& store, const std::string& file) try {
         const int code = sqlite3_backup_step(copy, -1);
         sqlite3_backup_finish(copy);
         if (code != SQLITE_DONE) throw SqlError{code, sqlite3_errstr(code)};
+        mark_copy(to);
         // One file, which any tool can copy; the service changes it back.
         to.run("PRAGMA journal_mode = DELETE");
         if (const std::string fault = to.text("PRAGMA quick_check(1)"); fault != "ok")

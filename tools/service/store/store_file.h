@@ -33,6 +33,11 @@ class StoreLock {
     // be created.
     Status take(const std::string& store);
 
+    // The id of the last event of the store, kept in the file of the lock, which a copy does not
+    // bring back. 0 = not known.
+    int64_t newest() const;
+    void set_newest(int64_t id) const;
+
   private:
     int file_ = -1;
 };
@@ -46,6 +51,9 @@ class StoreFile {
     // Called after each commit, with the store unlocked.
     void on_event(std::function<void(const Event&)> listener);
     int64_t bytes() const;  // of the file and its log
+    // What take() has done beside opening the file, for the log: converted or restored. May be
+    // empty.
+    const std::string& note() const { return note_; }
 
   protected:
     explicit StoreFile(std::string path) : path_(std::move(path)) {}
@@ -69,7 +77,7 @@ class StoreFile {
             return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
         }
     }
-    // Likewise without a transaction.
+    // Likewise without a transaction, on a connection of its own, which does not wait for changes.
     template <class Work>
     auto look(const Work& work) const {
         using T = std::invoke_result_t<Work, Database&>;
@@ -85,10 +93,13 @@ class StoreFile {
     Status read(const std::function<void(Database&)>& work) const;
 
     const std::string path_;
+    std::string note_;
     StoreLock lock_;
-    mutable std::mutex mutex_;
-    mutable std::optional<Database> database_;
-    std::pair<dev_t, ino_t> file_ = {};  // identity of the opened file
+    std::mutex mutex_;
+    std::optional<Database> database_;
+    mutable std::mutex reader_mutex_;
+    mutable std::optional<Database> reader_;  // closed before the other, which closes the log
+    std::pair<dev_t, ino_t> file_ = {};       // identity of the opened file
     mutable std::mutex loss_mutex_;
     mutable bool lost_ = false;
     std::function<void(const std::string&)> loss_listener_;

@@ -1,5 +1,5 @@
-// Upkeep of a store: creates its tables, recovers jobs of a dead process, removes old rows. Throws
-// SqlError, or Status if the file is not a store of this program.
+// Upkeep of a store: creates and converts its tables, recovers jobs of a dead process, removes old
+// rows. Throws SqlError, or Status if the file is not a store of this program.
 #pragma once
 
 #include <cstdint>
@@ -27,15 +27,36 @@ using EventSink = std::function<void(int64_t job, const std::string& type, const
 
 int64_t now_ms();  // since 1970-01-01 UTC
 
-// Creates the tables of a new one. `path` is for messages.
-void prepare(Database& database, const std::string& path);
+// Creates the tables of a new one, and converts those of an earlier version; `keep_copy` is called
+// with that version before the first change. `path` is for messages.
+void prepare(Database& database, const std::string& path,
+             const std::function<void(int64_t version)>& keep_copy);
+
+// The id of the last event, removed ones too; 0 = none yet.
+int64_t newest_event_id(Database& database);
+// Marks a copy, which begin_epoch() recognizes as restored.
+void mark_copy(Database& database);
+// If the store is an older copy of itself, the ids of its next events are larger than all that it
+// has given before, and those in between count as lost. `last_seen`: the last id that this store
+// is known to have given. Requires a transaction.
+void begin_epoch(Database& database, int64_t last_seen);
+// Whether an event's id is of a time that a restored copy does not know.
+bool is_lost_event(Database& database, int64_t id);
 
 // Recovers the jobs that ran when the last process died: docs/service.md, "After a crash". Requires
 // a transaction.
 void recover(Database& database, int most_attempts, const EventSink& add_event);
 
-// Removes old jobs and events. Requires a transaction.
-void prune(Database& database, const Retention& keep);
+// Removes old jobs and events, the ones that ended first. Returns a warning if the clock has
+// jumped: then no job is removed by its age. Requires a transaction.
+std::string prune(Database& database, const Retention& keep);
+
+// Removes a job that has ended, with its frames and events. Its outputs stay on disk, and what they
+// take stays in the ledger of its owner. False: it has not ended, or has tasks in another queue.
+bool remove_job(Database& database, int64_t job);
+
+// SQL of the strings of a request that a search reads, in lower case. `body`: its parameter.
+std::string names_of_request(const std::string& body);
 
 // Updates a job's counts of frames: all, done and failed.
 void count_frames(Database& database, int64_t job);

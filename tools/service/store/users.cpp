@@ -1,9 +1,10 @@
 #include "tools/service/store/users.h"
 
-#include <sys/random.h>
+#include <sodium.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <fstream>
 
 #include "config/reporter.h"
@@ -15,17 +16,48 @@ namespace {
 
 constexpr size_t kShortestToken = 16, kLongestToken = 512;
 
-// 256 random bits in hexadecimal; empty without randomness from the kernel.
-std::string new_session() {
-    std::array<unsigned char, 32> bytes = {};
-    if (getrandom(bytes.data(), bytes.size(), 0) != ssize_t(bytes.size())) return "";
-    constexpr char kDigits[] = "0123456789abcdef";
-    std::string text;
-    for (const unsigned char byte : bytes) {
-        text += kDigits[byte >> 4];
-        text += kDigits[byte & 15];
-    }
-    return text;
+using Digest = std::array<unsigned char, 32>;
+constexpr std::string_view kHashName = "blake2b-";
+constexpr size_t kMaxTokens = 8;  // of a user
+
+std::string hex_of(const Digest& bytes) {
+    std::array<char, 2 * sizeof(Digest) + 1> text = {};
+    sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
+    return text.data();
+}
+
+// Before each use of libsodium; only the first call does anything.
+void begin_sodium() {
+    if (sodium_init() < 0) std::abort();  // the kernel gives no random numbers
+}
+
+// 256 random bits in hexadecimal.
+std::string new_secret() {
+    begin_sodium();
+    Digest bytes = {};
+    randombytes_buf(bytes.data(), bytes.size());
+    return hex_of(bytes);
+}
+
+// Secrets are random and long, so that neither a salt nor a slow hash is needed, and hashes may be
+// compared in any time.
+std::string hash_of(const std::string& secret) {
+    begin_sodium();
+    Digest bytes = {};
+    crypto_generichash(bytes.data(), bytes.size(),
+                       reinterpret_cast<const unsigned char*>(secret.data()), secret.size(),
+                       nullptr, 0);
+    return std::string(kHashName) + hex_of(bytes);
+}
+
+Status check_hash(const std::string& text) {
+    const auto is_hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+    if (text.starts_with(kHashName) && text.size() == kHashName.size() + 2 * sizeof(Digest) &&
+        std::all_of(text.begin() + kHashName.size(), text.end(), is_hex))
+        return Status();
+    return Status(StatusCode::usage,
+                  "expected the hash of a token, blake2b-...; `postchain serve --hash-token FILE` "
+                  "prints that of the token in FILE");
 }
 
 Status check_token(const std::string& token) {
@@ -40,24 +72,30 @@ Status check_token(const std::string& token) {
     return Status();
 }
 
-Result<std::string> read_token(const std::string& path) {
+Result<std::vector<std::string>> read_tokens(const std::string& path) {
     const std::string place = "--token-file " + path;
     std::ifstream in(path);
-    std::string token(kLongestToken + 2, '\0');
     if (!in) return Status(StatusCode::usage, place + ": cannot be read");
-    in.read(token.data(), std::streamsize(token.size()));
-    token.resize(size_t(in.gcount()));
-    token.resize(std::min(token.find_first_of("\r\n"), token.size()));
-    if (Status status = check_token(token); !status.ok())
-        return Status(StatusCode::usage, place + ": first line: " + status.message());
-    return token;
+    std::vector<std::string> hashes;
+    int number = 0;
+    for (std::string line; std::getline(in, line) && hashes.size() <= kMaxTokens;) {
+        ++number;
+        line.resize(line.find_last_not_of(" \t\r") + 1);
+        if (line.empty() || line[0] == '#') continue;
+        if (Status status = check_hash(line); !status.ok())
+            return Status(StatusCode::usage, concat(place, ":", number, ": ", status.message()));
+        hashes.push_back(line);
+    }
+    if (hashes.empty() || hashes.size() > kMaxTokens)
+        return Status(StatusCode::usage, concat(place, ": expected 1 to ", kMaxTokens,
+                                                " hashes of tokens, one a line"));
+    return hashes;
 }
 
-// The settings of a user, except its list of folders.
+// The settings of a user, except its lists of folders and tokens.
 const ParameterTable& user_table() {
     static const ParameterTable table =
         ParameterTableBuilder<User>()
-            .text("token", &User::token, {.required = true})
             .boolean("admin", &User::admin, {})
             .integer("max_priority", &User::max_priority,
                      {.min = -kMaxPriority, .max = kMaxPriority})
@@ -68,6 +106,14 @@ const ParameterTable& user_table() {
     return table;
 }
 
+// All errors. The log has one line for each message.
+Status on_one_line(const Diagnostics& diagnostics) {
+    std::string text;
+    for (const Diagnostic& one : diagnostics)
+        if (one.severity == Severity::error) text += (text.empty() ? "" : "; ") + one.text();
+    return Status(StatusCode::usage, text);
+}
+
 class UsersReader {
   public:
     UsersReader(const std::string& path, const Users::CheckFolder& check_folder)
@@ -75,7 +121,7 @@ class UsersReader {
 
     Result<std::vector<KnownUser>> read(const std::string& text, const std::string& path) {
         TextTree tree = read_text_tree(text, path, StatusCode::usage);
-        if (has_errors(tree.diagnostics)) return status_of(tree.diagnostics);
+        if (has_errors(tree.diagnostics)) return on_one_line(tree.diagnostics);
         const TextNode* version = tree.root.find("postchain_users");
         const TextNode* users = tree.root.find("users");
         if (!version || !users || !users->is_map())
@@ -90,7 +136,7 @@ class UsersReader {
         if (users)
             for (const TextEntry& entry : users->entries) add(entry);
         if (users_.empty() && faults_.empty()) reporter_.error(tree.root, "users", "no user");
-        if (has_errors(faults_)) return status_of(faults_);
+        if (has_errors(faults_)) return on_one_line(faults_);
         return users_;
     }
 
@@ -102,13 +148,15 @@ class UsersReader {
         if (user->name.empty() || user->name.size() > 64)
             return reporter_.error(entry.key, place, "a name has 1 to 64 characters");
         if (!entry.value.is_map()) return reporter_.error(entry.value, place, "expected a map");
-        std::vector<std::string> known = {"roots"};
+        std::vector<std::string> known = {"roots", "tokens"};
         for (const Parameter& row : user_table().rows()) known.push_back(row.key);
         for (const auto& [key, value] : entry.value.entries) {
             const std::string at = place + "." + key.text;
             const Parameter* row = user_table().find(key.text);
             if (key.text == "roots") {
                 read_roots(value, at, *user);
+            } else if (key.text == "tokens") {
+                read_tokens(value, at, *user);
             } else if (!row) {
                 reporter_.error(key, at, unknown_word("key", key.text, known));
             } else if (Status status = set_row(user_table(), user.get(), *row, value);
@@ -116,11 +164,13 @@ class UsersReader {
                 reporter_.error(value, at, status.message());
             }
         }
-        if (Status status = check_token(user->token); !status.ok())
-            reporter_.error(entry.value, place + ".token", status.message());
-        for (const KnownUser& other : users_)
-            if (other->token == user->token)
-                reporter_.error(entry.value, place + ".token", "is also that of " + other->name);
+        if (!entry.value.find("tokens"))
+            reporter_.error(entry.value, place + ".tokens", "is required");
+        for (const std::string& hash : user->tokens)
+            for (const KnownUser& other : users_)
+                if (std::ranges::count(other->tokens, hash) > 0)
+                    reporter_.error(entry.value, place + ".tokens",
+                                    "one is also that of " + other->name);
         if (!user->max_disk.empty()) {
             const auto bytes = sequence::parse_bytes(user->max_disk);
             if (bytes.ok())
@@ -128,8 +178,18 @@ class UsersReader {
             else
                 reporter_.error(entry.value, place + ".max_disk", bytes.status().message());
         }
-        user->session = new_session();
         users_.push_back(std::move(user));
+    }
+
+    void read_tokens(const TextNode& node, const std::string& place, User& user) {
+        if (!node.is_list() || node.items.empty() || node.items.size() > kMaxTokens)
+            return reporter_.error(
+                node, place, concat("expected a list of 1 to ", kMaxTokens, " hashes of tokens"));
+        for (const TextNode& item : node.items) {
+            const Status status = check_hash(item.is_scalar() ? item.text : "");
+            if (!status.ok()) reporter_.error(item, place, status.message());
+            user.tokens.push_back(item.text);
+        }
     }
 
     void read_roots(const TextNode& node, const std::string& place, User& user) {
@@ -160,16 +220,15 @@ Users::Users() {
 std::shared_ptr<Users> Users::of_token(const std::string& token) {
     auto users = std::make_shared<Users>();
     User one = *users->users_.front();
-    one.token = token;
-    one.session = new_session();
+    one.tokens = {hash_of(token)};
     users->users_ = {std::make_shared<const User>(std::move(one))};
     return users;
 }
 
 Result<std::shared_ptr<Users>> Users::of_token_file(const std::string& path) {
-    ASSIGN_OR_RETURN(auto token, read_token(path));
-    auto users = of_token(token);
+    auto users = std::make_shared<Users>();
     users->path_ = path;
+    RETURN_IF_ERROR(users->reload());
     return users;
 }
 
@@ -185,8 +244,10 @@ Result<std::shared_ptr<Users>> Users::of_file(const std::string& path,
 
 Result<Users::List> Users::read() const {
     if (users_path_.empty()) {
-        ASSIGN_OR_RETURN(const auto token, read_token(path_));
-        return of_token(token)->list();
+        User one;
+        one.admin = true;
+        ASSIGN_OR_RETURN(one.tokens, read_tokens(path_));
+        return List{std::make_shared<const User>(std::move(one))};
     }
     ASSIGN_OR_RETURN(const auto text, read_text_file(users_path_, StatusCode::usage));
     return UsersReader(users_path_, check_folder_).read(text, users_path_);
@@ -196,16 +257,12 @@ Status Users::reload() {
     if (path_.empty() && users_path_.empty()) return Status();
     ASSIGN_OR_RETURN(auto found, read());
     const std::lock_guard lock(mutex_);
-    // Sessions last as long as the token.
-    for (KnownUser& user : found)
-        for (const KnownUser& former : users_)
-            if (former->name == user->name && former->token == user->token) {
-                User kept = *user;
-                kept.session = former->session;
-                user = std::make_shared<const User>(std::move(kept));
-                break;
-            }
     users_ = std::move(found);
+    // Sessions last no longer than their token.
+    std::erase_if(sessions_, [&](const auto& one) {
+        const KnownUser user = with_hash(one.second.token);
+        return !user || user->name != one.second.user;
+    });
     return Status();
 }
 
@@ -216,25 +273,63 @@ Users::List Users::list() const {
 
 bool Users::asks_for_token() const {
     const List users = list();
-    return users.empty() || !users.front()->token.empty();
+    return users.empty() || !users.front()->tokens.empty();
 }
 
 size_t Users::count() const {
     return list().size();
 }
 
-KnownUser Users::with_token(const std::string& given) const {
-    KnownUser found;
-    for (const KnownUser& user : list())
-        if (same_secret(given, user->token)) found = user;
-    return found;
+// Requires the lock.
+KnownUser Users::with_hash(const std::string& hash) const {
+    for (const KnownUser& user : users_)
+        if (std::ranges::count(user->tokens, hash) > 0) return user;
+    return nullptr;
 }
 
-KnownUser Users::in_session(const std::string& given) const {
-    KnownUser found;
-    for (const KnownUser& user : list())
-        if (same_secret(given, user->session)) found = user;
-    return found;
+KnownUser Users::with_token(const std::string& given) const {
+    const std::string hash = hash_of(given);
+    const std::lock_guard lock(mutex_);
+    return with_hash(hash);
+}
+
+std::string Users::begin_session(const std::string& token, Clock::time_point now) const {
+    const std::string hash = hash_of(token);
+    std::string secret = new_secret();
+    const std::lock_guard lock(mutex_);
+    const KnownUser user = with_hash(hash);
+    if (!user) return "";
+    size_t count = 0;
+    auto oldest = sessions_.end();
+    for (auto at = sessions_.begin(); at != sessions_.end(); ++at) {
+        if (at->second.user != user->name) continue;
+        ++count;
+        if (oldest == sessions_.end() || at->second.last < oldest->second.last) oldest = at;
+    }
+    if (count >= kSessions) sessions_.erase(oldest);
+    sessions_[hash_of(secret)] = {user->name, hash, now, now};
+    return secret;
+}
+
+KnownUser Users::in_session(const std::string& given, Clock::time_point now) const {
+    if (given.empty()) return nullptr;
+    const std::string hash = hash_of(given);
+    const std::lock_guard lock(mutex_);
+    const auto found = sessions_.find(hash);
+    if (found == sessions_.end()) return nullptr;
+    Session& session = found->second;
+    if (now - session.last > kIdleSession || now - session.begun > kLongestSession) {
+        sessions_.erase(found);
+        return nullptr;
+    }
+    session.last = now;
+    return with_hash(session.token);
+}
+
+void Users::end_session(const std::string& given) const {
+    const std::string hash = hash_of(given);
+    const std::lock_guard lock(mutex_);
+    sessions_.erase(hash);
 }
 
 KnownUser Users::named(const std::string& name) const {
@@ -243,14 +338,9 @@ KnownUser Users::named(const std::string& name) const {
     return nullptr;
 }
 
-bool same_secret(const std::string& given, const std::string& secret) {
-    if (secret.empty()) return false;
-    volatile unsigned char difference = given.size() == secret.size() ? 0 : 1;
-    for (size_t i = 0; i < given.size(); ++i)
-        difference = static_cast<unsigned char>(
-            difference | (static_cast<unsigned char>(given[i]) ^
-                          static_cast<unsigned char>(secret[i % secret.size()])));
-    return difference == 0;
+Result<std::string> hash_of_token(const std::string& token) {
+    if (Status status = check_token(token); !status.ok()) return status;
+    return hash_of(token);
 }
 
 }  // namespace postchain::service

@@ -8,8 +8,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 namespace postchain::service {
 namespace {
@@ -97,6 +99,30 @@ struct Counters::Families {
     prometheus::Gauge& start =
         gauge("process_start_time_seconds", "start of the process since 1970");
 
+    prometheus::Family<prometheus::Gauge>& user_jobs =
+        gauges("postchain_user_jobs", "waiting and running jobs of each user");
+    prometheus::Family<prometheus::Gauge>& user_frames =
+        gauges("postchain_user_unfinished_frames", "frames of each user that are not done");
+    prometheus::Family<prometheus::Gauge>& user_bytes =
+        gauges("postchain_user_bytes", "bytes that each user's jobs have written, as max_disk");
+    std::set<std::string> shown_owners;
+
+    // Users whose last job has been removed go to 0.
+    void show(const std::vector<OwnerUse>& owners) {
+        std::map<std::string, OwnerUse> all;
+        for (const std::string& owner : shown_owners) all[owner] = {owner};
+        for (const OwnerUse& use : owners) {
+            all[use.owner] = use;
+            shown_owners.insert(use.owner);
+        }
+        for (const auto& [owner, use] : all) {
+            user_jobs.Add({{"user", owner}, {"state", "queued"}}).Set(double(use.queued));
+            user_jobs.Add({{"user", owner}, {"state", "running"}}).Set(double(use.running));
+            user_frames.Add({{"user", owner}}).Set(double(use.frames));
+            user_bytes.Add({{"user", owner}}).Set(double(use.bytes));
+        }
+    }
+
     void read_process() {
         std::ifstream status("/proc/self/statm");
         int64_t pages = 0, resident = 0;
@@ -170,10 +196,14 @@ void Counters::ended(JobKind kind, const std::string& state) noexcept try {
 }
 
 std::string Counters::text(const std::map<JobState, size_t>& jobs, const QueueTimes& times,
-                           const StuckThreads& stuck) const {
+                           const std::vector<OwnerUse>& owners, const StuckThreads& stuck) const {
     const std::lock_guard lock(mutex_);
-    families_->oldest.Set(times.oldest_queued_ms ? double(now_ms() - *times.oldest_queued_ms) * 1e-3
-                                                 : 0);
+    // A clock that was set back makes no negative age.
+    families_->oldest.Set(times.oldest_queued_ms
+                              ? double(std::max<int64_t>(now_ms() - *times.oldest_queued_ms, 0)) *
+                                    1e-3
+                              : 0);
+    families_->show(owners);
     families_->store.Set(double(times.store_bytes));
     families_->step.Set(stuck.oldest_step_s);
     families_->stuck.Set(double(stuck.now));

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "tools/sequence/record/frame_report.h"
 #include "tools/service/store/job_store.h"
@@ -28,7 +29,7 @@ class Counters {
     void started(double waited_s) noexcept;                       // a job, for the first time
     void ended(JobKind kind, const std::string& state) noexcept;  // a job
     std::string text(const std::map<JobState, size_t>& jobs, const QueueTimes& times,
-                     const StuckThreads& stuck) const;
+                     const std::vector<OwnerUse>& owners, const StuckThreads& stuck) const;
 
   private:
     struct Families;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 
 #include "config/text_tree.h"
 #include "tools/sequence/record/sidecar.h"
@@ -33,7 +34,55 @@ ResultFile file_at(const std::string& path) {
             error ? 0 : uint64_t(bytes)};
 }
 
+int64_t bytes_in_folder(const std::string& folder) {
+    std::error_code error;
+    int64_t bytes = 0;
+    for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+         at.increment(error)) {
+        std::error_code one;
+        if (!at->is_symlink(one) && at->is_regular_file(one)) bytes += int64_t(at->file_size(one));
+    }
+    return bytes;
+}
+
+// "a.0001.exr" and what is named after it: "a.0001.exr.json", "a.0001.exr.png".
+int64_t bytes_of_frames(const io::PathPattern& pattern) {
+    const std::string extension = fs::path(pattern.text()).extension().string();
+    std::error_code error;
+    int64_t bytes = 0;
+    for (fs::directory_iterator at(pattern.folder(), error), end; !error && at != end;
+         at.increment(error)) {
+        const std::string name = at->path().filename().string();
+        bool named = false;
+        for (size_t dot = name.find(extension); !named && dot != std::string::npos;
+             dot = name.find(extension, dot + 1))
+            named = pattern.match(name.substr(0, dot + extension.size())).has_value();
+        std::error_code one;
+        if (named && !at->is_symlink(one) && at->is_regular_file(one))
+            bytes += int64_t(at->file_size(one));
+    }
+    return bytes;
+}
+
 }  // namespace
+
+int64_t bytes_on_disk(const std::string& writes) {
+    std::istringstream lines(writes);
+    int64_t bytes = 0;
+    for (std::string line; std::getline(lines, line);) {
+        std::error_code error;
+        if (fs::is_directory(line, error)) {
+            bytes += bytes_in_folder(line);
+        } else if (const auto pattern = io::PathPattern::parse(line);
+                   pattern.ok() && pattern->has_token()) {
+            bytes += bytes_of_frames(*pattern);
+        } else {
+            for (const std::string& path : {line, sequence::sidecar_path(line), line + ".png"})
+                if (fs::is_regular_file(path, error)) bytes += int64_t(fs::file_size(path, error));
+        }
+    }
+    return bytes;
+}
 
 std::string sidecar_of(const std::string& output, const Roots& roots) {
     const auto path = roots.resolve(sequence::sidecar_path(output));

@@ -34,4 +34,8 @@ Answer<ResultFile> report_file_of(const Job& job, const std::string& name, const
 Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, int first, int last,
                                            const Roots& roots);
 
+// Bytes on disk of what a job's NewJob::writes names: the frames of patterns, with the files that
+// are named after them, and all files in folders.
+int64_t bytes_on_disk(const std::string& writes);
+
 }  // namespace postchain::service

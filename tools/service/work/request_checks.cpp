@@ -123,6 +123,7 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     };
     if (job.kind != JobKind::run) {
         submission.frames = measured_frames(job);
+        submission.writes = job.report_folder();
         // Several jobs and commands may work on a study.
         if (job.kind == JobKind::study || job.measured.on_existing != io::OnExisting::fail)
             return submission;
@@ -136,6 +137,8 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     submission.frames = int(tasks->size());
     std::error_code error;
     const std::string folder = job.run.output.folder();
+    submission.writes = job.run.output.text();
+    if (!job.run.dump_folder.empty()) submission.writes += "\n" + job.run.dump_folder;
     if (!job.run.make_folder && !std::filesystem::is_directory(folder, error))
         return refuse("output", Status(StatusCode::output,
                                        folder + ": folder does not exist; create it or use "

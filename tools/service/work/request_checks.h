@@ -19,6 +19,7 @@ struct Submission {
     std::string output = {};        // the pattern or folder that it writes; empty: others may, too
     std::vector<int> written = {};  // frames of a run whose outputs must not exist
     std::string about = {};         // Job::about
+    std::string writes = {};        // NewJob::writes
 };
 
 // Problems: those of JobReader::job(); (invalid) input frames are missing, there is no output

@@ -102,7 +102,7 @@ void log_event(const Event& event, const JobStore& store, Counters& counters,
                const std::function<void(const LogLine&)>& log) noexcept try {
     // Every frame is too much for a log; /metrics counts them.
     if (event.type == "frame" || event.type == "progress" || event.type == "frames") return;
-    const auto found = store.job(event.job);
+    const auto found = store.listed(event.job);
     if (!found.ok() || !*found) return;
     const Job& job = **found;
     const io::Json data = io::Json::parse(event.data, nullptr, false);
@@ -193,8 +193,11 @@ struct Service::State {
 
     // The following throw a Problem.
     Job known(const std::string& id) const;
+    void check_known(const std::string& id) const;
     JobFrame known(const std::string& id, int frame) const;
     JobReader reader_of(const User& user) const;
+    // Whether outputs of removed jobs that count for the user are no longer on disk.
+    bool settle(const User& user) const;
 
     // Sends an image of a file from another thread. `find` returns the file for a reader.
     using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
@@ -246,8 +249,13 @@ Job Service::State::known(const std::string& id) const {
     return shown(std::move(*job));
 }
 
+void Service::State::check_known(const std::string& id) const {
+    if (!stored(store->listed(id)))
+        throw Problem{Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'"};
+}
+
 JobFrame Service::State::known(const std::string& id, int frame) const {
-    known(id);
+    check_known(id);
     auto found = stored(store->frame(id, frame));
     if (!found)
         throw Problem{Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)};
@@ -258,6 +266,18 @@ JobReader Service::State::reader_of(const User& user) const {
     auto own = readers.of(user);
     if (!own.ok()) throw Problem{Problem::Kind::forbidden, own.status().message()};
     return std::move(*own);
+}
+
+bool Service::State::settle(const User& user) const {
+    bool freed = false;
+    if (user.max_bytes == 0) return freed;
+    for (const LedgerEntry& entry : stored(store->ledger(user.name))) {
+        const int64_t bytes = bytes_on_disk(entry.writes);
+        if (bytes >= entry.bytes) continue;
+        const Status status = store->settle(user.name, entry.writes, bytes);
+        freed = freed || status.ok();
+    }
+    return freed;
 }
 
 void Service::State::show(const User& user, const ImageWanted& wanted,
@@ -312,8 +332,12 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     ASSIGN_OR_RETURN(auto device,
                      sequence::choose_device(settings.device, settings.threads, settings.warn));
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
-    ASSIGN_OR_RETURN(state->store,
-                     JobStore::open(settings.store, settings.attempts, settings.keep));
+    ASSIGN_OR_RETURN(
+        state->store,
+        JobStore::open(settings.store, settings.attempts, settings.keep,
+                       [log = settings.log](const std::string& text) {
+                           if (log) log({LogLine::Level::warning, text, {{"event", "store"}}});
+                       }));
     if (settings.log)
         state->store->on_loss([log = settings.log](const std::string& text) {
             log({LogLine::Level::error, text, {{"event", "store"}}});
@@ -385,9 +409,13 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         check_priority(user, job.priority);
         for (const Job& other : stored(state_->store->writers(job.output)))
             if (auto refused = same_output(body, job, other, reader)) throw std::move(*refused);
-        Added added = stored(state_->store->add(
-            {job.kind, body, job.priority, key, job.frames, job.output, job.about},
-            state_->settings.max_queue, user));
+        const NewJob entry = {job.kind,   body,       job.priority, key,
+                              job.frames, job.output, job.about,    job.writes};
+        const auto add = [&] {
+            return stored(state_->store->add(entry, state_->settings.max_queue, user));
+        };
+        Added added = add();
+        if (added.result == Added::Result::over_limit && state_->settle(user)) added = add();
         switch (added.result) {
             case Added::Result::made:
                 *created = true;
@@ -423,7 +451,7 @@ Answer<Job> Service::job(const std::string& id) const {
 Answer<std::vector<JobFrame>> Service::frames(const std::string& id, size_t from,
                                               size_t limit) const {
     return answer([&] {
-        state_->known(id);
+        state_->check_known(id);
         auto frames = stored(state_->store->frames(id, from, limit));
         for (JobFrame& frame : frames) frame.output = state_->settings.roots.shown(frame.output);
         return frames;
@@ -457,8 +485,12 @@ Answer<Job> Service::retry(const User& user, const std::string& id) {
         const char* why_not = "; only failed and canceled jobs can be retried";
         return state_->change(user, id, why_not, [&](const Job& job) {
             const KnownUser owner = state_->settings.users->named(job.owner);
-            const Retried retried =
-                stored(state_->store->retry(id, owner ? *owner : user, state_->settings.max_queue));
+            const User& who = owner ? *owner : user;
+            const auto again = [&] {
+                return stored(state_->store->retry(id, who, state_->settings.max_queue));
+            };
+            Retried retried = again();
+            if (!retried.why.empty() && state_->settle(who)) retried = again();
             if (!retried.why.empty())
                 throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
             if (retried.done) state_->backend->wake();
@@ -493,7 +525,7 @@ Answer<Job> Service::forget(const User& user, const std::string& id) {
 Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
                                            size_t limit) const {
     return answer([&] {
-        if (!id.empty()) state_->known(id);
+        if (!id.empty()) state_->check_known(id);
         return stored(state_->store->events(id, after, limit));
     });
 }
@@ -507,10 +539,14 @@ Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
 Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
                                                  int last) const {
     return answer([&] {
-        state_->known(id);
+        state_->check_known(id);
         return taken(outputs_of(stored(state_->store->frames(id)), first, last,
                                 state_->reader_of(user).roots()));
     });
+}
+
+Answer<bool> Service::is_lost(int64_t event) const {
+    return answer([&] { return stored(state_->store->is_lost(event)); });
 }
 
 void Service::on_event(std::function<void(const Event&)> listener) {
@@ -621,6 +657,7 @@ Health Service::health() const {
 std::string Service::metrics() const {
     const BackendState backend = state_->backend->state();
     return state_->counters.text(state_->store->counts(), state_->store->times(),
+                                 state_->store->owners(),
                                  {backend.lost, backend.replaced, backend.oldest_step_s});
 }
 

@@ -244,7 +244,7 @@ TEST_F(Remote, JobsWaitForRoomInTheOrderOfTheService) {
     ASSERT_TRUE(holds(2));
     const std::string third = next("ann");
     EXPECT_EQ(job(third).place, 1) << "ann has two in the queue";
-    EXPECT_EQ(queue_->rank(0).most_tasks, 3);
+    EXPECT_TRUE(wait_for([&] { return queue_->rank(0).most_tasks == 3; }));
     next("bob", R"(, "priority": 7)");
     ASSERT_TRUE(holds(3));
     EXPECT_EQ(queue_->jobs[2].owner, "bob");

@@ -37,14 +37,14 @@ Test = collections.namedtuple("Test", "command environment folder full")
 
 
 def tests_of_build(build):
-    """All tests of ctest by name."""
+    """All tests of ctest by name. One whose program is not built has no command."""
     listing = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], check=True,
                              capture_output=True, text=True).stdout
     tests = {}
     for entry in json.loads(listing)["tests"]:
         properties = {p["name"]: p["value"] for p in entry.get("properties", [])}
         environment = dict(word.split("=", 1) for word in properties.get("ENVIRONMENT", []))
-        tests[entry["name"]] = Test(entry["command"], environment, properties.get("WORKING_DIRECTORY", build),
+        tests[entry["name"]] = Test(entry.get("command", []), environment, properties.get("WORKING_DIRECTORY", build),
                                     "full" in properties.get("LABELS", []))
     return tests
 

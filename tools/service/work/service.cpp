@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/text.h"
 #include "config/describe.h"
 #include "config/schema.h"
@@ -311,6 +312,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
     ASSIGN_OR_RETURN(auto device,
                      sequence::choose_device(settings.device, settings.threads, settings.warn));
+    confine_reads(settings.roots.folders());
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
     ASSIGN_OR_RETURN(state->store,
                      JobStore::open(settings.store, settings.attempts, settings.keep));

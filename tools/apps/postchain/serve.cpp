@@ -264,7 +264,7 @@ class Keeper {
             last = Clock::now();
             // Silence makes the service manager start the service anew.
             const uint64_t now = server_.beats();
-            if (now != beats && service_.alive()) notify_system("WATCHDOG=1");
+            if (now != beats && service_.alive() && server_.alive()) notify_system("WATCHDOG=1");
             beats = now;
         }
     }

@@ -116,6 +116,7 @@ class UsersReader {
                 reporter_.error(value, at, status.message());
             }
         }
+        if (!entry.value.find("max_priority") && !user->admin) user->max_priority = 0;
         if (Status status = check_token(user->token); !status.ok())
             reporter_.error(entry.value, place + ".token", status.message());
         for (const KnownUser& other : users_)

@@ -20,16 +20,17 @@
 namespace postchain::service {
 
 struct User {
-    std::string name;                 // empty: of a service without a file of users
-    std::string token;                // empty: no token is required
-    std::string session;              // value of its cookie
-    bool admin = false;               // may change the jobs of others
-    std::vector<std::string> roots;   // folders that its jobs may use; empty = all of the service
-    int max_priority = kMaxPriority;  // of its jobs
-    int max_jobs = 0;                 // unfinished; 0 = no limit
-    int max_frames = 0;               // in unfinished jobs; 0 = no limit
-    std::string max_disk;             // as given, "500G"
-    int64_t max_bytes = 0;            // max_disk: written by the jobs in the store; 0 = no limit
+    std::string name;                // empty: of a service without a file of users
+    std::string token;               // empty: no token is required
+    std::string session;             // value of its cookie
+    bool admin = false;              // may change the jobs of others
+    std::vector<std::string> roots;  // folders that its jobs may use; empty = all of the service
+    int max_priority =
+        kMaxPriority;       // of its jobs; 0 in a file that does not set it, but for admins
+    int max_jobs = 0;       // unfinished; 0 = no limit
+    int max_frames = 0;     // in unfinished jobs; 0 = no limit
+    std::string max_disk;   // as given, "500G"
+    int64_t max_bytes = 0;  // max_disk: written by the jobs in the store; 0 = no limit
 };
 using KnownUser = std::shared_ptr<const User>;  // null: not known
 

@@ -12,6 +12,7 @@
 
 #include "chain/egl/context.h"
 #include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/memory.h"
 #include "tools/service/work/device_gate.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_request.h"
@@ -19,9 +20,13 @@
 
 namespace postchain::service {
 
-// The color of a file, reduced. Errors (input), (output).
+// The color of a file, reduced. Waits until its frame fits into the memory of `gate`, which has
+// settings.max_memory. Errors: (input), (output); (memory): the frame is larger.
 Result<std::string> image_of(const std::string& path, int frame,
-                             const sequence::SourceSettings& settings, const ImageWanted& wanted);
+                             const sequence::SourceSettings& settings, const ImageWanted& wanted,
+                             sequence::MemoryGate& gate);
+
+Problem too_many_previews();
 
 class Previews {
   public:
@@ -35,6 +40,8 @@ class Previews {
     // one, as do `wanted.left` and end().
     bool run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
              std::function<void(Answer<Picture>)> done);
+    size_t hanging() const { return threads_.hanging(); }
+    bool alive() const { return threads_.alive(); }
     // Runs a test dispatch; nothing if the thread is busy for longer than a second.
     std::optional<Status> test();
     size_t end();  // HelperThreads::end()

@@ -343,6 +343,7 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     work.attempts = serve.attempts;
     work.max_queue = size_t(serve.max_queue);
     work.users = users;
+    work.program = "/proc/self/exe";
     work.frame_timeout_s = serve.frame_timeout_s;
     work.slice_s = serve.slice_s;
     work.keep = {serve.keep_jobs, serve.keep_days};

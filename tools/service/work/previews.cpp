@@ -114,32 +114,13 @@ Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
 
 }  // namespace
 
-namespace {
-
-// Bytes of a gate while this object exists.
-class MemoryPlace {
-  public:
-    MemoryPlace(sequence::MemoryGate& gate, uint64_t bytes) : gate_(gate), bytes_(bytes) {
-        gate_.enter(bytes_);
-    }
-    ~MemoryPlace() { gate_.leave(bytes_); }
-    MemoryPlace(const MemoryPlace&) = delete;
-    MemoryPlace& operator=(const MemoryPlace&) = delete;
-
-  private:
-    sequence::MemoryGate& gate_;
-    const uint64_t bytes_;
-};
-
-}  // namespace
-
 Problem too_many_previews() {
     return {Problem::Kind::busy, "too many previews are waiting; try again", {}, 1};
 }
 
 Result<std::string> image_of(const std::string& path, int frame,
                              const sequence::SourceSettings& settings, const ImageWanted& wanted,
-                             sequence::MemoryGate& gate) {
+                             const std::function<void(uint64_t bytes)>& enter) {
     ASSIGN_OR_RETURN(auto header,
                      sequence::open_source_frame(settings, {{Role::color, path}}, frame));
     const uint64_t bytes =
@@ -149,7 +130,7 @@ Result<std::string> image_of(const std::string& path, int frame,
                       concat(path, ": needs ", sequence::bytes_text(bytes),
                              " of memory; images of this service may need ",
                              sequence::bytes_text(settings.max_memory), ": render smaller"));
-    const MemoryPlace place(gate, bytes);
+    enter(bytes);
     ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
                                                               io::Keep::nothing));
     const ImageF& color = *source.planes.at(Role::color);

@@ -20,11 +20,26 @@
 
 namespace postchain::service {
 
-// The color of a file, reduced. Waits until its frame fits into the memory of `gate`, which has
-// settings.max_memory. Errors: (input), (output); (memory): the frame is larger.
+// Bytes of a gate while this object exists.
+class MemoryPlace {
+  public:
+    MemoryPlace(sequence::MemoryGate& gate, uint64_t bytes) : gate_(gate), bytes_(bytes) {
+        gate_.enter(bytes_);
+    }
+    ~MemoryPlace() { gate_.leave(bytes_); }
+    MemoryPlace(const MemoryPlace&) = delete;
+    MemoryPlace& operator=(const MemoryPlace&) = delete;
+
+  private:
+    sequence::MemoryGate& gate_;
+    const uint64_t bytes_;
+};
+
+// The color of a file, reduced. `enter` gets the bytes of its frame before they are allocated, and
+// returns when there is room. Errors: (input), (output); (memory): over settings.max_memory.
 Result<std::string> image_of(const std::string& path, int frame,
                              const sequence::SourceSettings& settings, const ImageWanted& wanted,
-                             sequence::MemoryGate& gate);
+                             const std::function<void(uint64_t bytes)>& enter);
 
 Problem too_many_previews();
 

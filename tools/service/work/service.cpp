@@ -4,6 +4,7 @@
 #include <csignal>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -22,6 +23,7 @@
 #include "tools/service/work/disk_check.h"
 #include "tools/service/work/health_watch.h"
 #include "tools/service/work/helper_threads.h"
+#include "tools/service/work/image_helper.h"
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/previews.h"
@@ -206,6 +208,9 @@ struct Service::State {
     JobFrame known(const std::string& id, int frame) const;
     JobReader reader_of(const User& user) const;
 
+    // An image of a file, by another process if there is a program for it.
+    Result<std::string> image(const ShownFrame& shown, const Roots& roots,
+                              const ImageWanted& wanted);
     // Sends an image of a file from another thread. `find` returns the file for a reader.
     using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
     void show(const User& user, const ImageWanted& wanted,
@@ -270,13 +275,22 @@ JobReader Service::State::reader_of(const User& user) const {
     return std::move(*own);
 }
 
+Result<std::string> Service::State::image(const ShownFrame& shown, const Roots& roots,
+                                          const ImageWanted& wanted) {
+    if (!settings.program.empty())
+        return image_by_helper(settings.program, shown, roots, wanted, image_memory);
+    std::optional<MemoryPlace> place;
+    return image_of(shown.path, shown.frame, shown.source, wanted,
+                    [&](uint64_t bytes) { place.emplace(image_memory, bytes); });
+}
+
 void Service::State::show(const User& user, const ImageWanted& wanted,
                           const std::function<void(Answer<Picture>)>& done, const FindFrame& find) {
-    const auto image = [this, wanted, reader = reader_of(user), find] {
+    const auto make = [this, wanted, reader = reader_of(user), find] {
         try {
             ShownFrame shown = taken(find(reader));
             shown.source.max_memory = memory / 4;
-            auto bytes = image_of(shown.path, shown.frame, shown.source, wanted, image_memory);
+            auto bytes = image(shown, reader.roots(), wanted);
             if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
             return Picture{wanted.type, std::move(*bytes)};
         } catch (const Problem&) {
@@ -286,9 +300,9 @@ void Service::State::show(const User& user, const ImageWanted& wanted,
         }
     };
     const Problem busy{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
-    const auto work = [done, image, left = wanted.left] {
+    const auto work = [done, make, left = wanted.left] {
         if (left && *left) return done(Problem{Problem::Kind::unavailable, "the client has left"});
-        done(answer(image));
+        done(answer(make));
     };
     if (!thumbnails.run(work, {wanted.share, [done, busy] { done(busy); }})) throw busy;
 }

@@ -1,5 +1,6 @@
 #include "config/text_tree.h"
 
+#include <unistd.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/mark.h>
@@ -9,12 +10,12 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <new>
 #include <optional>
 #include <sstream>
 #include <unordered_map>
 
+#include "chain/base/readable_file.h"
 #include "config/reporter.h"
 #include "config/text_check.h"
 
@@ -259,17 +260,20 @@ Result<std::string> read_text_file(const std::string& path, StatusCode code,
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored))
         return Status(code, path + ": is a folder, not a file");
-    std::ifstream in(path, std::ios::binary);
-    if (!in && errno == ENOMEM) return out_of_memory(path);
-    if (!in) return Status(code, concat(path, ": cannot be opened: ", std::strerror(errno)));
+    const ReadableFile file(path, Pipes::read_by_commands);
+    if (!file.ok() && file.error() == ENOMEM) return out_of_memory(path);
+    if (!file.ok()) return Status(code, concat(path, ": ", file.fault()));
     // Reads blocks: a text may be far smaller than its limit, or come from a pipe.
     std::string text;
     char block[16384];
-    while (in && text.size() <= limits.bytes) {
-        in.read(block, std::min(sizeof(block), limits.bytes + 1 - text.size()));
-        text.append(block, size_t(in.gcount()));
+    while (text.size() <= limits.bytes) {
+        const ssize_t got =
+            ::read(file.fd(), block, std::min(sizeof(block), limits.bytes + 1 - text.size()));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return Status(code, path + ": cannot be read");
+        if (got == 0) break;
+        text.append(block, size_t(got));
     }
-    if (in.bad()) return Status(code, path + ": cannot be read");
     return text;
 } catch (...) {
     return status_of_exception(path);

@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 #include <vector>
 
 #include "tests/command/frames.h"
+#include "tools/sequence/source/control_group.h"
 
 namespace postchain::sequence {
 namespace {
@@ -57,6 +60,36 @@ TEST(Memory, WhatIsTooMuchIsRefused) {
     EXPECT_EQ(status.code(), StatusCode::memory);
     for (const char* word : {"f.exr", "3.0 MiB", "2.0 MiB", "--max-memory", "raise the limit"})
         EXPECT_THAT(status.message(), testing::HasSubstr(word));
+}
+
+TEST(Memory, OfControlGroupsAndThoseAroundThem) {
+    test::TempFolder folder;
+    namespace fs = std::filesystem;
+    const std::string mounted = folder.path("cgroup"), groups = folder.path("groups");
+    const auto write = [](const std::string& path, const std::string& text) {
+        fs::create_directories(fs::path(path).parent_path());
+        std::ofstream(path) << text;
+    };
+    const auto limit = [&](const std::string& text) {
+        write(groups, text);
+        return memory_of_groups(groups, mounted);
+    };
+    // Version 2.
+    write(mounted + "/system.slice/memory.max", "8000\n");
+    write(mounted + "/system.slice/a.service/memory.max", "max\n");
+    write(mounted + "/system.slice/b.service/memory.max", "500\n");
+    EXPECT_EQ(limit("0::/system.slice/a.service\n"), 8000u);
+    EXPECT_EQ(limit("0::/system.slice/b.service\n"), 500u);
+    EXPECT_EQ(limit("0::/other\n"), 0u);
+    EXPECT_EQ(limit("0::/\n"), 0u);
+    write(mounted + "/memory.max", "7000\n");
+    EXPECT_EQ(limit("0::/\n"), 7000u);
+    EXPECT_EQ(limit("0::/not/mounted/here\n"), 7000u) << "in a container";
+    // Version 1.
+    write(mounted + "/memory/jobs/memory.limit_in_bytes", "600\n");
+    EXPECT_EQ(limit("5:cpu,cpuacct:/jobs\n4:memory:/jobs/one\n"), 600u);
+    EXPECT_EQ(limit("5:cpu,cpuacct:/jobs\n"), 0u);
+    EXPECT_EQ(memory_of_groups(folder.path("none"), mounted), 0u);
 }
 
 TEST(Memory, TheGateLetsInWhatFits) {

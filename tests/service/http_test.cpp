@@ -54,6 +54,33 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
         EXPECT_FALSE(Network::parse(text).ok()) << text;
 }
 
+TEST(Clients, AreAnAddressOrANetwork) {
+    for (const auto& [address, place] : std::vector<std::pair<const char*, const char*>>{
+             {"192.0.2.1", "192.0.2.1"},
+             {"::ffff:192.0.2.1", "192.0.2.1"},
+             {"2001:db8:1:2:3:4:5:6", "2001:db8:1:2::/64"},
+             {"2001:db8:1:2::", "2001:db8:1:2::/64"},
+             {"2001:db8:1:3::1", "2001:db8:1:3::/64"},
+             {"::1", "::/64"},
+             {"nonsense", "nonsense"}})
+        EXPECT_EQ(place_of(address), place) << address;
+    GuardSettings settings;
+    settings.users = Users::of_token("0123456789abcdef");
+    const Guard guard(settings);
+    // A wrong token from each address of a network counts for the network.
+    for (int i = 0; i < 30; ++i)
+        (void)guard.identify(from(concat("2001:db8::", i), {{"Authorization", "Bearer wrong"}}));
+    const auto slowed =
+        guard.identify(from("2001:db8::ff", {{"Authorization", "Bearer 0123456789abcdef"}}));
+    ASSERT_TRUE(std::holds_alternative<Reply>(slowed));
+    EXPECT_EQ(std::get<Reply>(slowed).status, 429);
+    User ann;
+    ann.name = "ann";
+    EXPECT_EQ(guard.share_of(from("192.0.2.1"), std::make_shared<const User>(ann)), "ann");
+    EXPECT_EQ(guard.share_of(from("2001:db8::1"), settings.users->named("")),
+              guard.share_of(from("2001:db8::2"), nullptr));
+}
+
 TEST(WrongTokens, AreSlowedPerAddressAndForgiven) {
     using namespace std::chrono_literals;
     WrongTokens wrong;

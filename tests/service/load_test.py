@@ -124,6 +124,10 @@ class Crowds(Attacked):
         address = ("127.0.0.1", self.server.port)
         held = [socket.create_connection(address, source_address=(f"127.0.0.{i}", 0))
                 for i, count in counts.items() for _ in range(count)]
+        # Those that have sent no request would make way.
+        for client in held:
+            client.sendall(b"GET /v1/schema HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            self.assertIn(b"HTTP/1.1 200", client.recv(4096))
         wait_until(lambda: self.server.ask("GET", "/healthz")[0] == status)
         self.assertEqual(self.server.ask("GET", "/healthz")[1]["retry-after"], "5")
         # Further connections are closed without a reply, and nothing breaks.

@@ -1,6 +1,7 @@
 // Preloaded into a process: kills it when it opens a file whose name ends with POSTCHAIN_POISON,
 // and blocks the opening of one that ends with POSTCHAIN_HANG while the file POSTCHAIN_HANG_WHILE
 // exists, as a disk does that does not answer. That file grows by a byte each time.
+#include <array>
 #include <csignal>
 #include <cstdarg>
 #include <cstdio>
@@ -9,6 +10,7 @@
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 namespace {
@@ -36,6 +38,19 @@ int open_with(const char* name, const char* path, int flags, va_list words) {
 using Open = int (*)(const char*, int, ...);
 
 }  // namespace
+
+// A service opens the files of its roots by openat2, which has no function of its own.
+extern "C" long syscall(long number, ...) {
+    using Syscall = long (*)(long, ...);
+    static const auto next = reinterpret_cast<Syscall>(dlsym(RTLD_NEXT, "syscall"));
+    std::array<long, 6> words;
+    va_list given;
+    va_start(given, number);
+    for (long& word : words) word = va_arg(given, long);
+    va_end(given);
+    if (number == SYS_openat2) look_at(reinterpret_cast<const char*>(words[1]));
+    return next(number, words[0], words[1], words[2], words[3], words[4], words[5]);
+}
 
 extern "C" int open(const char* path, int flags, ...) {
     va_list words;

@@ -106,6 +106,7 @@ class Nginx(Behind, unittest.TestCase):
         (self.path / "nginx.conf").write_text(
             f"daemon off;\nmaster_process off;\npid {self.path}/pid;\nerror_log stderr;\n"
             "events { }\nhttp {\n    access_log off;\n" + folders +
+            "    limit_conn_zone $binary_remote_addr zone=postchain:10m;\n" +
             f"    server {{\n        listen 127.0.0.1:{self.port};\n" + self.recipe("nginx.conf") +
             "    }\n}\n")
         return [found("nginx"), "-e", "stderr", "-c", str(self.path / "nginx.conf")]

@@ -30,6 +30,29 @@ std::vector<int> size_of(const Picture& picture) {
     return numbers;
 }
 
+TEST_F(Results, ImagesPreviewsAndJobsShareTheMemory) {
+    max_memory_ = 40'000;
+    open();
+    // Of 24 x 16 pixels: four floats as stored, and as a plane.
+    const auto input = [&](auto done) {
+        service_->input_image(user(), "in.####.exr", 1, {}, std::move(done));
+    };
+    const Problem large = no_picture(input);
+    EXPECT_EQ(large.kind, Problem::Kind::invalid);
+    EXPECT_THAT(large.detail, HasSubstr("in.0001.exr: needs 12.0 KiB of memory; images of this "
+                                        "service may need 9.8 KiB"));
+    const Problem preview = no_picture(previewing(
+        R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr", "frame": 1})"));
+    EXPECT_THAT(preview.detail, HasSubstr("9.8 KiB"));
+    const Job job = ran(body());
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_THAT(frames(job.id)[0].message, HasSubstr("--max-memory allows 19.5 KiB"));
+    close();
+    max_memory_ = 400'000;
+    open();
+    EXPECT_EQ(picture(input).type, "image/png");
+}
+
 TEST_F(Results, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
     open();
     const std::string id = submit(body());

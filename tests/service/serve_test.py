@@ -151,6 +151,30 @@ class Serve(Served):
             self.assertEqual((status, page), (200, (self.path / "made/index.html").read_bytes()))
             self.assertEqual(server.ask("GET", report + inner)[0], 200)
 
+    def test_a_file_that_crashes_its_reader(self):
+        """Only the request for its image fails; a FIFO in place of a camera file holds no thread."""
+        self.shots("1-2")
+        os.mkfifo(self.path / "pipe.json")
+        environment = os.environ | ({"LD_PRELOAD": LIBRARY, "POSTCHAIN_POISON": "sharp.0002.exr"}
+                                    if LIBRARY else {})
+        with self.serving(env=environment) as server:
+            plan = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "pipe.json"}
+            for _ in range(24):
+                status, _, body = server.ask("POST", "/v1/plan", plan, timeout=30)
+                self.assertEqual(status, 422, body)
+                self.assertIn(b"is not a file", body)
+            image = "/v1/image?input=shots/sharp.%23%23%23%23.exr&frame="
+            status, headers, _ = server.ask("GET", image + "1")
+            self.assertEqual((status, headers["content-type"]), (200, "image/png"))
+            self.assertEqual(server.ask("GET", image + "9")[0], 404)
+            if not LIBRARY:
+                return
+            status, _, body = server.ask("GET", image + "2")
+            self.assertEqual(status, 422, body)
+            self.assertIn("sharp.0002.exr: its reader crashed", json.loads(body)["detail"])
+            self.assertEqual(server.ask("GET", image + "1")[0], 200)
+            self.assertEqual(server.ask("GET", "/readyz")[0], 200)
+
     def test_a_read_that_hangs(self):
         """A frame's disk does not answer. Its job ends, the next one is done, the service manager
         hears that the service lives, and a second signal ends it at once."""

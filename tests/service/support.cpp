@@ -45,6 +45,7 @@ ServiceSettings ServiceTest::settings() {
     settings.device = "software";
     settings.attempts = attempts_;
     settings.max_queue = max_queue_;
+    settings.max_memory = max_memory_;
     settings.version = "test";
     settings.users = users_;
     settings.frame_timeout_s = frame_timeout_s_;

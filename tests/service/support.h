@@ -94,6 +94,7 @@ class ServiceTest : public testing::Test {
     std::mutex log_mutex_;
     std::vector<service::LogLine> log_;
     size_t max_queue_ = 100;
+    uint64_t max_memory_ = 0;
     const PassRegistry* registry_;  // the built-in passes, unless a test has its own
     std::unique_ptr<service::Service> service_;
 };

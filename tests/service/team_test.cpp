@@ -57,7 +57,10 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     own.replace(own.find("out/"), 0, "bob/");
     done(submit(own, "bob"));
     EXPECT_EQ(refused(body(R"(, "priority": 6)"), "bob").kind, Problem::Kind::forbidden);
-    const std::string of_ann = submit(body(), "ann");
+    // Without max_priority, only an administrator goes before the others.
+    EXPECT_EQ(refused(body(R"(, "priority": 1)"), "ann").kind, Problem::Kind::forbidden);
+    EXPECT_EQ(job(submit(in_folder(body(R"(, "priority": 100)"), "first"), "ops")).priority, 100);
+    const std::string of_ann = submit(body(R"(, "priority": -1)"), "ann");
     ended(of_ann);
     // Others may look, and not touch. An administrator may.
     EXPECT_EQ(job(of_ann).owner, "ann");
@@ -89,7 +92,7 @@ TEST_F(Team, TheNewestPreviewOfASessionWins) {
         service_->preview(user(),
                           R"({"chain": {"postchain": 1, "passes": ["held"]},
                               "input": "in.####.exr", "frame": 3})",
-                          {"image/png", session, left},
+                          {"image/png", session, "", left},
                           [promise](Answer<Picture> got) { promise->set_value(std::move(got)); });
         return promise->get_future();
     };

@@ -8,13 +8,16 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string_view>
 #include <system_error>
 
 #include "chain/base/parameter.h"
 #include "chain/base/printable.h"
 #include "config/reporter.h"
+#include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/subcommands.h"
+#include "tools/service/work/image_helper.h"
 
 namespace postchain {
 namespace {
@@ -180,6 +183,8 @@ int main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
     postchain::open_standard_streams();
+    if (argc == 2 && std::string_view(argv[1]) == postchain::service::kImageHelper)
+        return postchain::service::run_image_helper(postchain::builtin_passes());
     int code = postchain::kExitSomeFailed;
     try {
         code = postchain::command(argc, argv);

@@ -388,7 +388,7 @@ class Keeper {
             last = Clock::now();
             // Silence makes the service manager start the service anew.
             const uint64_t now = server_.beats();
-            if (now != beats && service_.alive()) notify_system("WATCHDOG=1");
+            if (now != beats && service_.alive() && server_.alive()) notify_system("WATCHDOG=1");
             beats = now;
         }
     }
@@ -489,6 +489,7 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     work.attempts = serve.attempts;
     work.max_queue = size_t(serve.max_queue);
     work.users = users;
+    work.program = "/proc/self/exe";
     work.frame_timeout_s = serve.frame_timeout_s;
     work.slice_s = serve.slice_s;
     work.keep = {serve.keep_jobs, serve.keep_days};

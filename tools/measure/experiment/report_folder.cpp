@@ -1,11 +1,11 @@
 #include "tools/measure/experiment/report_folder.h"
 
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
 #include <string_view>
 
+#include "chain/base/readable_file.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/outcome.h"
 #include "tools/measure/report/images.h"
@@ -71,8 +71,7 @@ bool is_result_file(std::string_view name) {
 
 // The images that report.json lists; empty if there is no such list.
 std::optional<std::set<std::string>> listed_pictures(const std::string& folder) {
-    std::ifstream file(folder + "/report.json");
-    const auto json = io::Json::parse(file, nullptr, false);
+    const auto json = io::Json::parse(text_of_file(folder + "/report.json"), nullptr, false);
     if (!json.is_object() || !json.contains("images") || !json["images"].is_array())
         return std::nullopt;
     std::set<std::string> listed;

@@ -1,9 +1,9 @@
 #include "tools/measure/experiment/result_store.h"
 
 #include <filesystem>
-#include <fstream>
 
 #include "chain/base/parameter.h"
+#include "chain/base/readable_file.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/sequence/files/atomic_file.h"
@@ -16,8 +16,7 @@ namespace postchain::experiment {
 namespace {
 
 report::Json load(const std::string& path, const std::string& key) {
-    std::ifstream file(path);
-    report::Json json = report::Json::parse(file, nullptr, false);
+    report::Json json = report::Json::parse(text_of_file(path), nullptr, false);
     if (!json.is_object() || json.value("key", report::Json()) != key) return nullptr;
     return json;
 }

@@ -8,15 +8,13 @@
 #include <ImfStringVectorAttribute.h>
 #include <ImfThreading.h>
 #include <ImfTiledInputPart.h>
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <mutex>
 
+#include "chain/base/readable_file.h"
 #include "tools/sequence/exr/deep_reader.h"
 #include "tools/sequence/exr/exr_chunks.h"
 #include "tools/sequence/exr/exr_header_scan.h"
@@ -78,18 +76,13 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     file.path_ = path;
     Impl& impl = *file.impl_;
     impl.stream = std::make_unique<FdIStream>(path);
-    // O_NONBLOCK: do not wait for the writer of a pipe, which is refused below.
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0) {
-        return input_error(path, errno == ENOENT
-                                     ? std::string("no such file")
-                                     : concat("cannot be opened: ", std::strerror(errno)));
-    }
-    struct stat info = {};
-    const bool is_file = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
-    file.bytes_ = uint64_t(info.st_size);
+    ReadableFile opened(path);
+    if (!opened.ok())
+        return input_error(path,
+                           opened.error() == ENOENT ? std::string("no such file") : opened.fault());
+    const int fd = opened.release();
+    file.bytes_ = opened.bytes();
     impl.stream->take(fd, file.bytes_);
-    if (!is_file) return input_error(path, "is not a file");
     ASSIGN_OR_RETURN(impl.facts, scan_header(fd, file.bytes_, limits).at(path));
     static std::once_flag once;
     std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });

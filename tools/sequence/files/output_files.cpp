@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
+
+#include "chain/base/readable_file.h"
 
 namespace postchain::io {
 namespace {
@@ -50,8 +50,7 @@ Status refused(const std::string& path, const std::string& message) {
 }
 
 std::string read_mark(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
+    return text_of_file(path);
 }
 
 std::vector<std::string> names_in(const std::string& folder) {

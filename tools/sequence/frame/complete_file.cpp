@@ -1,13 +1,11 @@
 #include "tools/sequence/frame/complete_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 
+#include "chain/base/readable_file.h"
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/image/image_file.h"
@@ -72,19 +70,15 @@ Status check_image(const std::string& path, const ImageFormat& format) {
 }  // namespace
 
 Status check_complete(const std::string& path) try {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) return not_whole(concat(path, ": cannot be opened: ", std::strerror(errno)));
-    struct stat info;
+    const ReadableFile file(path);
+    if (!file.ok()) return not_whole(concat(path, ": ", file.fault()));
     Status status;
-    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode))
-        status = not_whole("is not a file");
-    else if (info.st_size == 0)
+    if (file.bytes() == 0)
         status = not_whole("the file is empty (zero bytes)");
     else if (const ImageFormat* format = image_format_of(path))
-        status = check_image(path, *format);
+        status = check_image(file.path(), *format);
     else
-        status = check_exr(fd, uint64_t(info.st_size));
-    ::close(fd);
+        status = check_exr(file.fd(), file.bytes());
     return status.ok() ? status : status.at(path);
 } catch (...) {
     return status_of_exception(path);

@@ -4,10 +4,10 @@
 #include <bit>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/text.h"
 #include "tools/sequence/files/json.h"
 
@@ -67,16 +67,15 @@ std::string take_manifest_file(const std::string& name, const PathCheck& check, 
         if (!allowed.ok()) return concat("its manifest file: ", allowed.status().message());
         path = std::move(*allowed);
     }
-    std::error_code error;
-    if (!fs::is_regular_file(path, error))
+    const ReadableFile file(path.string());
+    if (!file.ok() && (file.error() == ENOENT || file.error() == ENOTDIR))
         return concat("its manifest file ", path.string(), " does not exist");
-    if (fs::file_size(path, error) > kMaxManifest || error)
+    if (!file.ok()) return concat("its manifest file ", path.string(), " ", file.fault());
+    if (file.bytes() > kMaxManifest)
         return concat("its manifest file ", path.string(), " is larger than 64 MiB");
-    std::ifstream in(path, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    if (!in.is_open() || in.bad())
-        return concat("its manifest file ", path.string(), " cannot be read");
-    const std::string why = take_manifest(text, to);
+    const auto text = file.text(kMaxManifest);
+    if (!text) return concat("its manifest file ", path.string(), " cannot be read");
+    const std::string why = take_manifest(*text, to);
     return why.empty() ? why : concat(path.string(), ": ", why);
 }
 

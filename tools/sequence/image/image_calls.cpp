@@ -9,6 +9,7 @@
 #include <cmath>
 #include <vector>
 
+#include "chain/base/readable_file.h"
 #include "chain/frame/bokeh_kernel.h"
 #include "tools/sequence/image/image_codec.h"
 #include "tools/sequence/image/ocio_config.h"
@@ -91,6 +92,7 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
 }
 
 Result<ImageF> read_gray(const std::string& path, int max_side) {
+    if (const ReadableFile opened(path); !opened.ok()) return input_error(opened.fault());
     const auto file = OIIO::ImageInput::open(path);
     if (!file) return input_error("cannot be read: " + OIIO::geterror());
     const OIIO::ImageSpec spec = file->spec();

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/text.h"
 
 namespace postchain::io {
@@ -131,17 +132,17 @@ Result<const ImageCalls*> image_module(StatusCode code) {
 
 Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& limits,
                                   std::optional<Transfer> transfer) try {
-    std::error_code error;
-    if (!std::filesystem::exists(path, error))
-        return Status(StatusCode::input, path + ": no such file");
-    if (!std::filesystem::is_regular_file(path, error))
-        return Status(StatusCode::input, path + ": is not a file");
+    const ReadableFile opened(path);
+    if (!opened.ok())
+        return Status(StatusCode::input, path + ": " +
+                                             (opened.error() == ENOENT ? std::string("no such file")
+                                                                       : opened.fault()));
     ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::input).at(path));
     ImageFile file;
     file.path_ = path;
-    file.bytes_ = std::filesystem::file_size(path, error);
+    file.bytes_ = opened.bytes();
     file.format_ = image_format_of(path);
-    ASSIGN_OR_RETURN(file.info_, calls->describe(path, file.format_->name).at(path));
+    ASSIGN_OR_RETURN(file.info_, calls->describe(opened.path(), file.format_->name).at(path));
     const ImageInfo& i = file.info_;
     for (const int side : {i.width, i.height, i.display_width, i.display_height})
         if (side < 1 || side > limits.max_side)
@@ -188,7 +189,9 @@ Status ImageFile::read_planes(PartPixels& pixels) {
     const Curve curve = space ? Curve::linear : std::get<Curve>(transfer_);
     if (!stored_) {
         ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::input).at(path_));
-        ASSIGN_OR_RETURN(auto stored, calls->read_stored(path_, info_).at(path_));
+        const ReadableFile opened(path_);
+        if (!opened.ok()) return Status(StatusCode::input, path_ + ": " + opened.fault());
+        ASSIGN_OR_RETURN(auto stored, calls->read_stored(opened.path(), info_).at(path_));
         if (space) RETURN_IF_ERROR(decode_space(*calls, *space, stored));
         stored_ = std::make_shared<const ImageF>(std::move(stored));
     }

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <regex>
 #include <set>
 #include <vector>
 
+#include "chain/base/readable_file.h"
 #include "tools/sequence/files/file_stamp.h"
 
 namespace postchain::io {
@@ -86,8 +86,7 @@ std::vector<std::string> files_of(const ocio::Config& config, const std::string&
 // Environment variables that a text names, as $NAME, ${NAME} or %NAME%.
 std::map<std::string, std::string> variables_of(const ocio::Config& config,
                                                 const std::string& path) {
-    std::ifstream file(path);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string text = text_of_file(path);
     static const std::regex named(R"(\$\{?(\w+)|%(\w+)%)");
     std::map<std::string, std::string> variables;
     const auto context = config.getCurrentContext();
@@ -108,11 +107,17 @@ Result<CachedConfig> read(const std::string& path) {
     std::error_code error;
     if (!fs::is_regular_file(path, error))
         return Status(StatusCode::input, path + ": no such file (OpenColorIO configuration)");
+    if (const ReadableFile opened(path); !opened.ok())
+        return Status(StatusCode::input, path + ": " + opened.fault());
     try {
         CachedConfig entry;
         const auto config = ocio::Config::CreateFromFile(path.c_str());
-        for (const std::string& file : files_of(*config, path))
+        for (const std::string& file : files_of(*config, path)) {
+            // OpenColorIO opens its tables itself, and would wait for a pipe.
+            if (const ReadableFile opened(file); !opened.ok() && fs::exists(file, error))
+                return Status(StatusCode::input, path + ": " + file + ": " + opened.fault());
             entry.stamps.push_back(FileStamp::of(file));
+        }
         entry.variables = variables_of(*config, path);
         return entry;
     } catch (const ocio::Exception& exception) {

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "chain/base/readable_file.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/png.h"
 
@@ -75,9 +74,7 @@ Status write_png_preview(const std::string& path, const ImageF& color,
 }
 
 std::string preview_provenance(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    return png_text(bytes, kProvenance).value_or("");
+    return png_text(text_of_file(path), kProvenance).value_or("");
 }
 
 std::string preview_path(const std::string& output) {

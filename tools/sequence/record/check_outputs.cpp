@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 
+#include "chain/base/readable_file.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/record/fingerprint.h"
@@ -39,8 +39,7 @@ std::string settings_of_record(const Record& record) {
 }
 
 Json sidecar_beside(const std::string& path) {
-    std::ifstream file(sidecar_path(path));
-    Json json = Json::parse(file, nullptr, false);
+    Json json = Json::parse(text_of_file(sidecar_path(path)), nullptr, false);
     return json.is_object() ? json : Json();
 }
 

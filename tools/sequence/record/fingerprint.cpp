@@ -1,8 +1,8 @@
 #include "tools/sequence/record/fingerprint.h"
 
 #include <filesystem>
-#include <fstream>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/text.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_file.h"
@@ -92,8 +92,7 @@ bool is_done(const std::string& output, const std::string& fingerprint,
     if (settings.preview && io::preview_provenance(io::preview_path(output)) !=
                                 preview_provenance_of(fingerprint, settings))
         return false;
-    std::ifstream file(sidecar_path(output));
-    const auto json = io::Json::parse(file, nullptr, false);
+    const auto json = io::Json::parse(text_of_file(sidecar_path(output)), nullptr, false);
     const auto sidecar_says = [&](const std::string& provenance, uint64_t bytes) {
         return json.is_object() && json.value("work", io::Json()) == provenance &&
                json.value("output_bytes", io::Json()) == bytes;

@@ -1,7 +1,6 @@
 #include "tools/sequence/record/sidecar.h"
 
-#include <fstream>
-
+#include "chain/base/readable_file.h"
 #include "chain/plan/plan_print.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/layers_json.h"
@@ -131,8 +130,7 @@ std::string sidecar_path(const std::string& output) {
 }
 
 bool is_sidecar(const std::string& path) {
-    std::ifstream file(path);
-    const auto json = Json::parse(file, nullptr, false);
+    const auto json = Json::parse(text_of_file(path), nullptr, false);
     if (!json.is_object()) return false;
     const auto work = json.find("work");
     return work != json.end() && work->is_string() &&

@@ -6,25 +6,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
 #include <map>
 
 #include "chain/base/text.h"
 #include "tools/sequence/exr/worker_pool.h"
+#include "tools/sequence/source/control_group.h"
 
 namespace postchain::sequence {
-namespace {
-
-// The limit in a control group file; empty if there is none.
-uint64_t stated_in(const char* path) {
-    std::ifstream file(path);
-    uint64_t bytes = 0;
-    return file >> bytes ? bytes : 0;
-}
-
-}  // namespace
-
 Result<uint64_t> parse_bytes(std::string_view text) {
     double value = 0;
     const char* end = text.data() + text.size();
@@ -54,9 +43,8 @@ std::string bytes_text(uint64_t bytes) {
 
 uint64_t default_memory_limit() {
     uint64_t bytes = uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
-    for (const char* path :
-         {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
-        if (const uint64_t stated = stated_in(path)) bytes = std::min(bytes, stated);
+    if (const uint64_t stated = memory_of_groups("/proc/self/cgroup", "/sys/fs/cgroup"))
+        bytes = std::min(bytes, stated);
     return bytes / 4 * 3;
 }
 

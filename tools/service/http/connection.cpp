@@ -48,6 +48,12 @@ bool is_request_id(const std::string& text) {
 constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
 constexpr auto kPatience = std::chrono::seconds(20);
 
+Reply too_many() {
+    Reply busy = problem(429, "too many requests are waiting; try again soon");
+    busy.headers.emplace_back("Retry-After", "1");
+    return busy;
+}
+
 }  // namespace
 
 Shared::Shared(const ServerSettings& given, Service& what)
@@ -56,7 +62,12 @@ Shared::Shared(const ServerSettings& given, Service& what)
       pool(kStoreThreads, given.max_waiting + given.max_connections, kPatience),
       disk_pool(kDiskThreads, given.max_waiting + given.max_connections, kPatience),
       api(what, given.guard, given.version,
-          [this] { return prometheus::TextSerializer().Serialize(traffic.registry.Collect()); }),
+          {[this] { return pool.hanging() + disk_pool.hanging(); },
+           [this] { return pool.alive() && disk_pool.alive(); },
+           [this] {
+               traffic.hanging.Set(double(pool.hanging() + disk_pool.hanging()));
+               return prometheus::TextSerializer().Serialize(traffic.registry.Collect());
+           }}),
       events(newest_event(what), given.kept_events),
       request_ids(new_request_ids()) {}
 
@@ -64,6 +75,7 @@ Connection::Connection(Shared& shared, asio::ip::tcp::socket socket, std::string
     : shared_(shared),
       socket_(std::move(socket)),
       address_(std::move(address)),
+      place_(place_of(address_)),
       buffer_(shared.settings.max_header + kReadAhead) {}
 
 void Connection::start() {
@@ -123,6 +135,8 @@ void Connection::on_header(const error_code& error) {
         return reply(std::move(*refused));
     }
     admitted_ = std::move(std::get<Admitted>(admitted));
+    proven_ |= admitted_->user != nullptr;
+    request_.share = shared_.api.guard().share_of(request_, admitted_->user);
     if (parser_->is_done()) return work();
     state_ = State::body;
     deadline_in(shared_.settings.body);
@@ -165,33 +179,60 @@ void Connection::work() {
         });
     };
     if (admitted_->match.route->at_once) return shared_.api.run(*admitted_, request_, respond);
-    if (shared_.traffic.waiting.Value() >= double(shared_.settings.max_waiting)) {
-        Reply busy = problem(429, "too many requests are waiting; try again soon");
-        busy.headers.emplace_back("Retry-After", "1");
-        return respond(std::move(busy));
-    }
+    if (!find_place()) return respond(too_many());
+    waits_ = true;
     shared_.traffic.waiting.Increment();
+    shared_.waiting[request_.share].push_back(this);
     // One reply per request, even if a handler fails after its reply.
     const auto answered = std::make_shared<std::atomic<bool>>(false);
-    const auto counted = [respond, answered, &shared = shared_](Reply answer) {
-        if (answered->exchange(true)) return;
-        shared.traffic.waiting.Decrement();
-        respond(std::move(answer));
+    const auto answer = [respond, answered](Reply reply) {
+        if (!answered->exchange(true)) respond(std::move(reply));
     };
     watch_client();
     // The task has its own copies: after a deadline the connection may go on to another request.
     HelperThreads& pool = admitted_->match.route->reads_files ? shared_.disk_pool : shared_.pool;
-    const bool taken =
-        pool.run([&shared = shared_, counted, admitted = *admitted_, request = request_] {
+    const bool taken = pool.run(
+        [&shared = shared_, answer, admitted = *admitted_, request = request_] {
+            // Nobody waits for the work of a client that has left.
+            if (*request.left) return answer(problem(503, "the client has left"));
             try {
-                shared.api.run(admitted, request, counted);
+                shared.api.run(admitted, request, answer);
             } catch (const std::bad_alloc&) {
-                counted(problem(503, "not enough memory for this request"));
+                answer(problem(503, "not enough memory for this request"));
             } catch (const std::exception&) {
-                counted(problem(500, "the request failed"));
+                answer(problem(500, "the request failed"));
             }
-        });
-    if (!taken) counted(problem(503, "the service is shutting down"));
+        },
+        {request_.share});
+    if (!taken) answer(problem(503, "the service is shutting down"));
+}
+
+// If too many requests wait, the newest of the share with the most makes way for one of a share
+// that has fewer.
+bool Connection::find_place() {
+    if (shared_.traffic.waiting.Value() < double(shared_.settings.max_waiting)) return true;
+    std::vector<Connection*>* most = nullptr;
+    for (auto& [share, waiting] : shared_.waiting)
+        if (!most || waiting.size() > most->size()) most = &waiting;
+    const auto own = shared_.waiting.find(request_.share);
+    const size_t mine = own == shared_.waiting.end() ? 0 : own->second.size();
+    if (!most || most->size() <= mine + 1) return false;
+    most->back()->make_way();
+    return true;
+}
+
+void Connection::make_way() {
+    *request_.left = true;
+    reply(too_many());
+}
+
+void Connection::leave_queue() {
+    if (!waits_) return;
+    waits_ = false;
+    shared_.traffic.waiting.Decrement();
+    const auto waiting = shared_.waiting.find(request_.share);
+    std::erase(waiting->second, this);
+    if (waiting->second.empty()) shared_.waiting.erase(waiting);
 }
 
 // Notices that the client has left during its request, and ends its preview. Bytes of a next
@@ -214,14 +255,14 @@ void Connection::hold() {
     release();
     held_ = content_.size();
     shared_.unsent += held_;
-    shared_.unsent_of[address_] += held_;
+    shared_.unsent_of[place_] += held_;
     shared_.traffic.unsent.Set(double(shared_.unsent));
 }
 
 void Connection::release() {
     if (held_ == 0) return;
     shared_.unsent -= held_;
-    if (const auto found = shared_.unsent_of.find(address_);
+    if (const auto found = shared_.unsent_of.find(place_);
         found != shared_.unsent_of.end() && (found->second -= held_) == 0)
         shared_.unsent_of.erase(found);
     shared_.traffic.unsent.Set(double(shared_.unsent));
@@ -233,7 +274,7 @@ bool Connection::is_over_budget(size_t bytes) const {
     const size_t most = shared_.settings.max_unsent;
     if (bytes <= kSmall) return false;
     if (shared_.unsent > 0 && shared_.unsent + bytes > most) return true;
-    const auto of = shared_.unsent_of.find(address_);
+    const auto of = shared_.unsent_of.find(place_);
     return of != shared_.unsent_of.end() && of->second + bytes > most / 2 &&
            !shared_.api.guard().trusts(address_);
 }
@@ -271,6 +312,7 @@ void Connection::audit(const Reply& answer) const {
 }
 
 void Connection::reply(Reply answer) {
+    leave_queue();
     if (request_.method != "HEAD" && is_over_budget(answer.body.size())) {
         answer = problem(503, "too many replies wait to be read; try again soon");
         answer.headers.emplace_back("Retry-After", "5");
@@ -325,27 +367,29 @@ void Connection::send_source() {
     content_ = {};
     release();
     deadline_in(shared_.settings.working);
-    const bool taken = shared_.disk_pool.run([self = shared_from_this(), source = source_] {
-        auto part = source->next();
-        asio::post(self->shared_.io, [self, part = std::move(part)]() mutable {
-            if (self->state_ != State::sending) return;
-            // The length has been sent: only an early end tells the client of an error.
-            if (!part.ok()) return self->abandon();
-            if (part->empty()) {
-                self->source_.reset();
-                return self->on_written({});
-            }
-            self->content_ = std::move(*part);
-            self->hold();
-            self->deadline_in(self->shared_.settings.write);
-            asio::async_write(self->socket_, asio::buffer(self->content_),
-                              [self](const error_code& error, size_t) {
-                                  if (self->state_ != State::sending) return;
-                                  if (error) return self->abandon();
-                                  self->send_source();
-                              });
-        });
-    });
+    const bool taken = shared_.disk_pool.run(
+        [self = shared_from_this(), source = source_] {
+            auto part = source->next();
+            asio::post(self->shared_.io, [self, part = std::move(part)]() mutable {
+                if (self->state_ != State::sending) return;
+                // The length has been sent: only an early end tells the client of an error.
+                if (!part.ok()) return self->abandon();
+                if (part->empty()) {
+                    self->source_.reset();
+                    return self->on_written({});
+                }
+                self->content_ = std::move(*part);
+                self->hold();
+                self->deadline_in(self->shared_.settings.write);
+                asio::async_write(self->socket_, asio::buffer(self->content_),
+                                  [self](const error_code& error, size_t) {
+                                      if (self->state_ != State::sending) return;
+                                      if (error) return self->abandon();
+                                      self->send_source();
+                                  });
+            });
+        },
+        {request_.share});
     if (!taken) abandon();
 }
 
@@ -477,12 +521,13 @@ void Connection::abandon() {
     if (state_ == State::closed) return;
     if (state_ == State::listening) shared_.traffic.listeners.Decrement();
     if (request_.left) *request_.left = true;
+    leave_queue();
     release();
     state_ = State::closed;
     error_code ignored;
     socket_.close(ignored);
     shared_.traffic.connections.Decrement();
-    if (const auto found = shared_.per_address.find(address_);
+    if (const auto found = shared_.per_address.find(place_);
         found != shared_.per_address.end() && --found->second == 0)
         shared_.per_address.erase(found);
     shared_.connections.erase(shared_from_this());

@@ -44,6 +44,8 @@ struct Traffic {
         gauge("postchain_http_waiting_requests", "Requests that wait for an answer.");
     prometheus::Gauge& unsent =
         gauge("postchain_http_unsent_bytes", "Bytes of replies that clients have not read.");
+    prometheus::Gauge& hanging =
+        gauge("postchain_http_stuck_threads", "Threads of requests that hang in a disk.");
     prometheus::Counter& accepted =
         counters("postchain_http_accepted_total", "Connections accepted.").Add({});
     prometheus::Counter& turned_away =
@@ -68,7 +70,9 @@ struct Shared {
     Api api;
     EventLog events;
     std::set<std::shared_ptr<Connection>> connections;
-    std::map<std::string, size_t> per_address;
+    std::map<std::string, size_t> per_address;  // by place_of()
+    // Requests that wait for an answer, by their shares; the oldest first.
+    std::map<std::string, std::vector<Connection*>> waiting;
     size_t unsent = 0;  // bytes of content_ of all connections, and of those of each address
     std::map<std::string, size_t> unsent_of;
     bool closing = false;
@@ -92,7 +96,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void wake();     // after new events
     void finish();   // closes after the current reply, or at once if there is none
     void abandon();  // closes at once
-    const std::string& address() const { return address_; }
+    const std::string& place() const { return place_; }
+    // Whether no request with a token has come or, if none is needed, no request at all.
+    bool is_unproven() const { return state_ != State::closed && !proven_; }
+    // Another user's request takes the place of the one that waits.
+    void make_way();
 
   private:
     enum class State { header, body, working, writing, sending, listening, lingering, closed };
@@ -103,6 +111,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void on_body(const boost::system::error_code& error);
     void refuse_read(const boost::system::error_code& error);
     void work();
+    bool find_place();
+    void leave_queue();
     void watch_client();
     void reply(Reply reply);
     void send_source();
@@ -122,6 +132,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     Shared& shared_;
     boost::asio::ip::tcp::socket socket_;
     std::string address_;
+    std::string place_;  // place_of() the address
     State state_ = State::header;
     Clock::time_point deadline_;
     boost::beast::flat_buffer buffer_;
@@ -130,6 +141,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::optional<Admitted> admitted_;
     uint64_t requests_ = 0;               // so far; a reply to an earlier one is dropped
     std::shared_ptr<BodySource> source_;  // of the current reply
+    bool proven_ = false;                 // is_unproven()
+    bool waits_ = false;                  // is in Shared::waiting
     bool keep_ = false;                   // keep the connection open after this reply
     bool finish_ = false;                 // finish() was called
     std::string head_;                    // of the current reply

@@ -4,6 +4,8 @@
 
 #include <fstream>
 
+#include "chain/base/readable_file.h"
+
 namespace postchain::service {
 namespace {
 
@@ -18,7 +20,10 @@ std::string attachment(const std::string& name) {
 class OpenFile {
   public:
     explicit OpenFile(const ResultFile& file)
-        : name_(file.name), left_(file.bytes), in_(file.path, std::ios::binary) {}
+        : name_(file.name),
+          left_(file.bytes),
+          file_(file.path),
+          in_(file_.ok() ? file_.path() : "", std::ios::binary) {}
 
     // Empty at the end. A file that has become shorter is an error.
     Result<std::string> next() {
@@ -33,6 +38,7 @@ class OpenFile {
   private:
     const std::string name_;
     uint64_t left_;
+    const ReadableFile file_;
     std::ifstream in_;
 };
 

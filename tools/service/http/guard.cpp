@@ -192,6 +192,20 @@ bool is_address(const std::string& text) {
     return bytes_of(text).has_value();
 }
 
+std::string place_of(const std::string& address) {
+    auto bytes = bytes_of(address);
+    if (!bytes) return address;
+    static const Network four = *Network::parse("::ffff:0:0/96");
+    std::array<char, INET6_ADDRSTRLEN> text = {};
+    if (four.has(address)) {
+        inet_ntop(AF_INET, bytes->data() + 12, text.data(), text.size());
+        return text.data();
+    }
+    std::fill(bytes->begin() + 8, bytes->end(), static_cast<unsigned char>(0));
+    inet_ntop(AF_INET6, bytes->data(), text.data(), text.size());
+    return std::string(text.data()) + "/64";
+}
+
 bool is_loopback(const std::string& address) {
     static const Networks own = {*Network::parse("127.0.0.0/8"), *Network::parse("::1")};
     return has_address(own, address);
@@ -267,7 +281,7 @@ std::variant<KnownUser, Reply> Guard::identify(const Request& request) const {
     const std::string* given = request.header("Authorization");
     if (!given)
         if (KnownUser user = users.in_session(cookie_of(request))) return user;
-    const std::string address = client_of(request, settings_.trusted).address;
+    const std::string address = place_of(client_of(request, settings_.trusted).address);
     if (given) {
         // Before the token is compared: the reply must not tell whether it is right.
         if (const int wait = wrong_.wait_s(address)) {
@@ -296,6 +310,12 @@ void Guard::end_session(const Request& request) const {
 
 std::string Guard::address_of(const Request& request) const {
     return client_of(request, settings_.trusted).address;
+}
+
+std::string Guard::share_of(const Request& request, const KnownUser& user) const {
+    if (user && !user->name.empty()) return user->name;
+    // No user of a file has a line feed in the name.
+    return "\n" + place_of(client_of(request, settings_.trusted).address);
 }
 
 std::string Guard::cookie(const Request& request, const std::string& session) const {

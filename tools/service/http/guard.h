@@ -46,6 +46,10 @@ Client client_of(const Request& request, const Networks& trusted);
 bool is_loopback(const std::string& address);
 bool is_address(const std::string& text);
 
+// What counts as one client: an IPv4 address, or the first 64 bits of an IPv6 one, which a client
+// may fill as it likes. "2001:db8:1:2::/64".
+std::string place_of(const std::string& address);
+
 // ------------------------------------------------------------------------------------ the checks
 // Slows clients that try tokens: after some wrong ones of an address, it must wait.
 class WrongTokens {
@@ -92,6 +96,8 @@ class Guard {
     void end_session(const Request& request) const;
     // The address of the client, behind a proxy too.
     std::string address_of(const Request& request) const;
+    // Whose turn a request takes: its user's, or its client's if the user has no name.
+    std::string share_of(const Request& request, const KnownUser& user) const;
     // Set-Cookie for a page that has sent the token. Scripts cannot read it and other sites cannot
     // send it. Empty `session`: removes the cookie.
     std::string cookie(const Request& request, const std::string& session) const;

@@ -30,6 +30,7 @@ struct Request {
     bool http_1_0 = false;
     std::string peer;                              // the address that the connection comes from
     std::string id = {};                           // in its reply and the log
+    std::string share = {};                        // whose turn the request takes: HelperThreads
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 
     // The first header of that name, or null.

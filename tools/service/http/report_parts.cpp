@@ -3,6 +3,8 @@
 #include <fstream>
 #include <string_view>
 
+#include "chain/base/readable_file.h"
+
 namespace postchain::service {
 namespace {
 
@@ -16,7 +18,9 @@ constexpr size_t kKeptPages = 8;
 // Calls take(line with its line feed, its offset) for each line.
 template <class Take>
 Status read_lines(const std::string& path, const Take& take) {
-    std::ifstream file(path, std::ios::binary);
+    const ReadableFile opened(path);
+    if (!opened.ok()) return Status(StatusCode::input, path + ": " + opened.fault());
+    std::ifstream file(opened.path(), std::ios::binary);
     uint64_t at = 0;
     for (std::string line; file && std::getline(file, line); at += line.size()) {
         if (!file.eof()) line += '\n';
@@ -44,7 +48,9 @@ Result<std::string> PagePictures::get(const std::string& path, const std::string
         return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
     const auto [at, bytes] = found->second;
     std::string picture(bytes, 0);
-    std::ifstream file(path, std::ios::binary);
+    const ReadableFile opened(path);
+    if (!opened.ok()) return Status(StatusCode::input, path + ": " + opened.fault());
+    std::ifstream file(opened.path(), std::ios::binary);
     if (!file.seekg(std::streamoff(at)).read(picture.data(), std::streamsize(bytes)))
         return Status(StatusCode::input, path + ": cannot be read");
     RETURN_IF_ERROR(page->stamp.unchanged());

@@ -46,6 +46,8 @@ ImageWanted image_wanted(const Call& call) {
     ImageWanted wanted;
     if (call.query("type") == "values") wanted.type = report::kPictureType;
     if (const auto side = number_of<int>(call.query("side"))) wanted.side = *side;
+    wanted.share = call.request.share;
+    wanted.left = call.request.left;
     return wanted;
 }
 
@@ -433,6 +435,7 @@ void preview(Service& service, const Call& call, const Respond& respond) {
         if (accept && accept->find(type) != std::string::npos) wanted.type = type;
     if (const std::string* session = call.request.header("Preview-Session"))
         wanted.session = session->substr(0, kLongestSession);
+    wanted.share = call.request.share;
     wanted.left = call.request.left;
     service.preview(call.user, call.request.body, wanted, image_to(respond));
 }
@@ -523,8 +526,13 @@ constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src "
     "'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-Reply readiness(const Service& service, const Call& call) {
-    const Health health = service.health();
+Reply readiness(const Service& service, const RequestThreads& threads, const Call& call) {
+    Health health = service.health();
+    if (const size_t hanging = threads.hanging(); hanging > 0)
+        health.why += concat(
+            health.why.empty() ? "" : "; ", hanging,
+            hanging == 1 ? " thread of requests hangs" : " threads of requests hang", " in a disk");
+    health.progress &= threads.alive();
     const bool ready =
         health.gl && health.disk && health.queue && health.progress && !health.draining;
     Json body = {{"ready", ready},
@@ -556,7 +564,8 @@ void add_session(std::vector<Route>& routes, const Guard& guard, const std::stri
                                              {"version", version}};
                           return json_reply(200, io::json_text(body));
                       }),
-                      .open = true});
+                      .open = true,
+                      .at_once = true});
     const auto cookie = [&guard](bool begins) {
         return replies([&guard, begins](const Call& call) {
             Reply reply;
@@ -586,7 +595,7 @@ void add_session(std::vector<Route>& routes, const Guard& guard, const std::stri
 
 // The last of all: /openapi.json describes the routes before it.
 void add_about_routes(std::vector<Route>& routes, Service& service, const Guard& guard,
-                      const std::string& version, std::function<std::string()> more_metrics) {
+                      const std::string& version, const RequestThreads& threads) {
     const auto text = [&](const char* path, const char* operation, const char* summary,
                           std::function<std::string()> get) {
         routes.push_back({.path = path,
@@ -615,17 +624,17 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
         {.path = "/readyz",
          .operation = "getReadiness",
          .summary = "200 if the service accepts jobs and they make progress, otherwise 503",
-         .handle = replies([&](const Call& call) { return readiness(service, call); }),
+         .handle = replies(
+             [&service, threads](const Call& call) { return readiness(service, threads, call); }),
          .open = true,
          .at_once = true});
     routes.push_back({.path = "/metrics",
                       .operation = "getMetrics",
                       .summary = "Prometheus text format",
-                      .handle = replies([&service, more_metrics](const Call&) {
+                      .handle = replies([&service, threads](const Call&) {
                           Reply reply;
                           reply.type = "text/plain; version=0.0.4; charset=utf-8";
-                          reply.body = service.metrics();
-                          if (more_metrics) reply.body += more_metrics();
+                          reply.body = service.metrics() + threads.metrics();
                           return reply;
                       }),
                       .type = "text/plain"});
@@ -657,12 +666,12 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
 }  // namespace
 
 Api::Api(Service& service, const GuardSettings& guard, const std::string& version,
-         std::function<std::string()> more_metrics)
+         const RequestThreads& threads)
     : guard_(guard) {
     add_job_routes(routes_, service);
     add_result_routes(routes_, service);
     add_tool_routes(routes_, service);
-    add_about_routes(routes_, service, guard_, version, std::move(more_metrics));
+    add_about_routes(routes_, service, guard_, version, threads);
 }
 
 std::variant<Admitted, Reply> Api::admit(const Request& header) const {

@@ -21,11 +21,18 @@ struct Admitted {
     KnownUser user;
 };
 
+// What the threads that run requests say of themselves. Called on any thread.
+struct RequestThreads {
+    std::function<size_t()> hanging;
+    std::function<bool()> alive;           // some still take requests
+    std::function<std::string()> metrics;  // Prometheus text after the service's own
+};
+
 class Api {
   public:
-    // `service` outlives this object. `more_metrics`: Prometheus text after the service's own.
+    // `service` outlives this object.
     Api(Service& service, const GuardSettings& guard, const std::string& version,
-        std::function<std::string()> more_metrics);
+        const RequestThreads& threads);
 
     // Decides by the header alone, so that no body of a refused request is read.
     std::variant<Admitted, Reply> admit(const Request& header) const;

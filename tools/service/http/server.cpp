@@ -1,7 +1,10 @@
 #include "tools/service/http/server.h"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <list>
+#include <map>
 #include <vector>
 
 #include "tools/service/http/connection.h"
@@ -78,27 +81,63 @@ class Loop {
         const auto peer = socket.remote_endpoint(error);
         if (error) return;
         const std::string address = peer.address().to_string();
+        const std::string place = place_of(address);
         const ServerSettings& settings = shared_.settings;
-        const bool full = shared_.connections.size() >= settings.max_connections;
-        const bool many = shared_.per_address[address] >= settings.max_connections_per_address &&
-                          !shared_.api.guard().trusts(address);
+        const auto count = [&] {
+            const auto found = shared_.per_address.find(place);
+            return found == shared_.per_address.end() ? 0 : found->second;
+        };
+        const auto is_full = [&] { return shared_.connections.size() >= settings.max_connections; };
+        const bool trusted = shared_.api.guard().trusts(address);
+        const auto is_many = [&] {
+            return !trusted && count() >= settings.max_connections_per_address;
+        };
+        shared_.traffic.accepted.Increment();
+        // Connections that have not sent a request yet make way for new ones, so that nobody keeps
+        // others out by opening them.
+        if (is_many()) make_way(place);
+        if (is_full()) make_way(most_unproven());
+        const bool full = is_full(), many = is_many();
         // Refusals are connections too. Over kToldSo of them, clients are closed without a reply.
         const bool crowd = shared_.connections.size() >= settings.max_connections + kToldSo;
-        shared_.traffic.accepted.Increment();
         if (full || many) shared_.traffic.turned_away.Increment();
-        if (!crowd) shared_.traffic.connections.Increment();
-        if (crowd) {
-            if (shared_.per_address[address] == 0) shared_.per_address.erase(address);
-            return;
-        }
-        ++shared_.per_address[address];
+        if (crowd) return;
+        shared_.traffic.connections.Increment();
+        ++shared_.per_address[place];
         auto connection = std::make_shared<Connection>(shared_, std::move(socket), address);
         shared_.connections.insert(connection);
+        unproven_.push_back(connection);
         if (!full && !many) return connection->start();
         Reply reply = full ? problem(503, "too many connections; try again soon")
                            : problem(429, "this address has too many connections");
         reply.headers.emplace_back("Retry-After", "5");
         connection->turn_away(std::move(reply));
+    }
+
+    // The address with the most connections that have not sent a request; empty = none has.
+    std::string most_unproven() {
+        std::map<std::string, size_t> counts;
+        for (const auto& one : unproven_)
+            if (const auto connection = one.lock(); connection && connection->is_unproven())
+                ++counts[connection->place()];
+        const auto most =
+            std::ranges::max_element(counts, {}, [](const auto& one) { return one.second; });
+        return most == counts.end() ? "" : most->first;
+    }
+
+    // Closes the oldest connection of an address that has not sent a request.
+    void make_way(const std::string& place) {
+        std::erase_if(unproven_, [](const auto& one) {
+            const auto connection = one.lock();
+            return !connection || !connection->is_unproven();
+        });
+        const auto oldest = std::ranges::find_if(
+            unproven_, [&](const auto& one) { return one.lock()->place() == place; });
+        if (oldest == unproven_.end()) return;
+        const auto connection = oldest->lock();
+        unproven_.erase(oldest);
+        shared_.traffic.cut_off.Increment();
+        connection->abandon();
     }
 
     template <class F>
@@ -112,6 +151,10 @@ class Loop {
         const auto now = Connection::Clock::now();
         ++shared_.beats;
         each([&](Connection& one) { one.tick(now); });
+        std::erase_if(unproven_, [](const auto& one) {
+            const auto connection = one.lock();
+            return !connection || !connection->is_unproven();
+        });
         if (stop_ && !draining_) drain();
         if (shared_.closing && (shared_.connections.empty() || now > closed_by_)) {
             each([](Connection& one) { one.abandon(); });
@@ -143,6 +186,7 @@ class Loop {
     const std::atomic<bool>& stop_;
     asio::steady_timer timer_, retry_;
     std::atomic<bool> poked_ = false;
+    std::list<std::weak_ptr<Connection>> unproven_;  // in the order of their coming, and others
     bool pumping_ = false;
     bool draining_ = false;
     Connection::Clock::time_point closed_by_;
@@ -187,6 +231,10 @@ uint16_t Server::port() const {
 
 size_t Server::run(const std::atomic<bool>& stop) {
     return lost_ = Loop(*shared_, stop).run();
+}
+
+bool Server::alive() const {
+    return shared_->pool.alive() && shared_->disk_pool.alive();
 }
 
 uint64_t Server::beats() const {

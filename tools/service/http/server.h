@@ -55,6 +55,8 @@ class Server {
     // Serves until `stop` is set. Then drains the service, closes all connections, and returns the
     // number of threads that hang in a request: the process should end without them.
     size_t run(const std::atomic<bool>& stop);
+    // False if only a restart helps: too many threads of requests hang.
+    bool alive() const;
     // Increases while the thread of run() works.
     uint64_t beats() const;
 

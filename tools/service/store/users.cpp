@@ -164,6 +164,7 @@ class UsersReader {
                 reporter_.error(value, at, status.message());
             }
         }
+        if (!entry.value.find("max_priority") && !user->admin) user->max_priority = 0;
         if (!entry.value.find("tokens"))
             reporter_.error(entry.value, place + ".tokens", "is required");
         for (const std::string& hash : user->tokens)

@@ -30,11 +30,12 @@ struct User {
     std::vector<std::string> tokens;  // hashes; none: no token is required
     bool admin = false;               // may change the jobs of others
     std::vector<std::string> roots;   // folders that its jobs may use; empty = all of the service
-    int max_priority = kMaxPriority;  // of its jobs
-    int max_jobs = 0;                 // unfinished; 0 = no limit
-    int max_frames = 0;               // in unfinished jobs; 0 = no limit
-    std::string max_disk;             // as given, "500G"
-    int64_t max_bytes = 0;            // max_disk: written by the jobs in the store; 0 = no limit
+    int max_priority =
+        kMaxPriority;       // of its jobs; 0 in a file that does not set it, but for admins
+    int max_jobs = 0;       // unfinished; 0 = no limit
+    int max_frames = 0;     // in unfinished jobs; 0 = no limit
+    std::string max_disk;   // as given, "500G"
+    int64_t max_bytes = 0;  // max_disk: written by the jobs in the store; 0 = no limit
 };
 using KnownUser = std::shared_ptr<const User>;  // null: not known
 

@@ -64,7 +64,7 @@ bool is_text(const fs::directory_entry& entry) {
     const std::string stem = name.stem().string();
     const bool sidecar =
         stem.find(".exr") != stem.npos || (!stem.empty() && io::is_digit(stem.back()));
-    return !sidecar && entry.file_size(error) <= kMaxText && !error;
+    return !sidecar && entry.is_regular_file(error) && entry.file_size(error) <= kMaxText && !error;
 }
 
 Json folder_json(const std::string& path, const Roots& roots) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -31,23 +32,56 @@ struct HelperThreads::Inside {
         std::optional<Clock::time_point> busy_since;
         bool lost = false;
         bool ended = false;
+        std::string share;  // of its task
+    };
+    struct Task {
+        std::function<void()> work;
+        std::function<void()> dropped;
+    };
+    struct Share {
+        std::deque<Task> tasks;
+        size_t running = 0;
+        uint64_t turn = 0;  // of its last task
     };
 
     const size_t threads, most_waiting;
     const std::chrono::milliseconds patience;
     std::mutex mutex;
     std::condition_variable changed;
-    std::deque<std::function<void()>> tasks;
+    std::map<std::string, Share> shares;  // with waiting or running tasks
+    size_t waiting = 0;
+    uint64_t turns = 0;
     std::vector<std::shared_ptr<Helper>> helpers;
     bool ends = false;
+
+    // The share whose turn it is: of those that may have another thread, the one that has waited
+    // longest since its last task.
+    Share* next_share(std::string& name) {
+        const size_t most = ends || threads == 1 ? threads + kMaxLost : threads - 1;
+        Share* next = nullptr;
+        for (auto& [key, share] : shares) {
+            if (share.tasks.empty() || share.running >= most) continue;
+            if (next && share.turn >= next->turn) continue;
+            next = &share;
+            name = key;
+        }
+        return next;
+    }
 
     void loop(Helper& self) {
         std::unique_lock lock(mutex);
         while (!self.lost) {
-            changed.wait(lock, [&] { return ends || !tasks.empty(); });
-            if (tasks.empty()) break;
-            auto task = std::move(tasks.front());
-            tasks.pop_front();
+            Share* share = nullptr;
+            changed.wait(lock, [&] {
+                share = next_share(self.share);
+                return share || (ends && waiting == 0);
+            });
+            if (!share) break;
+            auto task = std::move(share->tasks.front().work);
+            share->tasks.pop_front();
+            --waiting;
+            ++share->running;
+            share->turn = ++turns;
             self.busy_since = Clock::now();
             lock.unlock();
             try {
@@ -58,9 +92,32 @@ struct HelperThreads::Inside {
             task = nullptr;
             lock.lock();
             self.busy_since.reset();
+            // A thread that was replaced has given its place away already.
+            if (!self.lost) leave(self.share);
         }
         self.ended = true;
         changed.notify_all();
+    }
+
+    void leave(const std::string& name) {
+        const auto share = shares.find(name);
+        if (share == shares.end()) return;
+        if (--share->second.running == 0 && share->second.tasks.empty()) shares.erase(share);
+        changed.notify_all();
+    }
+
+    // Makes room for a task of this share, by another share's last one. Returns that one.
+    std::optional<Task> make_way(const std::string& name) {
+        const auto most = std::ranges::max_element(
+            shares, {}, [](const auto& one) { return one.second.tasks.size(); });
+        const auto own = shares.find(name);
+        const size_t mine = own == shares.end() ? 0 : own->second.tasks.size();
+        if (most == shares.end() || most->second.tasks.size() <= mine + 1) return std::nullopt;
+        Task last = std::move(most->second.tasks.back());
+        most->second.tasks.pop_back();
+        if (most->second.tasks.empty() && most->second.running == 0) shares.erase(most);
+        --waiting;
+        return last;
     }
 
     static Status add(const std::shared_ptr<Inside>& inside) {
@@ -85,6 +142,7 @@ struct HelperThreads::Inside {
             if (helper.lost || !inside->hangs(helper)) continue;
             if (!add(inside).ok()) return;
             helper.lost = true;
+            inside->leave(helper.share);
             ++lost;
         }
         std::erase_if(inside->helpers, [](const auto& helper) {
@@ -96,7 +154,13 @@ struct HelperThreads::Inside {
 
 HelperThreads::HelperThreads(size_t threads, size_t most_waiting,
                              std::chrono::milliseconds patience)
-    : inside_(new Inside{threads, most_waiting, patience, {}, {}, {}, {}}) {}
+    : inside_(new Inside{.threads = threads,
+                         .most_waiting = most_waiting,
+                         .patience = patience,
+                         .mutex = {},
+                         .changed = {},
+                         .shares = {},
+                         .helpers = {}}) {}
 
 HelperThreads::~HelperThreads() {
     end();
@@ -108,13 +172,41 @@ Status HelperThreads::begin() {
     return Status();
 }
 
-bool HelperThreads::run(std::function<void()> task) {
-    const std::lock_guard lock(inside_->mutex);
-    Inside::replace(inside_);
-    if (inside_->ends || inside_->tasks.size() >= inside_->most_waiting) return false;
-    inside_->tasks.push_back(std::move(task));
-    inside_->changed.notify_one();
+bool HelperThreads::run(std::function<void()> task, TaskTurn turn) {
+    std::optional<Inside::Task> dropped;
+    {
+        const std::lock_guard lock(inside_->mutex);
+        Inside::replace(inside_);
+        if (inside_->ends) return false;
+        if (inside_->waiting >= inside_->most_waiting) {
+            dropped = inside_->make_way(turn.share);
+            if (!dropped) return false;
+        }
+        Inside::Share& share = inside_->shares[turn.share];
+        share.tasks.push_back({std::move(task), std::move(turn.dropped)});
+        ++inside_->waiting;
+        inside_->changed.notify_all();
+    }
+    if (dropped && dropped->dropped) dropped->dropped();
     return true;
+}
+
+size_t HelperThreads::hanging() const {
+    const std::lock_guard lock(inside_->mutex);
+    return size_t(std::ranges::count_if(inside_->helpers, [&](const auto& helper) {
+        return !helper->ended && inside_->hangs(*helper);
+    }));
+}
+
+bool HelperThreads::alive() const {
+    const std::lock_guard lock(inside_->mutex);
+    size_t lost = 0;
+    for (const auto& helper : inside_->helpers) {
+        if (helper->ended) continue;
+        if (!inside_->hangs(*helper)) return true;
+        lost += helper->lost;
+    }
+    return lost < kMaxLost;
 }
 
 size_t HelperThreads::end() {

@@ -1,10 +1,15 @@
 // Threads with a queue of tasks. A task may hang, in a read from a disk that does not answer: then
 // its thread is lost, and another one takes its place.
+//
+// Tasks belong to shares: users, or the addresses of clients without a name. The shares with
+// waiting tasks take turns, and no share has all threads, so that whoever has few tasks waits for
+// few.
 #pragma once
 
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 #include <thread>
 
 #include "chain/base/status.h"
@@ -13,6 +18,12 @@ namespace postchain::service {
 
 // Errors (internal): the system starts no more threads.
 Result<std::thread> start_thread(std::function<void()> work);
+
+// Whose turn a task takes, and what is called if it makes way for another one.
+struct TaskTurn {
+    std::string share = {};
+    std::function<void()> dropped = {};
+};
 
 class HelperThreads {
   public:
@@ -24,8 +35,14 @@ class HelperThreads {
     HelperThreads& operator=(const HelperThreads&) = delete;
 
     Status begin();  // errors (internal): a thread does not start
-    // False, without taking the task, if too many wait. The task must not throw.
-    bool run(std::function<void()> task);
+    // False, without taking the task, if too many wait; if they are of another share that has more
+    // of them than this one, its last task makes way, whose `dropped` is called. Tasks must not
+    // throw.
+    bool run(std::function<void()> task, TaskTurn turn = {});
+    // Threads whose task takes longer than the patience.
+    size_t hanging() const;
+    // False if no thread is left that takes tasks, and none can take its place.
+    bool alive() const;
     // Runs the waiting tasks, and ends the threads. Returns the number of threads whose task hangs:
     // what their tasks use must stay.
     size_t end();

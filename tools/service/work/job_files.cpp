@@ -103,7 +103,7 @@ Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after
                        roots.shown(path) + ": links outside the folders of this service"};
     std::error_code error;
     if (!fs::is_regular_file(path, error)) return not_found(roots.shown(path) + ": does not exist");
-    return ShownFrame{path, frame.frame, request.run.source};
+    return ShownFrame{path, frame.frame, request.run.source, job.body};
 }
 
 Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& frames,

@@ -18,6 +18,7 @@ struct ShownFrame {
     std::string path;
     int frame = 0;
     sequence::SourceSettings source;
+    std::string body = {};  // of the job that has `source`; empty = of none
 };
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
                                const JobReader& reader);

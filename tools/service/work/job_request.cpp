@@ -516,9 +516,20 @@ class RequestParser {
 
 namespace {
 
-Answer<JobRequest> read(const JobReader& reader, const std::string& body, RequestKind kind) {
+void limit(uint64_t& memory, uint64_t most) {
+    if (most > 0 && (memory == 0 || memory > most)) memory = most;
+}
+
+Answer<JobRequest> read(const JobReader& reader, const std::string& body, RequestKind kind,
+                        uint64_t max_memory = 0) {
     try {
-        return RequestParser(reader, body).read(kind);
+        auto read = RequestParser(reader, body).read(kind);
+        if (auto* request = std::get_if<JobRequest>(&read)) {
+            limit(request->run.source.max_memory, max_memory);
+            for (study::Scene& scene : request->study.scenes)
+                limit(scene.measured.run.source.max_memory, max_memory);
+        }
+        return read;
     } catch (...) {
         const Status status = status_of_exception("the request");
         return Problem{Problem::Kind::internal, status.message()};
@@ -528,7 +539,7 @@ Answer<JobRequest> read(const JobReader& reader, const std::string& body, Reques
 }  // namespace
 
 Answer<JobRequest> JobReader::job(const std::string& body) const {
-    return read(*this, body, RequestKind::run);
+    return read(*this, body, RequestKind::run, max_memory_);
 }
 
 Answer<JobRequest> JobReader::plan(const std::string& body) const {
@@ -536,7 +547,7 @@ Answer<JobRequest> JobReader::plan(const std::string& body) const {
 }
 
 Answer<JobRequest> JobReader::preview(const std::string& body) const {
-    return read(*this, body, RequestKind::preview);
+    return read(*this, body, RequestKind::preview, max_preview_memory_);
 }
 
 // ----------------------------------------------------------------------------------------- users

@@ -63,6 +63,11 @@ class JobReader {
     // `registry` and `version` outlive the reader.
     JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
               int threads);
+    // The largest --max-memory of jobs and of previews, bytes; 0 = none.
+    void limit_memory(uint64_t jobs, uint64_t previews) {
+        max_memory_ = jobs;
+        max_preview_memory_ = previews;
+    }
     // The same reader with other folders.
     JobReader with(Roots roots) const;
 
@@ -81,6 +86,7 @@ class JobReader {
     const PassRegistry& registry_;
     const std::string& version_;
     int threads_;
+    uint64_t max_memory_ = 0, max_preview_memory_ = 0;
     std::shared_ptr<const ParameterTable> table_;
 };
 

@@ -114,10 +114,23 @@ Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
 
 }  // namespace
 
+Problem too_many_previews() {
+    return {Problem::Kind::busy, "too many previews are waiting; try again", {}, 1};
+}
+
 Result<std::string> image_of(const std::string& path, int frame,
-                             const sequence::SourceSettings& settings, const ImageWanted& wanted) {
+                             const sequence::SourceSettings& settings, const ImageWanted& wanted,
+                             const std::function<void(uint64_t bytes)>& enter) {
     ASSIGN_OR_RETURN(auto header,
                      sequence::open_source_frame(settings, {{Role::color, path}}, frame));
+    const uint64_t bytes =
+        sequence::frame_bytes(header, {Role::color}, io::Keep::nothing, header.window.height());
+    if (bytes > settings.max_memory && settings.max_memory > 0)
+        return Status(StatusCode::memory,
+                      concat(path, ": needs ", sequence::bytes_text(bytes),
+                             " of memory; images of this service may need ",
+                             sequence::bytes_text(settings.max_memory), ": render smaller"));
+    enter(bytes);
     ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
                                                               io::Keep::nothing));
     const ImageF& color = *source.planes.at(Role::color);
@@ -159,10 +172,10 @@ bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& 
     }
     // std::function must be copyable; a chain is not.
     const auto shared = std::make_shared<JobRequest>(std::move(request));
-    return threads_.run([this, shared, roots, type = wanted.type, ticket, done = std::move(done)] {
+    const auto work = [this, shared, roots, type = wanted.type, ticket, done] {
         Answer<Picture> answer = Problem{};
         try {
-            answer = picture(*shared, roots, type, *ticket);
+            if (!*ticket->stop) answer = picture(*shared, roots, type, *ticket);
         } catch (...) {
             answer = problem_of(status_of_exception("the preview"), roots);
         }
@@ -170,7 +183,8 @@ bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& 
             answer = Problem{Problem::Kind::conflict,
                              "a later preview of this session has replaced this one"};
         done(std::move(answer));
-    });
+    };
+    return threads_.run(work, {wanted.share, [done] { done(too_many_previews()); }});
 }
 
 Answer<Picture> Previews::picture(JobRequest& request, const Roots& roots, const std::string& type,

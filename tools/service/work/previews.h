@@ -12,6 +12,7 @@
 
 #include "chain/egl/context.h"
 #include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/memory.h"
 #include "tools/service/work/device_gate.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_request.h"
@@ -19,9 +20,28 @@
 
 namespace postchain::service {
 
-// The color of a file, reduced. Errors (input), (output).
+// Bytes of a gate while this object exists.
+class MemoryPlace {
+  public:
+    MemoryPlace(sequence::MemoryGate& gate, uint64_t bytes) : gate_(gate), bytes_(bytes) {
+        gate_.enter(bytes_);
+    }
+    ~MemoryPlace() { gate_.leave(bytes_); }
+    MemoryPlace(const MemoryPlace&) = delete;
+    MemoryPlace& operator=(const MemoryPlace&) = delete;
+
+  private:
+    sequence::MemoryGate& gate_;
+    const uint64_t bytes_;
+};
+
+// The color of a file, reduced. `enter` gets the bytes of its frame before they are allocated, and
+// returns when there is room. Errors: (input), (output); (memory): over settings.max_memory.
 Result<std::string> image_of(const std::string& path, int frame,
-                             const sequence::SourceSettings& settings, const ImageWanted& wanted);
+                             const sequence::SourceSettings& settings, const ImageWanted& wanted,
+                             const std::function<void(uint64_t bytes)>& enter);
+
+Problem too_many_previews();
 
 class Previews {
   public:
@@ -35,6 +55,8 @@ class Previews {
     // one, as do `wanted.left` and end().
     bool run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
              std::function<void(Answer<Picture>)> done);
+    size_t hanging() const { return threads_.hanging(); }
+    bool alive() const { return threads_.alive(); }
     // Runs a test dispatch; nothing if the thread is busy for longer than a second.
     std::optional<Status> test();
     size_t end();  // HelperThreads::end()

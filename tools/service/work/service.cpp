@@ -4,10 +4,12 @@
 #include <csignal>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/text.h"
 #include "config/describe.h"
 #include "config/schema.h"
@@ -21,6 +23,7 @@
 #include "tools/service/work/disk_check.h"
 #include "tools/service/work/health_watch.h"
 #include "tools/service/work/helper_threads.h"
+#include "tools/service/work/image_helper.h"
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/previews.h"
@@ -32,7 +35,8 @@ namespace postchain::service {
 namespace {
 
 constexpr size_t kMaxKeyBytes = 255;
-constexpr size_t kMaxThumbnails = 256;  // waiting
+constexpr size_t kMaxThumbnails = 256;   // waiting
+constexpr size_t kThumbnailThreads = 2;  // one user has one of them at a time
 
 // Functions that throw a Problem run in answer().
 template <class Work>
@@ -159,16 +163,23 @@ struct Service::State {
           registry(r),
           reader(settings.roots, registry, settings.version, settings.threads),
           readers(reader, *settings.users),
+          memory(settings.max_memory > 0 ? settings.max_memory : sequence::default_memory_limit()),
+          image_memory(memory / 4),
           counters(settings.version),
-          thumbnails(1, kMaxThumbnails),
+          thumbnails(kThumbnailThreads, kMaxThumbnails),
           previews(device, registry, gate),
           disks(std::move(folders)),
-          watch([this] { return look(); }) {}
+          watch([this] { return look(); }) {
+        // The rest is for images. Jobs of another queue are on other machines.
+        reader.limit_memory(settings.remote.queue ? 0 : memory / 2, memory / 4);
+    }
 
     const ServiceSettings settings;
     const PassRegistry& registry;
-    const JobReader reader;
+    JobReader reader;
     const Readers readers;
+    const uint64_t memory;  // bytes of the frames of jobs, previews and images
+    sequence::MemoryGate image_memory;
     Counters counters;
     std::unique_ptr<JobStore> store;
     HelperThreads thumbnails;
@@ -188,6 +199,7 @@ struct Service::State {
     Job shown(Job job, const QueuePlaces& places) const;
     Job shown(Job job) const;
 
+    size_t hanging() const { return thumbnails.hanging() + previews.hanging(); }
     void hear(const Event& event);
     WatchedHealth look();
 
@@ -199,6 +211,9 @@ struct Service::State {
     // Whether outputs of removed jobs that count for the user are no longer on disk.
     bool settle(const User& user) const;
 
+    // An image of a file, by another process if there is a program for it.
+    Result<std::string> image(const ShownFrame& shown, const Roots& roots,
+                              const ImageWanted& wanted);
     // Sends an image of a file from another thread. `find` returns the file for a reader.
     using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
     void show(const User& user, const ImageWanted& wanted,
@@ -280,12 +295,22 @@ bool Service::State::settle(const User& user) const {
     return freed;
 }
 
+Result<std::string> Service::State::image(const ShownFrame& shown, const Roots& roots,
+                                          const ImageWanted& wanted) {
+    if (!settings.program.empty())
+        return image_by_helper(settings.program, shown, roots, wanted, image_memory);
+    std::optional<MemoryPlace> place;
+    return image_of(shown.path, shown.frame, shown.source, wanted,
+                    [&](uint64_t bytes) { place.emplace(image_memory, bytes); });
+}
+
 void Service::State::show(const User& user, const ImageWanted& wanted,
                           const std::function<void(Answer<Picture>)>& done, const FindFrame& find) {
-    const auto image = [wanted, reader = reader_of(user), find] {
+    const auto make = [this, wanted, reader = reader_of(user), find] {
         try {
-            const ShownFrame shown = taken(find(reader));
-            auto bytes = image_of(shown.path, shown.frame, shown.source, wanted);
+            ShownFrame shown = taken(find(reader));
+            shown.source.max_memory = memory / 4;
+            auto bytes = image(shown, reader.roots(), wanted);
             if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
             return Picture{wanted.type, std::move(*bytes)};
         } catch (const Problem&) {
@@ -294,8 +319,12 @@ void Service::State::show(const User& user, const ImageWanted& wanted,
             throw problem_of(status_of_exception("the image"), reader.roots());
         }
     };
-    if (!thumbnails.run([done, image] { done(answer(image)); }))
-        throw Problem{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
+    const Problem busy{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
+    const auto work = [done, make, left = wanted.left] {
+        if (left && *left) return done(Problem{Problem::Kind::unavailable, "the client has left"});
+        done(answer(make));
+    };
+    if (!thumbnails.run(work, {wanted.share, [done, busy] { done(busy); }})) throw busy;
 }
 
 Job Service::State::change(const User& user, const std::string& id, const std::string& why_not,
@@ -331,6 +360,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
     ASSIGN_OR_RETURN(auto device,
                      sequence::choose_device(settings.device, settings.threads, settings.warn));
+    confine_reads(settings.roots.folders());
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
     ASSIGN_OR_RETURN(
         state->store,
@@ -374,7 +404,8 @@ void Service::drain() {
 
 bool Service::alive() const {
     const BackendState state = state_->backend->state();
-    return state.works || state.lost == 0;
+    return (state.works || state.lost == 0) && state_->thumbnails.alive() &&
+           state_->previews.alive();
 }
 
 Answer<Job> Service::submit(const User& user, const std::string& body,
@@ -562,7 +593,7 @@ void Service::preview(const User& user, const std::string& body, const PreviewWa
         PreviewWanted of_user = wanted;
         if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
         if (!state_->previews.run(std::move(request), reader.roots(), of_user, done))
-            throw Problem{Problem::Kind::busy, "too many previews are waiting; try again", {}, 1};
+            throw too_many_previews();
     });
 }
 
@@ -639,8 +670,8 @@ Health Service::health() const {
     if (late_s > 0) say(concat("the service's disks have not answered for ", late_s, " s"));
     if (!health.progress && late_s == 0 && backend.trouble.empty())
         say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
-    if (backend.lost > 0)
-        say(concat(backend.lost == 1 ? "1 thread hangs" : concat(backend.lost, " threads hang"),
+    if (const size_t hanging = backend.lost + state_->hanging(); hanging > 0)
+        say(concat(hanging == 1 ? "1 thread hangs" : concat(hanging, " threads hang"),
                    " in a disk or a device"));
     say(watched.store.message());
     say(watched.disks);
@@ -656,9 +687,9 @@ Health Service::health() const {
 
 std::string Service::metrics() const {
     const BackendState backend = state_->backend->state();
-    return state_->counters.text(state_->store->counts(), state_->store->times(),
-                                 state_->store->owners(),
-                                 {backend.lost, backend.replaced, backend.oldest_step_s});
+    return state_->counters.text(
+        state_->store->counts(), state_->store->times(), state_->store->owners(),
+        {backend.lost + state_->hanging(), backend.replaced, backend.oldest_step_s});
 }
 
 }  // namespace postchain::service

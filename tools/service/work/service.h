@@ -42,9 +42,13 @@ struct ServiceSettings {
     std::string store;  // SQLite file, created if it does not exist
     Roots roots;        // the folders of all paths of jobs
     std::shared_ptr<const Users> users = std::make_shared<Users>();
-    std::string device = "auto";              // as --device of the command
-    int threads = 0;                          // CPU threads; 0 = one per core
-    size_t max_queue = 1000;                  // waiting jobs; further ones are refused
+    std::string device = "auto";  // as --device of the command
+    int threads = 0;              // CPU threads; 0 = one per core
+    size_t max_queue = 1000;      // waiting jobs; further ones are refused
+    std::string program;          // decodes images: image_helper.h; empty = no other
+    // Bytes for the frames of a job (a half), of previews and of images (a quarter each); 0 = the
+    // default of --max-memory.
+    uint64_t max_memory = 0;
     int attempts = 3;                         // per frame, before it is quarantined
     double frame_timeout_s = 1800;            // of each step of a frame; 0 = none
     double slice_s = 60;                      // until a job makes way for another user's
@@ -65,8 +69,10 @@ inline constexpr const char* kExrType = "image/x-exr";
 
 // An image of a file in a reply.
 struct ImageWanted {
-    std::string type = "image/png";  // or report::kPictureType
-    int side = 320;                  // largest width and height
+    std::string type = "image/png";                // or report::kPictureType
+    int side = 320;                                // largest width and height
+    std::string share = {};                        // whose turn it takes: HelperThreads
+    std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 };
 
 inline constexpr double kMinPreviewScale = 0.05;  // in the body of a preview; the largest is 1
@@ -74,6 +80,7 @@ inline constexpr double kMinPreviewScale = 0.05;  // in the body of a preview; t
 struct PreviewWanted {
     std::string type = "image/png";  // or kExrType, report::kPictureType: scene-linear
     std::string session = {};        // a later preview of the session replaces this one; empty = no
+    std::string share = {};          // whose turn it takes: HelperThreads
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 };
 
@@ -102,7 +109,7 @@ struct Health {
     bool gl = false;        // a test dispatch returned the right result
     bool disk = false;      // the store is in its place, its folder and every root are writable
     bool queue = false;     // the queue accepts jobs
-    bool progress = false;  // no step of the running job is over its limit
+    bool progress = false;  // no step of the running job is over its limit, and threads are left
     bool draining = false;
     std::string renderer;
     std::string why;  // reasons of the false values
@@ -121,7 +128,7 @@ class Service {
     // drain(), then ends the threads. Returns the number of those that hang in a disk or a device:
     // a program should then end without waiting for them.
     size_t end();
-    // False if only a restart helps: too many threads hang.
+    // False if only a restart helps: too many threads of a kind hang.
     bool alive() const;
 
     // `body`: a JSON object, see docs/service.md. If an earlier job of the user has the key and the

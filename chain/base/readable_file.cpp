@@ -1,0 +1,154 @@
+#include "chain/base/readable_file.h"
+
+#include <fcntl.h>
+#include <linux/openat2.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <utility>
+
+namespace postchain {
+namespace {
+
+// Without waiting for the writer of a pipe, and without becoming the terminal's process.
+constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+constexpr int kNotAFile = ESPIPE;
+constexpr uint64_t kMaxOwnText = uint64_t(64) << 20;
+
+std::mutex g_mutex;
+std::vector<std::string> g_folders;
+
+std::vector<std::string> confined_folders() {
+    const std::lock_guard lock(g_mutex);
+    return g_folders;
+}
+
+// The folder that has this path; empty = none.
+std::string folder_of(const std::string& path, const std::vector<std::string>& folders) {
+    for (const std::string& folder : folders)
+        if (folder == "/" || path == folder || path.starts_with(folder + "/")) return folder;
+    return "";
+}
+
+// As open_beneath(), for kernels and containers without openat2: one name after the other.
+int open_by_names(int folder, const std::string& path) {
+    int at = ::dup(folder);
+    for (size_t begin = 0; at >= 0;) {
+        const size_t end = std::min(path.find('/', begin), path.size());
+        const std::string name = path.substr(begin, end - begin);
+        const bool last = end == path.size();
+        const int next = name == ".."
+                             ? (errno = EXDEV, -1)
+                             : ::openat(at, name.empty() ? "." : name.c_str(),
+                                        last ? kFlags | O_NOFOLLOW
+                                             : O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+        const int error = errno;
+        ::close(at);
+        errno = error;
+        if (last) return next;
+        at = next;
+        begin = end + 1;
+    }
+    return -1;
+}
+
+// A path below a folder, without following a link.
+int open_beneath(const std::string& folder, const std::string& path) {
+    const int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (at < 0) return -1;
+    open_how how = {};
+    how.flags = kFlags;
+    how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
+    int fd = int(::syscall(SYS_openat2, at, path.c_str(), &how, sizeof(how)));
+    if (fd < 0 && (errno == ENOSYS || errno == EPERM)) fd = open_by_names(at, path);
+    const int error = errno;
+    ::close(at);
+    errno = error;
+    return fd;
+}
+
+int open_confined(const std::string& path, const std::vector<std::string>& folders) {
+    if (folder_of(path, folders).empty()) return ::open(path.c_str(), kFlags);
+    char real[PATH_MAX];
+    if (!::realpath(path.c_str(), real)) return -1;
+    const std::string resolved = real, folder = folder_of(resolved, folders);
+    if (folder.empty()) {
+        errno = EXDEV;
+        return -1;
+    }
+    const size_t below = folder == "/" ? 1 : folder.size() + 1;
+    return open_beneath(folder, below < resolved.size() ? resolved.substr(below) : ".");
+}
+
+}  // namespace
+
+void confine_reads(const std::vector<std::string>& folders) {
+    const std::lock_guard lock(g_mutex);
+    g_folders = folders;
+}
+
+ReadableFile::ReadableFile(const std::string& path, Pipes pipes) {
+    const auto folders = confined_folders();
+    struct stat info = {};
+    // A named pipe has to be opened once only, and by waiting.
+    if (folders.empty() && pipes == Pipes::read_by_commands && ::stat(path.c_str(), &info) == 0 &&
+        !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
+        fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+        error_ = errno;
+        return;
+    }
+    fd_ = folders.empty() ? ::open(path.c_str(), kFlags) : open_confined(path, folders);
+    error_ = errno;
+    if (fd_ < 0) return;
+    if (::fstat(fd_, &info) == 0 && S_ISREG(info.st_mode)) {
+        bytes_ = uint64_t(info.st_size);
+        return;
+    }
+    ::close(release());
+    error_ = kNotAFile;
+}
+
+ReadableFile::~ReadableFile() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+int ReadableFile::release() {
+    return std::exchange(fd_, -1);
+}
+
+std::string ReadableFile::fault() const {
+    if (error_ == kNotAFile) return "is not a file";
+    if (error_ == EXDEV) return "links outside the folders of this service";
+    return std::string("cannot be opened: ") + std::strerror(error_);
+}
+
+std::string ReadableFile::path() const {
+    return "/proc/self/fd/" + std::to_string(fd_);
+}
+
+std::optional<std::string> ReadableFile::text(uint64_t most) const {
+    if (!ok()) return std::nullopt;
+    std::string text;
+    char block[16384];
+    for (;;) {
+        const ssize_t got = ::read(fd_, block, sizeof(block));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return std::nullopt;
+        if (got == 0) return text;
+        text.append(block, size_t(got));
+        if (text.size() > most) return std::nullopt;
+    }
+}
+
+std::string text_of_file(const std::string& path) {
+    return ReadableFile(path).text(kMaxOwnText).value_or("");
+}
+
+}  // namespace postchain

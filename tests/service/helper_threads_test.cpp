@@ -1,0 +1,119 @@
+// Threads whose tasks take turns.
+#include "tools/service/work/helper_threads.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace postchain::service {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Threads whose tasks wait for open().
+class Turns : public testing::Test {
+  protected:
+    void begin(size_t threads, size_t waiting, std::chrono::milliseconds patience = 60s) {
+        threads_ = std::make_unique<HelperThreads>(threads, waiting, patience);
+        ASSERT_TRUE(threads_->begin().ok());
+    }
+    void TearDown() override {
+        open();
+        threads_.reset();
+    }
+    bool add(const std::string& share) {
+        return threads_->run(
+            [this, share] {
+                {
+                    const std::lock_guard lock(mutex_);
+                    order_ += share;
+                }
+                opened_.wait();
+            },
+            {share, [this, share] { dropped_ += share; }});
+    }
+    void open() {
+        if (!is_open_) gate_.set_value();
+        is_open_ = true;
+    }
+    std::string order() {
+        const std::lock_guard lock(mutex_);
+        return order_;
+    }
+    void wait_for(size_t tasks) {
+        for (int i = 0; i < 6000 && order().size() < tasks; ++i) std::this_thread::sleep_for(10ms);
+        ASSERT_EQ(order().size(), tasks);
+    }
+
+    std::promise<void> gate_;
+    std::shared_future<void> opened_ = gate_.get_future().share();
+    bool is_open_ = false;
+    std::mutex mutex_;
+    std::string order_, dropped_;
+    std::unique_ptr<HelperThreads> threads_;
+};
+
+TEST_F(Turns, SharesAlternate) {
+    begin(1, 100);
+    add("a");
+    wait_for(1);
+    for (int i = 0; i < 4; ++i) add("a");
+    for (int i = 0; i < 2; ++i) add("b");
+    add("c");
+    open();
+    wait_for(8);
+    // The one that comes anew first; then whoever has waited longest.
+    EXPECT_EQ(order(), "abcabaaa");
+}
+
+TEST_F(Turns, NoShareHasAllThreads) {
+    begin(3, 100);
+    for (int i = 0; i < 6; ++i) add("a");
+    wait_for(2);
+    std::this_thread::sleep_for(100ms);
+    EXPECT_EQ(order(), "aa");
+    add("b");
+    wait_for(3);
+    EXPECT_EQ(order(), "aab");
+}
+
+TEST_F(Turns, TheLastTaskOfTheLargestShareMakesWay) {
+    begin(1, 4);
+    add("a");
+    wait_for(1);
+    for (int i = 0; i < 4; ++i) EXPECT_TRUE(add("a"));
+    EXPECT_FALSE(add("a"));
+    EXPECT_EQ(dropped_, "");
+    EXPECT_TRUE(add("b"));
+    EXPECT_TRUE(add("c"));
+    EXPECT_EQ(dropped_, "aa");
+    EXPECT_FALSE(add("b")) << "two of a, one of b";
+    open();
+    wait_for(5);
+}
+
+TEST_F(Turns, ThreadsThatHangAreCounted) {
+    begin(2, 100, 50ms);
+    add("a");
+    wait_for(1);
+    EXPECT_TRUE(threads_->alive());
+    for (int i = 0; i < 500 && threads_->hanging() == 0; ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_EQ(threads_->hanging(), 1u);
+    // Each is replaced, up to a limit.
+    for (int i = 0; i < 400 && threads_->alive(); ++i) {
+        add("b" + std::to_string(i));
+        std::this_thread::sleep_for(20ms);
+    }
+    EXPECT_FALSE(threads_->alive());
+    EXPECT_GE(threads_->hanging(), 17u);
+    open();
+    for (int i = 0; i < 500 && threads_->hanging() > 0; ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_TRUE(threads_->alive());
+}
+
+}  // namespace
+}  // namespace postchain::service

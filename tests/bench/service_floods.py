@@ -14,12 +14,12 @@ import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "service"))
-from server import Server  # noqa: E402
+from server import Server, token_hash  # noqa: E402
 
-USERS = """postchain_users: 1
+USERS = f"""postchain_users: 1
 users:
-  ann: {token: aaaaaaaaaaaaaaaa}
-  bob: {token: bbbbbbbbbbbbbbbb}
+  ann: {{tokens: [{token_hash("a" * 16)}]}}
+  bob: {{tokens: [{token_hash("b" * 16)}]}}
 """
 PATIENCE_S = 130
 

@@ -8,6 +8,7 @@
 
 #include "tools/service/store/job.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/service.h"
 
 namespace postchain::service {
 

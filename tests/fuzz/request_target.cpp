@@ -23,11 +23,13 @@ constexpr uint64_t kMaxBody = 8192;
 // With a token in half of the runs: the same request must not be answered without it.
 struct Behind {
     std::unique_ptr<Service> service = test::fake_service({});
-    Api open{*service, {}, "0", nullptr};
+    RequestThreads threads = {[] { return size_t(0); }, [] { return true; },
+                              [] { return std::string(); }};
+    Api open{*service, {}, "0", threads};
     Api closed{*service,
                {.users = Users::of_token("0123456789abcdef"), .hosts = {"render.example"}},
                "0",
-               nullptr};
+               threads};
 };
 
 void check(const Reply& reply, const Request& request) {

@@ -57,8 +57,8 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
     guest::HostFrame frame;
     if (const auto failure = guest::check_frame(&values, frame, vk::find_format); !failure.ok())
         return Status(StatusCode::internal, failure.text);
-    ASSIGN_OR_RETURN(const auto host, guest::make_host_plan(chain, frame));
-    for (const ProgramKey& key : guest::host_programs(chain, frame, host.plan)) {
+    ASSIGN_OR_RETURN(const auto host, guest::make_host_plan(chain, frame, DeviceClass::gpu));
+    for (const ProgramKey& key : guest::host_programs(chain, frame, host.plan, DeviceClass::gpu)) {
         ASSIGN_OR_RETURN(const auto source, program_source(key));
         auto& words = programs[vk::program_key(source)];
         if (!words.empty()) continue;

@@ -134,7 +134,7 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
 
 // The outputs of a removed job count until they are deleted.
 TEST_F(Team, DiskOfRemovedJobs) {
-    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: 1000}\n");
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"1000\"}\n");
     open();
     const std::string id = submit(body(), "ann");
     EXPECT_GT(done(id).bytes, 1000);

@@ -323,10 +323,11 @@ std::vector<OwnerUse> JobStore::owners() const {
     const auto found = look([&](Database& database) {
         return all(
             Statement(database,
-                      "SELECT owner, COUNT(*) FILTER (WHERE state = 'queued'), COUNT(*) FILTER "
-                      "(WHERE state = 'running'), IFNULL(SUM(frames - done - failed) FILTER (WHERE "
-                      "ended_ms = 0), 0), SUM(bytes) + IFNULL((SELECT SUM(bytes) FROM ledger WHERE "
-                      "ledger.owner = jobs.owner), 0) FROM jobs WHERE owner <> '' GROUP BY owner"),
+                      "SELECT owner, SUM(queued), SUM(running), SUM(frames), SUM(bytes) FROM ("
+                      "SELECT owner, state = 'queued' AS queued, state = 'running' AS running, "
+                      "iif(ended_ms = 0, frames - done - failed, 0) AS frames, bytes FROM jobs "
+                      "WHERE owner <> '' UNION ALL SELECT owner, 0, 0, 0, bytes FROM ledger) "
+                      "GROUP BY owner"),
             [](const Statement& row) {
                 return OwnerUse{row.text(0), row.integer(1), row.integer(2), row.integer(3),
                                 row.integer(4)};

@@ -273,7 +273,7 @@ def packages(options):
     if not options.core:
         if options.python:
             has["python3-postchain"] = "dist-packages/postchain/__init__.pyi"
-        has.update({"postchain": "bin/postchain",
+        has.update({"postchain": "bin/postchain", "postchain-service": "system/postchain.service",
                     f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
     if options.vulkan:
         has[f"libpostchain-vk{so}"] = f"libpostchain_vk.so.{options.version}"
@@ -290,6 +290,7 @@ def packages(options):
                                       (f"libpostchain-config{so}", [plan], ["libepoxy0"]),
                                       (f"libpostchain-vk{so}", [plan], ["libepoxy0", "libgl", rf"{library} "]),
                                       ("postchain", ["libopenimageio"], ["libglfw3"]),
+                                      ("postchain-service", [r"postchain \(= "], ["libglfw3"]),
                                       ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
                                       ("python3-postchain", [r"python3\.\d+, python3-numpy"], [])):
         depends = held[package][1].lower() if package in held else ""
@@ -336,8 +337,8 @@ def source_package(options, folder):
     control = (folder / "tree/debian/control").read_text()
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
-        f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", f"libpostchain-vk{soversion(options)}",
-        "postchain-view", "python3-postchain"], control
+        f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-service",
+        f"libpostchain-vk{soversion(options)}", "postchain-view", "python3-postchain"], control
 
 
 def use_unpacked(options, folder, names):

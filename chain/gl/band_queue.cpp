@@ -36,7 +36,7 @@ BandQueue::BandQueue(bool software, BandTimer& timer, ContinueCallback ask, Mean
       ask_(std::move(ask)),
       meanwhile_(std::move(meanwhile)) {}
 
-// What follows a run waits for its last band too.
+// Waits until the last band has ended, so that the next run begins after it.
 BandQueue::~BandQueue() {
     while (!queued_.empty()) wait_for_first();
 }

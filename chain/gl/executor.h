@@ -65,7 +65,7 @@ class Executor {
     Executor(const Executor&) = delete;
     Executor& operator=(const Executor&) = delete;
 
-    // Of its device. Plans should be made for it (PlanOptions::device).
+    // The class of its device: plans should be made for it (PlanOptions::device).
     DeviceClass device_class() const { return class_; }
 
     // Uploads the planes the plan reads, runs it and reads the outputs back. A plan without steps

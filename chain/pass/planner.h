@@ -18,7 +18,8 @@ struct PlanOptions {
     std::set<std::string> rules_off = {};  // rules on by default that are not used
     std::set<std::string> rules_on = {};   // other rules that are used
     RoleSet outputs = {Role::color};
-    // Of the device that runs the plan: Executor::device_class(). Every device runs every plan.
+    // The class of the device that runs the plan: Executor::device_class(). A plan for another
+    // class has the same result and takes longer.
     DeviceClass device = DeviceClass::software;
 
     bool uses(const ElisionRule& rule) const;

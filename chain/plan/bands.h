@@ -12,8 +12,8 @@
 
 namespace postchain {
 
-// A step that takes longer than this is cut, into bands of at least the other time: each dispatch
-// ends with the device idle for a moment.
+// A step that takes longer than kBandMs is cut into bands. A band takes at least kLeastBandMs,
+// except the last of a row or list, because each dispatch ends with the device idle for a moment.
 inline constexpr double kBandMs = 50, kLeastBandMs = 20;
 // Texture fetches in a millisecond of a program that was not measured: those of a small integrated
 // GPU, with the arithmetic between them.

@@ -69,7 +69,7 @@ class CompiledPlan : public PlanValues {
     void record_begin(VkCommandBuffer commands);
     void record_step(VkCommandBuffer commands, size_t step);
 
-    // What the begin (-1) and the steps read and write, for a host that sets the barriers.
+    // A resource that the begin (-1) or a step reads or writes, for a host that sets the barriers.
     struct Use {
         const Image* image = nullptr;  // of the library; null: the host's
         unsigned name = 0;             // of the host's: as in import()

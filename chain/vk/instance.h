@@ -89,7 +89,7 @@ class Instance {
     std::optional<Retired> retired_;
     std::optional<Clock> clock_;
     int timing_ = 0;
-    // Of the run that begin() began; null: none, or not the last one.
+    // The plan of the run that begin() began last; null: no run is open.
     CompiledPlan* open_ = nullptr;
     std::vector<pc_vk_resource> resources_;
     std::vector<pc_vk_use> uses_;

@@ -29,7 +29,7 @@ struct HostMemory {
     std::function<void(const MemoryPart&)> free;
 };
 
-// What blocks are made with.
+// Functions that allocate and free blocks.
 struct BlockFunctions {
     // Memory of at least needs.size bytes, mapped if `properties` have HOST_VISIBLE, and the number
     // of its type.

@@ -28,7 +28,7 @@ void store(ivec2 block, int k, uvec4 bits) {
     imageStore(block_surfaces, ivec2(GIVEN * block.x + k, block.y), without_flags(bits));
 }
 
-// Of a surface as the block's surface k.
+// The key of a surface as candidate for the block's surface k.
 int key_as(int k, Surface s, Surface chosen[3]) {
     float apart_px2 = displaced(s);
     if (k > 0) apart_px2 = apart(s, chosen[0]);
@@ -36,7 +36,7 @@ int key_as(int k, Surface s, Surface chosen[3]) {
     return key_of(apart_px2);
 }
 
-// Of a surface of the layer behind; 0 if it is none of those.
+// The key of a surface of the layer behind; 0 if the pixel has no such surface.
 int key_of_hidden(Surface s, Surface shown[3]) {
     const float apart_px2 = s.inverse_depth < 0.0 || s.edge ? 0.0 : apart_from(shown, s);
     return key_of(apart_px2);

@@ -92,7 +92,7 @@ class Programs {
 };
 
 // ------------------------------------------------------------------------------ between the steps
-// What the debug groups of the executor begin and end.
+// Called at the begin and the end of the executor's debug groups, one for each step.
 struct Hooks {
     std::function<void(size_t)> begin, end;
     size_t step = 0;
@@ -227,7 +227,7 @@ void print_row(const std::string& name, const std::vector<StepCost>& steps) {
         for (size_t d = 0; d < ms.size(); ++d) ms[d] += step.ms(kRates[d]);
     }
     std::printf("| %s | %.0f |", name.c_str(), waves);
-    // Of a wave: a pixel has 1/32 of them.
+    // Instructions are of a wave, which has 32 pixels.
     for (const double all : instructions) std::printf(" %.0f |", all * kWave / kPixels);
     std::printf(" %.1f | %.0f | %d |", texels * kWave / kPixels, bytes / kPixels, levels);
     for (const double one : ms) std::printf(" %.3g |", one);

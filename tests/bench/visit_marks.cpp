@@ -15,8 +15,8 @@
 namespace postchain::bench {
 namespace {
 
-// What the marks call. A path names the rounds of all loops in which an invocation is; invocations
-// that meet again have equal paths.
+// The functions that marks call. A path names the rounds of all loops in which an invocation is;
+// invocations that meet again have equal paths.
 std::string declarations() {
     return concat(
         "#ifdef VULKAN\n"

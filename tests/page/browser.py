@@ -89,9 +89,11 @@ class Browser:
         return value[0]
 
     def wait(self, script, *arguments, seconds=120):
-        """The first true value of an expression. It is evaluated at once: a page that goes to another would
-        never end run()'s function."""
-        body = {"script": f"const args = [...arguments]; return {script};", "args": list(arguments)}
+        """The first true value of an expression: True for an object, which need not be one that JSON can hold.
+        It is evaluated at once: a page that goes to another would never end run()'s function."""
+        body = {"script": f"const args = [...arguments]; const value = {script};"
+                          "return value instanceof Object && !Array.isArray(value) ? true : value;",
+                "args": list(arguments)}
         end = time.monotonic() + seconds
         while True:
             try:

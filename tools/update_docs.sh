@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Writes the documents that the command makes from its tables: docs/parameters.md and the table in
-# docs/camera_metadata.md.
+# docs/profiles.md.
 # Usage: tools/update_docs.sh [COMMAND]   (default: build/tools/apps/postchain/postchain)
 set -euo pipefail
 command=$(realpath "${1:-$(dirname "$0")/../build/tools/apps/postchain/postchain}")
@@ -20,7 +20,7 @@ END
 
 table=$("$command" inspect --camera-metadata)
 {
-    sed '/^| attribute | writer |/,$d' docs/camera_metadata.md
+    sed '/^| attribute | writer |/,$d' docs/profiles.md
     printf '%s\n' "$table"
-} > docs/camera_metadata.md.new
-mv docs/camera_metadata.md.new docs/camera_metadata.md
+} > docs/profiles.md.new
+mv docs/profiles.md.new docs/profiles.md

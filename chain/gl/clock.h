@@ -1,4 +1,4 @@
-// Times intervals of GL work by the rules of docs/benchmarks.md: TIMESTAMP pairs on a GPU, read
+// Times intervals of GL work by the rules of docs/performance.md: TIMESTAMP pairs on a GPU, read
 // only when ready; the wall clock around glFinish on a software renderer, whose timers are wrong by
 // orders of magnitude. Every time is tagged with its source.
 #pragma once

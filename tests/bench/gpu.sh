@@ -2,7 +2,7 @@
 # On a machine with a GPU: builds the core without fetching anything, runs the tests that compare
 # pixels with their references on that device and the selftest of each pass, then gpu_bench at each
 # size. A failure stops nothing: the last page says what failed and gives the figures, and is written
-# to a file (docs/gpu.md). Needs CMake, Ninja, a C++20 compiler and the packages epoxy, GLM and
+# to a file (docs/performance.md). Needs CMake, Ninja, a C++20 compiler and the packages epoxy, GLM and
 # GoogleTest.
 # Usage: tests/bench/gpu.sh [--sizes "1280x720 1920x1080 3840x2160"] [--only PART_OF_NAME]
 #                           [--iterations 21] [--tests REGEX] [--jobs N] [--page gpu_page.txt]

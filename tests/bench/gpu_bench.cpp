@@ -2,7 +2,7 @@
 //
 //   synthetic frame -> textures on the device -> { pass, copy, pass, copy, ... } -> medians
 //
-// Timing rules: docs/benchmarks.md. Wall-clock time around glFinish on a software renderer, GL
+// Timing rules: docs/performance.md. Wall-clock time around glFinish on a software renderer, GL
 // timestamps on a GPU (chain/gl/clock.h). After two warm-up runs, pass and copy alternate in one
 // queue, so that both see the same load; median and quartiles are reported. The reference bandwidth
 // is measured first, with the same copy of a frame of 3840x2160.

@@ -1,4 +1,4 @@
-// Measures the CPU cost of a guest's frame on its host (docs/benchmarks.md). GL is real while
+// Measures the CPU cost of a guest's frame on its host (docs/performance.md). GL is real while
 // programs and textures are made; then every GL function is replaced by one that only counts.
 #include <epoxy/gl.h>
 

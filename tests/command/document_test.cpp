@@ -24,8 +24,8 @@ TEST(Documents, ParametersAreTheProgramsOwn) {
 TEST(Documents, CameraMetadataIsTheProgramsOwn) {
     const auto table = run({"inspect", "--camera-metadata"});
     ASSERT_TRUE(table.out.starts_with("| attribute |")) << table.text();
-    EXPECT_TRUE(read_text(kRoot + "/docs/camera_metadata.md").ends_with("\n\n" + table.out))
-        << "docs/camera_metadata.md is out of date; " << kRemedy;
+    EXPECT_TRUE(read_text(kRoot + "/docs/profiles.md").ends_with("\n\n" + table.out))
+        << "docs/profiles.md is out of date; " << kRemedy;
 }
 
 std::vector<std::string> matches(const std::string& text, const std::string& pattern) {

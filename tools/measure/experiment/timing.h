@@ -1,4 +1,4 @@
-// Times a plan by the rules of docs/benchmarks.md: warm-up, repetitions, median and spread, with
+// Times a plan by the rules of docs/performance.md: warm-up, repetitions, median and spread, with
 // the source named; times are marked unreliable if other processes kept the machine busy.
 #pragma once
 

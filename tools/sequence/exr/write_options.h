@@ -36,7 +36,7 @@ struct WriteOptions {
     std::function<Status()> before_commit = {};
 
     // Deflate level of ZIP and ZIPS, 0 (stored) to 9. Time and size by level:
-    // docs/benchmarks.md.
+    // docs/performance.md.
     static constexpr int kZipLevel = 1;
 };
 

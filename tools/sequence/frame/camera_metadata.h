@@ -1,5 +1,5 @@
 // The camera in a file's metadata: the table of known attributes, and the camera that a file's
-// attributes give. docs/camera_metadata.md is generated from the table.
+// attributes give. docs/profiles.md is generated from the table.
 #pragma once
 
 #include <array>

@@ -64,7 +64,7 @@ Json describe_frame(const FrameDescription& frame, const io::Window& window) {
     return json;
 }
 
-// Attributes in the file that the table in docs/camera_metadata.md lists.
+// Attributes in the file that the table in docs/profiles.md lists.
 Json describe_attributes(const std::vector<io::FoundAttribute>& found) {
     Json list = Json::array();
     for (const auto& one : found) {

@@ -19,7 +19,7 @@ namespace {
 
 using io::Json;
 
-// Program, libraries, Mesa with its compiler, compiled shaders: measured (docs/scale.md) plus a
+// Program, libraries, Mesa with its compiler, compiled shaders: measured (docs/farm.md) plus a
 // margin.
 constexpr uint64_t kProcessBytes = uint64_t(128) << 20;
 

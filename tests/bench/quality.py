@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
+"""Error of chains against path-traced ground truth, and time, as the tables of
+docs/quality.md and docs/studies/tables.md.
 
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
                            [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]

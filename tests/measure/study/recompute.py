@@ -4,7 +4,7 @@
     tests/measure/study/recompute.py STUDY            the study's folder: from tasks/*.json
     tests/measure/study/recompute.py report.json      from the gains of its scenes
     tests/measure/study/recompute.py STUDY --table    Markdown tables of the questions, the chains, and the
-                                              scenes by HDR-FLIP, for docs/ordering.md
+                                              scenes by HDR-FLIP, for docs/studies/tables.md
 
 It shares no code with postchain: Student's t comes from the finite sums of Abramowitz and Stegun 26.7.3
 and 26.7.4, quantiles from bisection. Prints each question by HDR-FLIP, and on stderr every figure that

@@ -205,7 +205,8 @@ Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
             take_all("*", color);
         } else if (is_pattern(word)) {
             if (!take_all(word, ""))
-                return Status(StatusCode::usage, concat("no color layer matches '", word, "'"));
+                return Status(StatusCode::usage, concat("no color layer matches '", word,
+                                                        "'; `postchain inspect` lists them"));
         } else {
             ASSIGN_OR_RETURN(const auto one, find_named(layers, word));
             chosen.insert(one);

@@ -334,7 +334,8 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
             "profile " + profile.name + " matches no channels of this file; it looked for";
         for (const auto& [role, wanted] : match.missing)
             text += concat(" ", name_of(role), ": ", wanted, ";");
-        return Status(StatusCode::input, text + " found: " + channels_found(file));
+        return Status(StatusCode::input, text + " found: " + channels_found(file) +
+                                             "; name them in a profile of your own");
     }
     std::string note;
     ASSIGN_OR_RETURN(match.view_layer,

@@ -175,7 +175,8 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     const int wanted = list.frames.front();
     if (list.is_missing(wanted))
         raise(Status(StatusCode::input,
-                     concat(job.input.color().format(wanted), ": frame is not on disk")));
+                     concat(job.input.color().format(wanted),
+                            ": frame is not on disk; render it, or leave it out")));
     std::map<Role, std::string> files = list.files.at(wanted);
     if (const auto behind = files.extract(Role::behind)) frame->behind_path_ = behind.mapped();
     frame->header_ = value_of(sequence::open_source_frame(frame->settings_, files, wanted));

@@ -173,8 +173,8 @@ void write_image(const std::string& path, const py::object& result, const py::ob
             std::error_code error;
             fs::create_directories(folder, error);
             if (error)
-                return Status(StatusCode::output,
-                              folder + ": cannot be created: " + error.message());
+                return Status(StatusCode::output, folder + ": cannot be created: " +
+                                                      error.message() + "; choose another folder");
         }
         if (of_files) {
             ASSIGN_OR_RETURN(

@@ -81,7 +81,8 @@ Status check_metric(const char* option, const std::string& name, bool sequence) 
         return Status(StatusCode::usage,
                       concat(option, ": unknown metric '", name, "'; known are ", known_metrics()));
     if (name == kTde && !sequence)
-        return Status(StatusCode::usage, concat(option, ": tde needs two frames or more"));
+        return Status(StatusCode::usage,
+                      concat(option, ": tde needs two frames or more; name a sequence"));
     return Status();
 }
 
@@ -100,8 +101,9 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
     ASSIGN_OR_RETURN(const auto a, io::PathPattern::parse(diff.a).at("A"));
     ASSIGN_OR_RETURN(const auto b, io::PathPattern::parse(diff.b).at("B"));
     if (a.has_token() != b.has_token())
-        return Status(StatusCode::usage, concat("diff: ", a.text(), " and ", b.text(),
-                                                ": one is a sequence, the other a single image"));
+        return Status(StatusCode::usage,
+                      concat("diff: ", a.text(), " and ", b.text(),
+                             ": one is a sequence, the other a single image; give two of a kind"));
     work.files.read(a, "the reference");
     work.files.read(b, "the compared image");
     if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
@@ -150,7 +152,8 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
     for (const auto& text : diff.maps) {
         ASSIGN_OR_RETURN(auto pattern, io::PathPattern::parse(text).at("--map"));
         if (!text.ends_with(".png") && !text.ends_with(".exr"))
-            return Status(StatusCode::usage, "--map: " + text + " is neither .png nor .exr");
+            return Status(StatusCode::usage,
+                          "--map: " + text + " is neither .png nor .exr; name such a file");
         if (work.sequence && !pattern.has_token() && work.frames.size() > 1)
             return Status(StatusCode::usage,
                           "--map: " + text + " is the same file for every frame; give a pattern");

@@ -229,8 +229,9 @@ Result<int> inspect_subcommand(const Options& options) {
     for (int frame : shown) {
         const auto files = list.files.find(frame);
         if (files == list.files.end()) {
-            failed(frame, Status(StatusCode::input, sequence::absent_files(frame, settings) +
-                                                        ": frame is not on disk"));
+            failed(frame, Status(StatusCode::input,
+                                 sequence::absent_files(frame, settings) +
+                                     ": frame is not on disk; render it, or leave it out"));
             continue;
         }
         const auto found = sequence::inspect_frame(settings, files->second, frame, survey);

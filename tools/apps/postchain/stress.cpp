@@ -40,7 +40,7 @@ Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
         subjects.push_back({options.chain, std::move(file.chain)});
         return subjects;
     }
-    if (!options.sets.empty()) return Status(StatusCode::usage, "--set: needs a CHAIN");
+    if (!options.sets.empty()) return Status(StatusCode::usage, "--set: needs a CHAIN; name one");
     return every_subject();
 }
 

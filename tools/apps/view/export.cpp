@@ -44,7 +44,8 @@ class FrameFilter {
         const auto files = list.files.find(number);
         if (files == list.files.end())
             return Status(StatusCode::input,
-                          sequence::absent_files(number, settings) + ": frame is not on disk");
+                          sequence::absent_files(number, settings) +
+                              ": frame is not on disk; render it, or leave it out");
         sequence::SequenceReader reader(
             settings.source, settings.input, [&](const sequence::FrameHeader& header) {
                 return sequence::planes_needed(chain, settings.source, header, settings.plan);

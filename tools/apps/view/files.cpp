@@ -62,7 +62,8 @@ Result<OpenRequest> request_for(const std::vector<std::string>& paths) {
             const auto first = std::find_if(rows.begin(), rows.end(),
                                             [](const FileRow& row) { return !row.is_folder(); });
             if (first == rows.end())
-                return Status(StatusCode::usage, path + ": the folder has no images");
+                return Status(StatusCode::usage,
+                              path + ": the folder has no images; open another one");
             request.input = (fs::path(path) / first->name).string();
         } else if (is_of(path, FileKind::chain)) {
             request.chain = path;

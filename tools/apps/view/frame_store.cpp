@@ -102,8 +102,8 @@ Status FrameStore::failure(int frame) const {
     const auto found = kept_.find(frame);
     if (found != kept_.end()) return found->second.status;
     if (files_.contains(frame)) return Status();
-    return Status(StatusCode::input,
-                  settings_.input.color().format(frame) + ": frame is not on disk");
+    return Status(StatusCode::input, settings_.input.color().format(frame) +
+                                         ": frame is not on disk; render it, or leave it out");
 }
 
 std::vector<int> FrameStore::frames() const {

@@ -89,7 +89,9 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     }
     if (!view.shaders.empty()) {
         if (!std::filesystem::is_directory(view.shaders))
-            return Status(StatusCode::usage, "--shaders: " + view.shaders + ": is not a folder");
+            return Status(
+                StatusCode::usage,
+                "--shaders: " + view.shaders + ": is not a folder; name that of the GLSL sources");
         // The executor reads it when it is made.
         setenv("POSTCHAIN_SHADER_DIR", view.shaders.c_str(), 1);
         session.shaders = view.shaders;

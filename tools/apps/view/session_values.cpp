@@ -165,9 +165,10 @@ std::optional<double> distance_at(const Session& session, int x, int y) {
 Status focus_at_pixel(Session& session, int x, int y) {
     const auto distance = distance_at(session, x, y);
     if (!distance)
-        return Status(StatusCode::input,
-                      concat("pixel ", x, ", ", y,
-                             " has no distance: it is the sky, or the frame has no depth"));
+        return Status(
+            StatusCode::input,
+            concat("pixel ", x, ", ", y,
+                   " has no distance: it is the sky, or the frame has no depth; choose a surface"));
     if (!session.document().state().focus_keys.empty())
         return session.document().set_focus_key(session.frame(), *distance);
     return session.document().set_camera("focus_distance", *distance);

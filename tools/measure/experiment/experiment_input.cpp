@@ -68,7 +68,8 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
         return Status(StatusCode::input, concat(spec->color().format(frames[0]),
                                                 ": the ground truth has no file for any of ",
                                                 "the ", report::counted(frames.size(), "frame"),
-                                                " of the input: ", sequence::frames_text(frames)));
+                                                " of the input: ", sequence::frames_text(frames),
+                                                "; render them, or measure without it"));
     return truth;
 }
 
@@ -146,7 +147,8 @@ Result<io::FrameList> frames_on_disk(const sequence::RunSettings& input) {
         return Status(StatusCode::input,
                       concat(input.input.color().format(list->missing[0]), ": ",
                              report::counted(list->missing.size(), "requested frame"),
-                             " not on disk: ", sequence::frames_text(list->missing)));
+                             " not on disk: ", sequence::frames_text(list->missing),
+                             "; render them, or leave them out"));
     return list;
 }
 
@@ -274,7 +276,8 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
     std::error_code error;
     fs::create_directories(folder, error);
     if (error)
-        return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
+        return Status(StatusCode::output, folder + ": cannot be created: " + error.message() +
+                                              "; choose another folder");
     const std::string pattern = folder + "/both.####.exr";
     ASSIGN_OR_RETURN(auto name, io::PathPattern::parse(pattern));
     std::unique_ptr<scenes::SceneRenderer> renderer;

@@ -47,7 +47,8 @@ Status ResultStore::prepare() const {
     std::error_code error;
     std::filesystem::create_directories(folder_, error);
     if (error)
-        return Status(StatusCode::output, folder_ + ": cannot be created: " + error.message());
+        return Status(StatusCode::output, folder_ + ": cannot be created: " + error.message() +
+                                              "; choose another folder");
     return Status();
 }
 

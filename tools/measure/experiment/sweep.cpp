@@ -21,7 +21,8 @@ Result<Sweep> parse_sweep(const std::string& text) {
             continue;
         }
         if (value.empty())
-            return Status(StatusCode::usage, "--sweep: '" + text + "' has an empty value");
+            return Status(StatusCode::usage,
+                          "--sweep: '" + text + "' has an empty value; remove the comma beside it");
         sweep.values.push_back(value);
         value.clear();
     }

@@ -7,8 +7,8 @@ namespace postchain::metrics {
 Result<RgbImage> rgb_image_of(const ImageF& image) {
     if (image.empty()) return Status(StatusCode::input, "the image has no pixels");
     if (image.channels < 3)
-        return Status(StatusCode::input,
-                      concat("the image has ", image.channels, " channels, metrics need RGB"));
+        return Status(StatusCode::input, concat("the image has ", image.channels,
+                                                " channels, metrics need RGB; write color"));
     RgbImage made;
     made.rgb = ImageF(image.width, image.height, 3);
     for (size_t i = 0; i < image.pixels(); ++i) {
@@ -37,8 +37,9 @@ Result<Pair> pair_of(RgbImage test, RgbImage reference) {
     const ImageF& a = test.rgb;
     const ImageF& b = reference.rgb;
     if (a.width != b.width || a.height != b.height)
-        return Status(StatusCode::input, concat("sizes differ: ", a.width, "x", a.height,
-                                                " against ", b.width, "x", b.height));
+        return Status(StatusCode::input,
+                      concat("sizes differ: ", a.width, "x", a.height, " against ", b.width, "x",
+                             b.height, "; render both with one size"));
     return Pair{std::move(test), std::move(reference)};
 }
 

@@ -42,7 +42,8 @@ Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {
     const std::string folder = report.folder + "/" + kImageFolder;
     fs::create_directories(folder, error);
     if (error)
-        return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
+        return Status(StatusCode::output, folder + ": cannot be created: " + error.message() +
+                                              "; choose another folder");
     const bool rgb = pixels.channels >= 3;
     const std::string path = report.folder + "/" + entry.path;
     ASSIGN_OR_RETURN(const auto permit, report.files.permit(path));

@@ -264,7 +264,8 @@ std::string camera_json(const SceneRequest& request, const SceneModel& model) {
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback) {
     ASSIGN_OR_RETURN(auto model, model_for(request));
-    if (request.frames.empty()) return Status(StatusCode::usage, "no frames given");
+    if (request.frames.empty())
+        return Status(StatusCode::usage, "no frames given; name some, as 1-8");
     if (request.truth_samples < 0)
         return Status(StatusCode::usage, concat("ground truth samples must be 0 or more, not ",
                                                 request.truth_samples));
@@ -279,8 +280,8 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
     std::error_code error;
     std::filesystem::create_directory(request.folder, error);
     if (error)
-        return Status(StatusCode::output,
-                      request.folder + ": cannot be created: " + error.message());
+        return Status(StatusCode::output, request.folder + ": cannot be created: " +
+                                              error.message() + "; choose another folder");
     double total = 0, before = 0;
     const auto cost = [&](Picture picture) {
         return double(settings_of(request, model, 0, picture).samples);

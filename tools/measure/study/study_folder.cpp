@@ -215,7 +215,8 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
     RETURN_IF_ERROR(files.make_folders());
     fs::create_directories(path + "/tasks", error);
     if (error)
-        return Status(StatusCode::output, path + "/tasks: cannot be created: " + error.message());
+        return Status(StatusCode::output, path + "/tasks: cannot be created: " + error.message() +
+                                              "; choose another folder");
     io::remove_dead_temporaries(path + "/tasks", [](const std::string&) { return true; });
     StudyFolder folder(path, std::move(files));
     RETURN_IF_ERROR(folder.check_results(study));

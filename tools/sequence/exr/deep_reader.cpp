@@ -283,8 +283,7 @@ class DeepReader {
 
 Status read_deep_part(const ChunkSource& source, const ChunkLayout& layout, ExrMethod method,
                       const Flattening& flattening, PartPixels& pixels) {
-    if (source.offsets.size() < layout.count())
-        return Status(StatusCode::input, "damaged header: a wrong number of chunks");
+    if (source.offsets.size() < layout.count()) return damaged_header("a wrong number of chunks");
     const DeepReader reader(source, layout, method, flattening, pixels);
     const ChunkRange chunks = layout.chunks_with(pixels.window);
     WorkerPool& pool = WorkerPool::shared();

@@ -193,6 +193,11 @@ class ChunkReader {
 
 }  // namespace
 
+Status damaged_header(const std::string& what) {
+    return Status(StatusCode::input,
+                  concat("damaged header: ", what, "; copy or render the file again"));
+}
+
 Status chunk_is_damaged(const char* what) {
     return Status(StatusCode::input, concat("damaged: ", what, "; copy or render it again"));
 }
@@ -225,8 +230,7 @@ Status ChunkSource::check_place(const ChunkLayout& layout, size_t chunk, uint64_
 }
 
 Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPixels& pixels) {
-    if (source.offsets.size() < layout.count())
-        return Status(StatusCode::input, "damaged header: a wrong number of chunks");
+    if (source.offsets.size() < layout.count()) return damaged_header("a wrong number of chunks");
     const ChunkRange chunks = layout.chunks_with(pixels.window);
     WorkerPool& pool = WorkerPool::shared();
     std::vector<UnpackBuffers> scratch(std::min(pool.slots(), chunks.count));

@@ -108,6 +108,8 @@ struct ChunkSource {
     Status check_place(const ChunkLayout& layout, size_t chunk, uint64_t& at) const;
 };
 
+// Errors (input) with the remedy.
+Status damaged_header(const std::string& what);
 Status chunk_is_damaged(const char* what);
 Status chunk_is_cut();
 

@@ -116,19 +116,18 @@ Status check_chunk_count(const PartSizes& part, PartNeeds& needs) {
         needs.chunks = uint64_t(*part.chunk_count);
         return {};
     }
-    return input_error("damaged header: a wrong number of chunks");
+    return damaged_header("a wrong number of chunks");
 }
 
 // Errors (input): no data window, no channels, sizes above the limits, levels of unknown kind, a
 // number of chunks that contradicts the sizes.
 Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
     if (!part.data_window || part.channels.empty())
-        return input_error("damaged header: no data window or no channels");
+        return damaged_header("no data window or no channels");
     const Window& w = *part.data_window;
     const int64_t signed_width = int64_t(w.max_x) - w.min_x + 1;
     const int64_t signed_height = int64_t(w.max_y) - w.min_y + 1;
-    if (signed_width < 1 || signed_height < 1)
-        return input_error("damaged header: empty data window");
+    if (signed_width < 1 || signed_height < 1) return damaged_header("empty data window");
     if (signed_width > limits.max_side || signed_height > limits.max_side) {
         return input_error(concat("the data window is ", std::to_string(signed_width), "x",
                                   std::to_string(signed_height), " pixels; the limit is ",
@@ -152,7 +151,7 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
                                   "; render it smaller or with fewer channels"));
     }
     const Compression* compression = compression_of(part.compression);
-    if (compression == nullptr) return input_error("damaged header: unknown compression");
+    if (compression == nullptr) return damaged_header("unknown compression");
     needs.least_file_bytes = up(needs.pixel_bytes, compression->most_packed);
     if (!part.tiled) {
         needs.chunks = up(height, compression->lines);
@@ -165,10 +164,9 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
         return needs;
     }
     if (!part.tile || part.tile->width < 1 || part.tile->height < 1)
-        return input_error("damaged header: tiles of size 0");
+        return damaged_header("tiles of size 0");
     const auto [tile_width, tile_height, levels] = *part.tile;
-    if ((levels & 0xf) > 2 || (levels >> 4) > 1)
-        return input_error("damaged header: unknown kind of levels");
+    if ((levels & 0xf) > 2 || (levels >> 4) > 1) return damaged_header("unknown kind of levels");
     const std::string tile = concat("a tile of ", std::to_string(tile_width), "x",
                                     std::to_string(tile_height), " pixels");
     if (tile_width > uint32_t(limits.max_side) || tile_height > uint32_t(limits.max_side)) {
@@ -294,7 +292,7 @@ Status read_channels(Cursor& in, const ReadLimits& limits, PartSizes& part) {
         const int32_t y_sampling = in.int32();
         if (!in.good()) break;
         if (type < 0 || type > 2 || x_sampling < 1 || y_sampling < 1)
-            return input_error("damaged header: a channel of unknown type or sampling");
+            return damaged_header("a channel of unknown type or sampling");
         part.channels.push_back({type == 1 ? 2 : 4, x_sampling, y_sampling});
     }
     return {};
@@ -344,10 +342,9 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
         const std::string type = in.name();
         const int32_t size = in.int32();
         if (!in.good()) return truncated();
-        if (size < 0)
-            return input_error(concat("damaged header: attribute ", name, " of negative size"));
+        if (size < 0) return damaged_header(concat("attribute ", name, " of negative size"));
         if (fixed_size(type).value_or(size) != size)
-            return input_error(concat("damaged header: attribute ", name, " of wrong size"));
+            return damaged_header(concat("attribute ", name, " of wrong size"));
         const uint64_t end = in.at() + uint64_t(size);
         if (end > limits.max_header_bytes) {
             return input_error(
@@ -361,13 +358,13 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
             PartSizes other;
             status = read_channels(in, limits, name == "channels" ? part : other);
             if (status.ok() && in.good() && in.at() != end)
-                status = input_error("damaged header: a list of channels has a wrong size");
+                status = damaged_header("a list of channels has a wrong size");
         } else if (type == "preview") {  // width, height, 4 bytes a pixel
             const uint64_t width = in.number(4);
             const uint64_t height = in.number(4);
             if (in.good() &&
                 (width > 65535 || height > 65535 || 8 + 4 * width * height != uint64_t(size)))
-                status = input_error("damaged header: a preview of wrong size");
+                status = damaged_header("a preview of wrong size");
         } else if (name == "compression" && size == 1) {
             part.compression = int(in.number(1));
         } else if (name == "tiles" && size == 9) {
@@ -382,7 +379,7 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
         }
         if (!status.ok()) return status;
         if (!in.good()) return truncated();
-        if (in.at() > end) return input_error(concat("damaged header: attribute ", name));
+        if (in.at() > end) return damaged_header(concat("attribute ", name));
         in.skip(end - in.at());
         if (!in.good()) return truncated();
     }
@@ -422,7 +419,9 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
     if (file_bytes == 0) return input_error("the file is empty (zero bytes); render it again");
     Cursor in(fd, file_bytes);
     const uint32_t magic = uint32_t(in.number(4));
-    if (!in.good() || magic != kMagic) return input_error("not an EXR file");
+    if (!in.good() || magic != kMagic)
+        return input_error(
+            "not an EXR file; name it with the extension of its format, or render it again");
     const uint32_t version = uint32_t(in.number(4));
     if (!in.good()) return truncated();
     if ((version & 0xff) != 2) {
@@ -436,7 +435,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         bool empty = false;
         RETURN_IF_ERROR(read_header(in, limits, part, empty));
         if (empty) break;
-        if (parts.size() >= kMaxParts) return input_error("damaged header: too many parts");
+        if (parts.size() >= kMaxParts) return damaged_header("too many parts");
         // As in OpenEXR: in a single flat part the flag overrides the type.
         if (!multi_part && (version & kFlagNonImage) == 0) {
             part.tiled = (version & kFlagTiled) != 0;
@@ -448,7 +447,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         parts.push_back(part);
         if (!multi_part) break;
     }
-    if (parts.empty()) return input_error("damaged header: no image in the file");
+    if (parts.empty()) return damaged_header("no image in the file");
     HeaderFacts facts{multi_part, parts[0].type.has_value(), {}, {}, {}};
     uint64_t least_bytes = 0;
     for (size_t i = 0; i < parts.size(); ++i) {

@@ -76,6 +76,7 @@ Imf::FrameBuffer frame_buffer_of(const PartPlanes& part) {
 
 Status status_of_exr_exception(StatusCode code, const std::string& place,
                                const std::string& fault) try {
+    const char* remedy = code == StatusCode::input ? "; copy or render it again" : "";
     try {
         throw;
     } catch (const std::bad_alloc&) {
@@ -87,9 +88,9 @@ Status status_of_exr_exception(StatusCode code, const std::string& place,
              {"bad_alloc", "Failed to allocate memory", "Cannot allocate memory"})
             if (what.find(said) != std::string::npos) return out_of_memory(place);
         std::replace(what.begin(), what.end(), '\n', ' ');
-        return Status(code, concat(place, ": ", fault, what));
+        return Status(code, concat(place, ": ", fault, what, remedy));
     } catch (...) {
-        return Status(code, concat(place, ": ", fault, "unknown failure inside OpenEXR"));
+        return Status(code, concat(place, ": ", fault, "unknown failure inside OpenEXR", remedy));
     }
 } catch (...) {
     return out_of_memory(place);

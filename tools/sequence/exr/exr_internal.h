@@ -83,7 +83,7 @@ PartPlanes planes_of(const PartPixels& pixels);
 Imf::FrameBuffer frame_buffer_of(const PartPlanes& part);
 
 // Status for the exception now being handled: out_of_memory(), otherwise `code` with `fault` before
-// OpenEXR's message. Call it in catch blocks only.
+// OpenEXR's message, and the remedy of an input behind it. Call it in catch blocks only.
 Status status_of_exr_exception(StatusCode code, const std::string& place,
                                const std::string& fault = {});
 

@@ -141,14 +141,15 @@ Status check_complete(AtomicFile& file) {
     const int fd = ::open(file.temporary().c_str(), O_RDONLY | O_CLOEXEC);
     if (fd < 0)
         return Status(StatusCode::output,
-                      concat(file.path(), ": cannot be read again: ", std::strerror(errno)));
+                      concat(file.path(), ": cannot be read again: ", std::strerror(errno),
+                             "; write it to another disk"));
     stream.take(fd, file.size());
     const Imf::MultiPartInputFile written(stream, 0, false);
     for (int part = 0; part < written.parts(); ++part)
         if (!written.partComplete(part))
-            return Status(
-                StatusCode::memory,
-                concat(file.path(), ": not enough memory: OpenEXR could not compress every line"));
+            return Status(StatusCode::memory, concat(file.path(),
+                                                     ": not enough memory: OpenEXR could not "
+                                                     "compress every line; free some memory"));
     return {};
 }
 

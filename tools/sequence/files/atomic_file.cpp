@@ -68,16 +68,16 @@ Status output_error(const std::string& path, const std::string& what) {
 std::string reason_of(int error) {
     switch (error) {
         case ENOSPC:
-            return "disk full";
+            return "disk full; free some space, or write elsewhere";
         case EDQUOT:
-            return "disk quota exceeded";
+            return "disk quota exceeded; free some space, or write elsewhere";
         case EFBIG:
             return "file-size limit reached (see ulimit -f)";
         case EROFS:
-            return "the file system is read-only";
+            return "the file system is read-only; write elsewhere";
         case EACCES:
         case EPERM:
-            return "no permission to write here";
+            return "no permission to write here; change it, or write elsewhere";
         case ENAMETOOLONG:
             return "the name is too long (the temporary adds a dot, the process number and .tmp)";
         default:
@@ -191,13 +191,15 @@ std::string name_of_temporary(const std::string& temporary) {
 Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
     if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
     if (on_existing == OnExisting::skip) return true;
-    return Status(StatusCode::output, concat(path, ": exists already, and is not replaced"));
+    return Status(
+        StatusCode::output,
+        concat(path, ": exists already, and is not replaced; move it, or write elsewhere"));
 }
 
 Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     const size_t slash = path.rfind('/');
     const std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
-    if (name.empty()) return output_error(path, "no file name");
+    if (name.empty()) return output_error(path, "no file name; add one");
     AtomicFile file;
     file.path_ = path;
     file.folder_ = slash == std::string::npos ? "." : path.substr(0, std::max<size_t>(slash, 1));
@@ -205,10 +207,11 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     if (file.temporary_.size() >= PATH_MAX) return output_error(path, reason_of(ENAMETOOLONG));
     struct stat info;
     if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode))
-        return output_error(path, "is a folder, not a file");
+        return output_error(path, "is a folder, not a file; choose another name");
     // Registered before it exists, so that a signal at any time finds it.
     void* live = enlist(file.temporary_);
-    if (live == nullptr) return output_error(path, "is already being written by this process");
+    if (live == nullptr)
+        return output_error(path, "is already being written by this process; choose another name");
     const Opened opened = open_temporary(file.temporary_);
     if (opened.fd < 0) {
         delist(live);
@@ -320,7 +323,8 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
     }
     if (error == EEXIST && on_existing == OnExisting::skip) return false;
     if (error == EEXIST && on_existing == OnExisting::fail) {
-        failed_ = output_error(path_, "exists already, and is not replaced");
+        failed_ =
+            output_error(path_, "exists already, and is not replaced; move it, or write elsewhere");
         return failed_;
     }
     if (error != 0) return fail("cannot move the finished file here", error);

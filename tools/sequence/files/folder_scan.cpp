@@ -105,7 +105,9 @@ Result<std::vector<FoundSequence>> sequences_of(
         const auto one = PathPattern::parse(name);
         if (!numbered && one.ok()) found.push_back({prefix + name, {one->literal_frame()}, {}});
     }
-    if (error) return Status(StatusCode::input, folder + ": cannot be read: " + error.message());
+    if (error)
+        return Status(StatusCode::input,
+                      folder + ": cannot be read: " + error.message() + "; check its permissions");
     for (const auto& [name, members] : groups) add_sequences(prefix, members, found);
     return found;
 }

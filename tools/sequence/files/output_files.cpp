@@ -288,7 +288,8 @@ Status OutputFiles::make_folders() const {
         fs::create_directories(folder.path, error);
         std::error_code ignored;  // the reason is why it could not be made
         if (!fs::is_directory(folder.path, ignored))
-            return refused(folder.path, concat("folder cannot be created: ", error.message()));
+            return refused(folder.path, concat("folder cannot be created: ", error.message(),
+                                               "; choose another one"));
         RETURN_IF_ERROR(
             atomic_write_text(folder.path + "/" + folder.mark, folder.owner, OnExisting::skip)
                 .status());

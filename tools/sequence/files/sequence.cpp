@@ -118,15 +118,16 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
                                       std::to_string(kMaxFrameNumber), ")"));
         }
         if (*step < 1)
-            return usage_error(concat("frames '", text, "': '", item, "': the step must be >= 1"));
+            return usage_error(
+                concat("frames '", text, "': '", item, "': the step must be >= 1, as in 1-9x2"));
         if (*last < *first) {
             return usage_error(concat("frames '", text, "': '", item,
                                       "' runs backwards; write the smaller number first"));
         }
         const int64_t count = (int64_t(*last) - *first) / *step + 1;
         if (uint64_t(count) + range.frames.size() > max_frames) {
-            return usage_error(
-                concat("frames '", text, "': more than ", std::to_string(max_frames), " frames"));
+            return usage_error(concat("frames '", text, "': more than ", std::to_string(max_frames),
+                                      " frames; split the range"));
         }
         // A single item has no duplicates.
         const bool only = range.frames.empty() && comma == std::string_view::npos;
@@ -175,7 +176,8 @@ Result<PathPattern> PathPattern::parse(std::string_view path) {
     pattern.text_ = path;
     const size_t slash = path.rfind('/');
     const std::string_view name = slash == std::string_view::npos ? path : path.substr(slash + 1);
-    if (name.empty()) return usage_error(concat("path '", path, "': no file name"));
+    if (name.empty())
+        return usage_error(concat("path '", path, "': no file name; add one, as shot.####.exr"));
     if (path.find('\0') != std::string_view::npos) return usage_error("path: has a zero byte");
     pattern.folder_ = slash == std::string_view::npos ? "."
                       : slash == 0                    ? "/"
@@ -190,13 +192,13 @@ Result<PathPattern> PathPattern::parse(std::string_view path) {
                                       "' pads with blanks; write %0Nd"));
         }
         if (found->digits > kMaxDigits) {
-            return usage_error(
-                concat("path '", path, "': a frame number of more than ", kMaxDigits, " digits"));
+            return usage_error(concat("path '", path, "': a frame number of more than ", kMaxDigits,
+                                      " digits; shorten it"));
         }
         if (pattern.has_token_) {
             return usage_error(concat("path '", path, "': two places for the frame number, '",
                                       name.substr(token.begin, token.length), "' and '",
-                                      name.substr(at, found->length), "'"));
+                                      name.substr(at, found->length), "'; keep one"));
         }
         pattern.has_token_ = true;
         token = *found;
@@ -317,12 +319,12 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         ASSIGN_OR_RETURN(auto pattern,
                          PathPattern::parse(rest.substr(0, end)).at(concat("input ", *key)));
         if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(pattern)).second)
-            return usage_error(concat("input '", text, "': ", *key, "= is given twice"));
+            return usage_error(concat("input '", text, "': ", *key, "= is given twice; keep one"));
         if (end == std::string_view::npos) break;
         rest.remove_prefix(end + 1);
     }
     if (!spec.patterns.contains(Role::color))
-        return usage_error(concat("input '", text, "': color= is missing"));
+        return usage_error(concat("input '", text, "': color= is missing; add color=FILE"));
     return spec;
 }
 

@@ -138,14 +138,14 @@ Result<std::vector<PartRead>> reads_of(const OpenFrame& files, const ChannelAssi
         const auto it = assignment.find(role);
         if (it == assignment.end()) {
             if (role == Role::color) RETURN_IF_ERROR(file.explain_no_color());
-            return Status(StatusCode::input,
-                          concat(file.path(), ": no channels for ", name_of(role)));
+            return Status(StatusCode::input, concat(file.path(), ": no channels for ",
+                                                    name_of(role), "; name them in a profile"));
         }
         const RoleChannels& source = it->second;
         if (!count_fits(role, source.channels.size())) {
             return Status(StatusCode::input,
                           concat(file.path(), ": ", name_of(role), " cannot be made of ",
-                                 source.channels.size(), " channels"));
+                                 source.channels.size(), " channels; correct the profile"));
         }
         RETURN_IF_ERROR(file.check_channels(source.part, source.channels));
         auto read = std::find_if(reads.begin(), reads.end(), [&](const PartRead& known) {
@@ -178,10 +178,11 @@ std::map<int, std::map<std::string, float>> outside_values(const OpenFrame& file
 Status read_planes(PartRead& read, bool all, Keep keep, const ConvertOptions& convention,
                    InputFrame& frame) {
     if (!read.info().data_window.contains(frame.data_window)) {
-        return Status(StatusCode::input,
-                      concat(read.file->path(), ": the data window of ", name_of(read.roles[0]),
-                             ", ", read.info().data_window.text(),
-                             ", does not cover that of color, ", frame.data_window.text()));
+        return Status(
+            StatusCode::input,
+            concat(read.file->path(), ": the data window of ", name_of(read.roles[0]), ", ",
+                   read.info().data_window.text(), ", does not cover that of color, ",
+                   frame.data_window.text(), "; render both with one data window"));
     }
     if (all) read.channels.clear();
     std::optional<Window> rows;

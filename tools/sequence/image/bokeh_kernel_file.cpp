@@ -43,8 +43,10 @@ std::vector<float> table_of(const ImageF& gray) {
 
 Result<BokehKernel> read(const std::string& path) {
     std::error_code error;
-    if (!std::filesystem::exists(path, error)) return input_error("no such file");
-    if (!std::filesystem::is_regular_file(path, error)) return input_error("is not a file");
+    if (!std::filesystem::exists(path, error))
+        return input_error("no such file; name an image that exists");
+    if (!std::filesystem::is_regular_file(path, error))
+        return input_error("is not a file; name an image");
     ASSIGN_OR_RETURN(const auto pictures, image_module(StatusCode::input));
     ASSIGN_OR_RETURN(const auto gray, pictures->read_gray(path, kMaxApertureSide));
     return BokehKernel::make(table_of(gray), path);

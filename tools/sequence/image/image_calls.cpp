@@ -49,7 +49,8 @@ Status check(const OIIO::ImageSpec& spec, int max_side) {
     if (spec.deep) return input_error("is deep; flatten it");
     if (spec.depth > 1 || spec.full_depth > 1)
         return input_error("is a volume; one flat picture is needed");
-    if (shown_channels(spec).empty()) return input_error("has no channel of color or gray");
+    if (shown_channels(spec).empty())
+        return input_error("has no channel of color or gray; write one as R, G, B or Y");
     for (const int side : {width, height, spec.width, spec.height})
         if (side > max_side)
             return input_error(concat("has ", side, " pixels on a side; at most ", max_side,
@@ -69,7 +70,7 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
     const int channels = shown.back() + 1;
     ImageF data(spec.width, spec.height, channels);
     if (!file.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, data.data.data()))
-        return input_error("cannot be read: " + file.geterror());
+        return input_error("cannot be read: " + file.geterror() + "; copy or write it again");
     ImageF gray(spec.full_width, spec.full_height, 1);
     for (int y = 0; y < gray.height; ++y)
         for (int x = 0; x < gray.width; ++x) {
@@ -94,7 +95,8 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
 Result<ImageF> read_gray(const std::string& path, int max_side) {
     if (const ReadableFile opened(path); !opened.ok()) return input_error(opened.fault());
     const auto file = OIIO::ImageInput::open(path);
-    if (!file) return input_error("cannot be read: " + OIIO::geterror());
+    if (!file)
+        return input_error("cannot be read: " + OIIO::geterror() + "; copy or write it again");
     const OIIO::ImageSpec spec = file->spec();
     RETURN_IF_ERROR(check(spec, max_side));
     return gray_of(*file, spec);

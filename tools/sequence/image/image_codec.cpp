@@ -184,7 +184,9 @@ uint64_t user_bytes_of_dpx(const std::string& path) {
 // without the path.
 Status check_content(const std::string& path, const std::string& format) {
     const std::string found = format_of(first_bytes(path, 8));
-    if (found.empty()) return input_error("damaged, or not of the format of its name");
+    if (found.empty())
+        return input_error(
+            "damaged, or not of the format of its name; copy it again, or rename it");
     if (found != format)
         return input_error(concat("holds a picture of the format ", found, ", and its name says ",
                                   format, "; rename it"));
@@ -234,9 +236,11 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path
     OIIO::ImageSpec config, found;
     config.attribute("oiio:UnassociatedAlpha", 1);
     auto file = OIIO::ImageInput::create(format);
-    if (!file) return input_error("cannot be read: " + OIIO::geterror());
+    if (!file)
+        return input_error("cannot be read: " + OIIO::geterror() + "; copy or write it again");
     if (!file->open(path, found, config))
-        return input_error("damaged, or not of the format of its name: " + file->geterror());
+        return input_error("damaged, or not of the format of its name: " + file->geterror() +
+                           "; copy it again, or rename it");
     return file;
 }
 
@@ -251,7 +255,7 @@ Status check_sizes(const std::string& path, const std::string& format,
     for (const int offset : {spec.x, spec.y, spec.full_x, spec.full_y})
         if (std::abs(int64_t(offset)) > kMaxOffset)
             return input_error(concat("its pixels begin at ", offset, "; set their offset to 0"));
-    if (spec.width < 1 || spec.height < 1) return input_error("has no pixels");
+    if (spec.width < 1 || spec.height < 1) return input_error("has no pixels; write it again");
     // Whole tiles are decoded, and a tile may be larger than the image.
     const auto whole = [](int side, int tile) {
         return tile > 0 ? (int64_t(side) + tile - 1) / tile * tile : int64_t(side);
@@ -407,8 +411,8 @@ Result<ImageInfo> describe_image(const std::string& path, const std::string& for
                     : spec.get_int_attribute("oiio:BitsPerSample", int(spec.format.size()) * 8);
     if (!info.is_float && info.bits < 8) info.bits = 8;
     if (!info.is_float && size_t(info.bits) > spec.format.size() * 8)
-        return input_error(
-            concat("says that its values have ", info.bits, " bits, in ", spec.format.size() * 8));
+        return input_error(concat("says that its values have ", info.bits, " bits, in ",
+                                  spec.format.size() * 8, "; write it again"));
     const bool integer =
         spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
     if ((!info.is_float && !integer) || (info.is_float && spec.format.size() > 4))
@@ -434,7 +438,7 @@ Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info)
     OIIO::ImageInput* file = opened.get();
     const OIIO::ImageSpec& spec = file->spec();
     if (spec.width != info.width || spec.height != info.height || spec.nchannels != info.channels)
-        return input_error("has changed while it was read");
+        return input_error("has changed while it was read; wait until it is complete");
     if (is_cut(path, info.format, info))
         return input_error(
             "truncated: it ends too early; render it again, or wait until it is written");

@@ -152,7 +152,8 @@ Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& lim
     if (uint64_t(i.width) * uint64_t(i.height) * uint64_t(i.channels) * sizeof(float) >
         limits.max_bytes)
         return Status(StatusCode::input,
-                      concat(path, ": ", i.width, "x", i.height, " pixels are more than are read"));
+                      concat(path, ": ", i.width, "x", i.height,
+                             " pixels are more than are read; write it smaller"));
     if (transfer) {
         file.transfer_ = *transfer;
     } else {

@@ -21,8 +21,8 @@ namespace ocio = OCIO_NAMESPACE;
 
 Status unusable(const std::string& path, std::string why) {
     std::replace(why.begin(), why.end(), '\n', ' ');
-    return Status(StatusCode::input,
-                  concat(path, ": not a usable OpenColorIO configuration: ", why));
+    return Status(StatusCode::input, concat(path, ": not a usable OpenColorIO configuration: ", why,
+                                            "; check it with ociocheck"));
 }
 
 void add_sources(const ocio::ConstTransformRcPtr& transform, std::set<std::string>& sources) {
@@ -106,7 +106,8 @@ struct CachedConfig {
 Result<CachedConfig> read(const std::string& path) {
     std::error_code error;
     if (!fs::is_regular_file(path, error))
-        return Status(StatusCode::input, path + ": no such file (OpenColorIO configuration)");
+        return Status(StatusCode::input,
+                      path + ": no such file; name an OpenColorIO configuration that exists");
     if (const ReadableFile opened(path); !opened.ok())
         return Status(StatusCode::input, path + ": " + opened.fault());
     try {
@@ -218,7 +219,8 @@ Result<std::string> working_space(const OIIO::ColorConfig& config, const std::st
 Status apply(const OIIO::ColorProcessorHandle& processor, const std::string& what,
              OIIO::ColorConfig& config, ImageF& color) {
     if (!processor)
-        return Status(StatusCode::input, concat(what, " cannot be made: ", config.geterror()));
+        return Status(StatusCode::input, concat(what, " cannot be made: ", config.geterror(),
+                                                "; check the names and the configuration"));
     const auto pixel = OIIO::stride_t(size_t(color.channels) * sizeof(float));
     processor->apply(color.data.data(), color.width, color.height, 3, sizeof(float), pixel,
                      pixel * color.width);

@@ -108,7 +108,8 @@ Result<Record> read_record(const std::string& path) {
             return record;
         } catch (const Json::exception& fault) {
             return Status(StatusCode::input, concat(path, ": its attribute ", kRecordAttribute,
-                                                    " is damaged: ", fault.what()));
+                                                    " is damaged: ", fault.what(),
+                                                    "; give chain and settings as options"));
         }
     }
     return Status(

@@ -28,8 +28,9 @@ std::optional<FrameFeed::Fed> ListFeed::next(SequenceReader&, const std::functio
     if (next_ == tasks_.size()) return std::nullopt;
     Fed fed{tasks_[next_++], Status()};
     if (fed.task.files.empty())
-        fed.missing = Status(StatusCode::input,
-                             absent_files(fed.task.frame, settings_) + ": frame is not on disk");
+        fed.missing =
+            Status(StatusCode::input, absent_files(fed.task.frame, settings_) +
+                                          ": frame is not on disk; render it, or leave it out");
     return fed;
 }
 

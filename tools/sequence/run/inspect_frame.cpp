@@ -184,7 +184,9 @@ Status survey_others(const RunSettings& settings, const io::FrameList& list,
         const auto files = list.files.find(frame);
         auto header =
             files == list.files.end()
-                ? Result<FrameHeader>(Status(StatusCode::input, "one of its files is not on disk"))
+                ? Result<FrameHeader>(
+                      Status(StatusCode::input,
+                             "one of its files is not on disk; render it, or leave the frame out"))
                 : open_source_frame(settings.source, files->second, frame);
         Thumbnail thumbnail;
         auto source = header.ok() ? look_at(settings, *header, thumbnail)

@@ -217,9 +217,10 @@ Status check_output(const FrameHeader& header, const FrameReport& report,
                               ": --aovs and --cryptomatte filter apply only to EXR outputs, "
                               "which can hold more than color; write .exr");
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
-            return Status(
-                StatusCode::usage,
-                path + ": --compression, --half and --channels apply only to EXR outputs");
+            return Status(StatusCode::usage,
+                          path +
+                              ": --compression, --half and --channels apply only to EXR outputs; "
+                              "leave them out, or name an output that ends in .exr");
         return io::image_encoding(path, color_file, color.channels.size(), settings.picture)
             .status();
     }

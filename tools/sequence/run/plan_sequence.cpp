@@ -145,7 +145,8 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         const auto files = list.files.find(frame);
         if (files == list.files.end())
             return Status(StatusCode::input,
-                          absent_files(frame, settings) + ": frame is not on disk");
+                          absent_files(frame, settings) +
+                              ": frame is not on disk; render it, or leave it out");
         ASSIGN_OR_RETURN(auto inputs, reader.open(frame, files->second));
         ASSIGN_OR_RETURN(auto source, reader.read(inputs));
         planned.warnings = source.warnings;
@@ -179,7 +180,9 @@ io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>&
 
 Result<Calibration> read_calibration(const std::string& path) {
     std::ifstream file(path);
-    if (!file) return Status(StatusCode::input, path + ": cannot be read");
+    if (!file)
+        return Status(StatusCode::input,
+                      path + ": cannot be read; name the sidecar of a filtered frame");
     try {
         const Json json = Json::parse(file);
         Calibration calibration = calibration_of(path, json);

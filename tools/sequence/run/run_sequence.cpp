@@ -130,13 +130,15 @@ Status have_folder(const RunSettings& settings) {
     const std::string folder = settings.output.folder();
     std::error_code error;
     if (fs::is_directory(folder, error)) return Status();
-    if (fs::exists(folder, error)) return Status(StatusCode::output, folder + ": is not a folder");
+    if (fs::exists(folder, error))
+        return Status(StatusCode::output, folder + ": is not a folder; choose another name");
     if (!settings.make_folder)
         return Status(StatusCode::output,
                       folder + ": folder does not exist; create it or use --mkdir");
     fs::create_directories(folder, error);
     if (!error) return Status();
-    return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
+    return Status(StatusCode::output,
+                  folder + ": cannot be created: " + error.message() + "; choose another folder");
 }
 
 // Finds an unusable configuration before any frame is filtered.
@@ -173,9 +175,9 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     if (!settings.dump_folder.empty()) {
         fs::create_directories(settings.dump_folder, error);
         if (error || !fs::is_directory(settings.dump_folder))
-            return Status(StatusCode::output,
-                          settings.dump_folder +
-                              ": folder of --dump-stages cannot be created: " + error.message());
+            return Status(StatusCode::output, settings.dump_folder +
+                                                  ": folder of --dump-stages cannot be created: " +
+                                                  error.message() + "; choose another one");
     }
     RETURN_IF_ERROR(check_images(settings));
     const StopScope within_a_frame(executor, callbacks.stop);

@@ -35,7 +35,8 @@ Result<SheetWork> work_of(const SheetSettings& sheet) {
     SheetWork work;
     work.settings = sheet.run;
     if (!sheet.output.ends_with(".png"))
-        return Status(StatusCode::usage, "--output: " + sheet.output + " does not end in .png");
+        return Status(StatusCode::usage,
+                      "--output: " + sheet.output + " does not end in .png; name such a file");
     std::vector<io::PathPattern> patterns = {work.settings.input.color()};
     work.files = io::OutputFiles(sheet.on_existing);
     read_inputs(work.settings, work.files);
@@ -103,7 +104,8 @@ int fitting_columns(io::SheetLayout layout) {
 // Layout for the first readable frame. Errors (input): none is readable.
 Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetSettings& sheet) {
     Status first(StatusCode::input,
-                 work.settings.input.color().text() + ": none of the frames is on disk");
+                 work.settings.input.color().text() +
+                     ": none of the frames is on disk; check pattern and frame numbers");
     bool tried = false;
     for (const SheetFrame& frame : work.frames)
         for (const std::string& path : frame.files) {

@@ -106,7 +106,8 @@ Status set_exr(const JobSettings& job, io::ExrSettings& exr) {
     std::istringstream names(job.channels);
     for (std::string name; std::getline(names, name, ',');) {
         if (name.empty())
-            return Status(StatusCode::usage, option_name("channels") + ": an empty name");
+            return Status(StatusCode::usage,
+                          option_name("channels") + ": an empty name; remove the comma beside it");
         exr.channels.push_back(name);
     }
     if (!job.compression.empty()) {
@@ -121,7 +122,7 @@ Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings&
         return Status(StatusCode::usage, option_name("watch") + why);
     };
     if (!job.watch) {
-        if (job.idle) return Status(StatusCode::usage, "--idle needs --watch");
+        if (job.idle) return Status(StatusCode::usage, "--idle needs --watch; add it");
         return std::optional<Watch>();
     }
     if (job.missing != MissingPolicy::error)

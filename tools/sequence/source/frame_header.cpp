@@ -122,8 +122,9 @@ Result<std::optional<ProfileMatch>> add_own_file(const SourceSettings& settings,
             if (role == Role::motion_back) match.options.motion_back = first.motion;
         }
     } else {
-        return Status(StatusCode::input, concat(file.path(), ": no ", name_of(role),
-                                                " channels found among", names_in(file)));
+        return Status(StatusCode::input,
+                      concat(file.path(), ": no ", name_of(role), " channels found among",
+                             names_in(file), "; name them in a profile"));
     }
     match.missing.erase(role);
     return std::optional<ProfileMatch>();

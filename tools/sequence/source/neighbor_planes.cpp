@@ -200,7 +200,8 @@ Result<OpenedFrame> behind_of(FrameHeader header, const OpenedFrame& frame) {
     behind.number = frame.number;
     if (!header.match.view.empty() && header.match.view != frame.header.match.view)
         return Status(StatusCode::input,
-                      concat(path, ": the layer behind has no view ", frame.header.match.view));
+                      concat(path, ": the layer behind has no view ", frame.header.match.view,
+                             "; render it with this view"));
     const io::Window own = color_part(frame.header).display_window,
                      its = color_part(header).display_window;
     if (own != its)

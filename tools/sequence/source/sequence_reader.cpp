@@ -154,7 +154,8 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
         if (const auto layers = layers_lacking(frame.header.layers, (*other)->header.layers);
             !layers.empty())
             inputs.warnings.push_back(concat("filtered without the frame ", name_of(neighbor),
-                                             ", which lacks these layers: ", joined(layers)));
+                                             ", which lacks these layers: ", joined(layers),
+                                             "; render them in every frame"));
     inputs.missing.erase(neighbor);
     inputs.neighbors[neighbor] = *other;
 }

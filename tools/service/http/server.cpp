@@ -215,7 +215,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     if (!error) shared->acceptor.bind(endpoint, error);
     if (error == boost::system::errc::address_not_available)
         return Status(StatusCode::usage,
-                      "--bind: " + settings.address + " is not an address of this machine");
+                      "--bind: " + settings.address +
+                          " is not an address of this machine; `ip address` lists them");
     if (!error) shared->acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error)
         return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),

@@ -202,7 +202,8 @@ Status back_up(const std::string& store, const std::string& file) try {
     std::error_code error;
     if (!fs::exists(store, error))
         return Status(StatusCode::output, store + ": no store of jobs is here; see --store");
-    if (!is_store(store)) return Status(StatusCode::output, store + ": is not a store of jobs");
+    if (!is_store(store))
+        return Status(StatusCode::output, store + ": is not a store of jobs; name another file");
     if (fs::exists(file, error) && (fs::equivalent(store, file, error) || !is_store(file)))
         return Status(StatusCode::usage,
                       "--backup: " + file + " is not a backup of a store; choose another name");

@@ -248,10 +248,10 @@ class LayersOfSomeFrames(Frames):
         self.assertTrue(self.same(after, first, "key"))
         self.assertFalse(self.same(after, alone, "key"))
         self.assertTrue(self.same(after, alone, "fill"))
-        self.assertIn("without the frame before, which lacks these layers: ViewLayer.fill\n",
+        self.assertIn("without the frame before, which lacks these layers: ViewLayer.fill; render",
                       self.messages)
         self.assertIn("without the frame after, which lacks these layers: ViewLayer.fill, "
-                      "ViewLayer.key\n", self.messages)
+                      "ViewLayer.key; render", self.messages)
         self.assertNotIn("missing_neighbors", self.sidecar()["plan"])
         # Layers that all frames have contain part of the color everywhere.
         for word in "RGB":
@@ -267,7 +267,7 @@ class LayersOfSomeFrames(Frames):
         plain = self.second("all")
         after = self.second("all", "--cryptomatte", "filter")
         self.assertTrue(self.same(after, plain, "Combined"))
-        self.assertIn(f"lacks these layers: {CRYPTO}\n", self.messages)
+        self.assertIn(f"lacks these layers: {CRYPTO}; render", self.messages)
         alone = self.second("alone", "--cryptomatte", "filter")
         self.assertTrue(self.same(after, alone, "CryptoObject0"))
 

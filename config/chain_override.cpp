@@ -168,9 +168,10 @@ class Overrider {
             const char* to = target.data() + target.size() - 1;
             const auto read = std::from_chars(from, to, index);
             if (read.ec != std::errc() || read.ptr != to)
-                return refuse("expected the number of a pass, from 0, between [ and ]");
+                return refuse("expected the number of a pass, as in passes[0].samples=51");
             if (index >= entries_.size())
-                return refuse(concat("the chain has ", entries_.size(), " passes, counted from 0"));
+                return refuse(concat("the chain has ", entries_.size(),
+                                     " passes, counted from 0; use a smaller number"));
             return entries_[index];
         }
         std::vector<int> found;
@@ -187,7 +188,8 @@ class Overrider {
         }
         const bool unread = std::count(entries_.begin(), entries_.end(), -1) > 0;
         if (unread) return -1;
-        if (registry_.find(target)) return refuse(target + " is not in the chain");
+        if (registry_.find(target))
+            return refuse(target + " is not in the chain; use one of " + joined(names));
         return refuse("neither camera nor a pass of the chain; known are " + joined(names));
     }
 

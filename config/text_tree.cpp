@@ -192,11 +192,11 @@ TextTree read_text_tree(std::string_view given, const std::string& file_name, St
     const auto too_deep = [&] { return concat("nested deeper than ", limits.depth, " levels"); };
 
     if (text.size() > limits.bytes)
-        return refuse({1, 1}, concat("larger than ", limits.bytes, " bytes"));
+        return refuse({1, 1}, concat("larger than ", limits.bytes, " bytes; shorten it"));
     if (const auto bad = find_bad_character(text)) return refuse(bad->place, bad->message);
     if (const auto deep = find_deep_bracket(text, limits.depth)) return refuse(*deep, too_deep());
     if (const auto directive = find_directive(text))
-        return refuse(*directive, "directives (%NAME) are not allowed");
+        return refuse(*directive, "directives (%NAME) are not allowed; remove it");
 
     const std::string joined_text = join_surrogates(text);
     text = joined_text;
@@ -211,7 +211,8 @@ TextTree read_text_tree(std::string_view given, const std::string& file_name, St
         std::istringstream in{std::string(text.substr(0, end))};
         YAML::Parser parser(in);
         if (!parser.HandleNextDocument(builder) || builder.root.is_null()) {
-            if (!has_errors(tree.diagnostics)) return refuse({1, 1}, "is empty");
+            if (!has_errors(tree.diagnostics))
+                return refuse({1, 1}, "is empty; write the file's first key");
         }
         SecondDocument second;
         try {

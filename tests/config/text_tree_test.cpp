@@ -94,7 +94,7 @@ TEST(TextTree, RefusesWhatHasNoOneMeaning) {
         {"a: 1\n---\nb: 2\n", {"only one document"}},
         {R"({"a": 1} {"b": 2})", {"1:10: error"}},
         {"---\na: 1\n...\n", {}},
-        {"%YAML 1.2\n---\na: 1\n", {"1:1: error: directives (%NAME) are not allowed"}},
+        {"%YAML 1.2\n---\na: 1\n", {"1:1: error: directives (%NAME) are not allowed; remove it"}},
         {"a: [1, 2\n", {"error: not YAML or JSON"}},
         {"a: 1\n b: 2\n", {"t:2:"}},
         {"\"a: 1\n", {"illegal EOF in scalar"}},
@@ -111,7 +111,9 @@ TEST(TextTree, RefusesWhatHasNoOneMeaning) {
 
 TEST(TextTree, NamesAnEmptyFile) {
     for (const char* text : {"", "\n \n", "# nothing\n", "---\n", "\xef\xbb\xbf", "null", "~"})
-        EXPECT_THAT(errors_of(text), ElementsAre("t:1:1: error: is empty")) << "'" << text << "'";
+        EXPECT_THAT(errors_of(text),
+                    ElementsAre("t:1:1: error: is empty; write the file's first key"))
+            << "'" << text << "'";
 }
 
 TEST(TextTree, RefusesWhatIsNotUtf8) {
@@ -132,7 +134,8 @@ TEST(TextTree, RefusesTooMuchText) {
     const std::string line = "# comment comment comment comment\n";
     std::string text;
     while (text.size() <= (size_t(1) << 20)) text += line;
-    EXPECT_THAT(errors_of(text + "a: 1\n"), ElementsAre("t:1:1: error: larger than 1048576 bytes"));
+    EXPECT_THAT(errors_of(text + "a: 1\n"),
+                ElementsAre("t:1:1: error: larger than 1048576 bytes; shorten it"));
 }
 
 TEST(TextTree, RefusesAMegabyteOfNesting) {

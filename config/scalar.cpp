@@ -113,7 +113,7 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
     const bool negative = body[0] == '-';
     if (negative || body[0] == '+') body.remove_prefix(1);
     if (body.empty()) return ParameterValue(text);
-    if (is_nonfinite(body)) return refuse("is not a finite number; write one");
+    if (is_nonfinite(body)) return refuse("is not a finite number");
     if (is_based(body)) return refuse("is not a decimal number; write it in decimal digits");
     if (is_grouped(body)) return refuse("groups its digits; write the number without '_'");
     const auto form = decimal(body);
@@ -132,7 +132,7 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
     double value = 0;
     const auto read = std::from_chars(number.data(), end, value);
     if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value))
-        return refuse("is too large or too small for a double; write it within 1e308");
+        return refuse("is too large or too small for a double");
     return ParameterValue(value);
 }
 

@@ -173,10 +173,7 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     if (!range && list.frames.size() > 1)
         raise_usage(input, ": has ", list.frames.size(), " frames; name one with frame=");
     const int wanted = list.frames.front();
-    if (list.is_missing(wanted))
-        raise(Status(StatusCode::input,
-                     concat(job.input.color().format(wanted),
-                            ": frame is not on disk; render it, or leave it out")));
+    if (list.is_missing(wanted)) raise(sequence::absent_frame(wanted, job));
     std::map<Role, std::string> files = list.files.at(wanted);
     if (const auto behind = files.extract(Role::behind)) frame->behind_path_ = behind.mapped();
     frame->header_ = value_of(sequence::open_source_frame(frame->settings_, files, wanted));

@@ -155,10 +155,7 @@ py::object inspect(const std::string& input, const py::object& camera, const py:
         io::Json frames = io::Json::array();
         for (int frame : shown) {
             if (call.stop()) return Status(StatusCode::canceled, "inspect: stopped");
-            if (list.is_missing(frame))
-                return Status(StatusCode::input,
-                              sequence::absent_files(frame, settings) +
-                                  ": frame is not on disk; render it, or leave it out");
+            if (list.is_missing(frame)) return sequence::absent_frame(frame, settings);
             auto found = sequence::inspect_frame(settings, list.files.at(frame), frame, survey);
             if (!found.status.ok()) return found.status;
             for (auto& warning : found.source->warnings) warnings.push_back(warning);

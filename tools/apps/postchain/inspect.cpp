@@ -229,9 +229,7 @@ Result<int> inspect_subcommand(const Options& options) {
     for (int frame : shown) {
         const auto files = list.files.find(frame);
         if (files == list.files.end()) {
-            failed(frame, Status(StatusCode::input,
-                                 sequence::absent_files(frame, settings) +
-                                     ": frame is not on disk; render it, or leave it out"));
+            failed(frame, sequence::absent_frame(frame, settings));
             continue;
         }
         const auto found = sequence::inspect_frame(settings, files->second, frame, survey);

@@ -42,10 +42,7 @@ class FrameFilter {
         settings.plan.device = executor_.device_class();
         ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, io::FrameRange{{number}}));
         const auto files = list.files.find(number);
-        if (files == list.files.end())
-            return Status(StatusCode::input,
-                          sequence::absent_files(number, settings) +
-                              ": frame is not on disk; render it, or leave it out");
+        if (files == list.files.end()) return sequence::absent_frame(number, settings);
         sequence::SequenceReader reader(
             settings.source, settings.input, [&](const sequence::FrameHeader& header) {
                 return sequence::planes_needed(chain, settings.source, header, settings.plan);

@@ -27,10 +27,7 @@ ListFeed::ListFeed(std::vector<FrameTask> tasks, const RunSettings& settings)
 std::optional<FrameFeed::Fed> ListFeed::next(SequenceReader&, const std::function<bool()>&) {
     if (next_ == tasks_.size()) return std::nullopt;
     Fed fed{tasks_[next_++], Status()};
-    if (fed.task.files.empty())
-        fed.missing =
-            Status(StatusCode::input, absent_files(fed.task.frame, settings_) +
-                                          ": frame is not on disk; render it, or leave it out");
+    if (fed.task.files.empty()) fed.missing = absent_frame(fed.task.frame, settings_);
     return fed;
 }
 

@@ -143,10 +143,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
     });
     const auto plan_of = [&](int frame, PlannedFrame& planned) -> Result<Plan> {
         const auto files = list.files.find(frame);
-        if (files == list.files.end())
-            return Status(StatusCode::input,
-                          absent_files(frame, settings) +
-                              ": frame is not on disk; render it, or leave it out");
+        if (files == list.files.end()) return absent_frame(frame, settings);
         ASSIGN_OR_RETURN(auto inputs, reader.open(frame, files->second));
         ASSIGN_OR_RETURN(auto source, reader.read(inputs));
         planned.warnings = source.warnings;

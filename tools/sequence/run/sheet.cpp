@@ -35,8 +35,7 @@ Result<SheetWork> work_of(const SheetSettings& sheet) {
     SheetWork work;
     work.settings = sheet.run;
     if (!sheet.output.ends_with(".png"))
-        return Status(StatusCode::usage,
-                      "--output: " + sheet.output + " does not end in .png; name such a file");
+        return Status(StatusCode::usage, "--output: " + sheet.output + " does not end in .png");
     std::vector<io::PathPattern> patterns = {work.settings.input.color()};
     work.files = io::OutputFiles(sheet.on_existing);
     read_inputs(work.settings, work.files);

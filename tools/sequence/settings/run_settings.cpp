@@ -57,6 +57,11 @@ std::string absent_files(int frame, const RunSettings& settings) {
     return list;
 }
 
+Status absent_frame(int frame, const RunSettings& settings) {
+    return Status(StatusCode::input, absent_files(frame, settings) +
+                                         ": frame is not on disk; render it, or leave it out");
+}
+
 namespace {
 
 std::string missing_text(const std::vector<int>& frames, const RunSettings& settings) {

@@ -92,6 +92,9 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
 // The missing files of a frame: the color pattern, or the separate planes.
 std::string absent_files(int frame, const RunSettings& settings);
 
+// The error (input) of a frame whose files are not on disk.
+Status absent_frame(int frame, const RunSettings& settings);
+
 // "1-4, 7"; at most `most` numbers and runs of consecutive numbers.
 std::string frames_text(const std::vector<int>& frames, size_t most = 20);
 

@@ -39,9 +39,7 @@ Result<NamedFrame> named_frame(const JobRequest& request, sequence::RunSettings 
     settings.frames = io::FrameRange{{request.frame}};
     ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
     const auto files = list.files.find(request.frame);
-    if (files == list.files.end())
-        return Status(StatusCode::input, sequence::absent_files(request.frame, settings) +
-                                             ": frame is not on disk; render it, or leave it out");
+    if (files == list.files.end()) return sequence::absent_frame(request.frame, settings);
     return NamedFrame{std::move(settings), files->second};
 }
 

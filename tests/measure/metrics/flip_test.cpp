@@ -1,5 +1,5 @@
-// FLIP and HDR-FLIP against the golden means of docs/metrics.md, from an independent program, and
-// against closed forms of the paper.
+// FLIP and HDR-FLIP against golden means from an independent program, and against closed forms of
+// the paper.
 #include "tools/measure/metrics/flip.h"
 
 #include <cmath>

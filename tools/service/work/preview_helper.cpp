@@ -23,9 +23,8 @@ using Clock = std::chrono::steady_clock;
 using io::Json;
 
 // After a preview is over. A process that takes longer is killed.
-constexpr auto kPatience = std::chrono::seconds(10);
+constexpr auto kPreviewPatience = std::chrono::seconds(10);
 constexpr uint64_t kMostBytes = uint64_t(1) << 30;  // of a reply
-constexpr const char* kNoVersion = "";              // of metadata, which previews do not have
 
 // Lines of the service: the settings, then tasks, and between them:
 constexpr const char* kGo = "go";      // the device is reserved
@@ -143,8 +142,8 @@ class Helper {
         ASSIGN_OR_RETURN(auto roots, Roots::of(roots_));
         ASSIGN_OR_RETURN(roots, roots.within(task.at("within").get<std::vector<std::string>>()));
         confine_reads(roots.entries());
-        const std::string version = kNoVersion;
-        JobReader reader(roots, registry_, version, threads_);
+        const std::string no_version;  // of metadata, which previews do not have
+        JobReader reader(roots, registry_, no_version, threads_);
         reader.limit_memory(0, memory_);
         auto read = reader.preview(task.at("body"));
         if (const auto* refused = std::get_if<Problem>(&read))
@@ -235,7 +234,7 @@ Result<std::string> PreviewHelper::exchange(const std::string& task, const Previ
             told = Clock::now();
             (void)process_.send(std::string(kStop) + "\n");
         }
-        if (told && Clock::now() - *told > kPatience)
+        if (told && Clock::now() - *told > kPreviewPatience)
             return Status(StatusCode::canceled, "the preview was canceled");
         pollfd ready = {process_.from(), POLLIN, 0};
         const int found = ::poll(&ready, 1, 50);

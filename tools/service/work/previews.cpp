@@ -131,7 +131,8 @@ Result<std::string> image_of(const std::string& path, int frame,
 
 // -------------------------------------------------------------------------------- making them
 Result<GlDevice*> PreviewMaker::device() {
-    if (!made_) ASSIGN_OR_RETURN(made_, GlDevice::create(device_, registry_));
+    if (made_) return made_.get();
+    ASSIGN_OR_RETURN(made_, GlDevice::create(device_, registry_));
     return made_.get();
 }
 
@@ -155,7 +156,7 @@ Result<std::string> PreviewMaker::preview(JobRequest& request, const Roots& root
 Result<ImageF> PreviewMaker::filter(JobRequest& request, const PreviewCalls& calls) {
     const Status canceled(StatusCode::canceled, "the preview was canceled");
     if (calls.over()) return canceled;
-    ASSIGN_OR_RETURN(auto device, device());
+    ASSIGN_OR_RETURN(auto device, this->device());
     // A software renderer takes the cores that reading needs.
     if (device->software()) calls.reserved();
     request.run.plan.device = device->executor().device_class();

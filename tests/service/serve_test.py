@@ -167,7 +167,8 @@ class Serve(Served):
             status, headers, _ = server.ask("GET", image + "1")
             self.assertEqual((status, headers["content-type"]), (200, "image/png"))
             self.assertEqual(server.ask("GET", image + "9")[0], 404)
-            preview = {"chain": "paper", "input": "shots/sharp.####.exr", "scale": 0.5}
+            preview = {"chain": "paper", "input": "shots/sharp.####.exr",
+                       "camera": "shots/camera.json", "scale": 0.5}
             good = server.ask("POST", "/v1/preview", preview | {"frame": 1}, timeout=60)
             self.assertEqual((good[0], good[1]["content-type"]), (200, "image/png"))
             if not LIBRARY:

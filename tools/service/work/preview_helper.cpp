@@ -9,6 +9,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
+#include <deque>
 #include <mutex>
 #include <thread>
 
@@ -53,11 +54,13 @@ class Inbox {
         std::thread([this] { read(); }).detach();
     }
 
-    // The next line that is a task.
+    // The next line that is neither kGo nor kStop.
     std::string task() {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return !task_.empty(); });
-        return std::exchange(task_, "");
+        changed_.wait(lock, [&] { return !tasks_.empty(); });
+        std::string task = std::move(tasks_.front());
+        tasks_.pop_front();
+        return task;
     }
     bool stopped() const {
         const std::lock_guard lock(mutex_);
@@ -92,7 +95,7 @@ class Inbox {
         } else if (line == kStop) {
             stopped_ = true;
         } else {
-            task_ = std::move(line);
+            tasks_.push_back(std::move(line));
             goes_ = stopped_ = false;
         }
         changed_.notify_all();
@@ -100,7 +103,7 @@ class Inbox {
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::string task_;
+    std::deque<std::string> tasks_;
     bool goes_ = false, stopped_ = false;
 };
 
@@ -108,7 +111,7 @@ class Helper {
   public:
     Helper(const PassRegistry& registry, Inbox& inbox) : registry_(registry), inbox_(inbox) {}
 
-    Status begin() {
+    Status begin() try {
         const Json settings = Json::parse(inbox_.task());
         roots_ = settings.at("roots").get<std::vector<std::string>>();
         memory_ = settings.at("memory");
@@ -116,6 +119,8 @@ class Helper {
         ASSIGN_OR_RETURN(auto device, sequence::choose_device(settings.at("device"), threads_));
         maker_ = std::make_unique<PreviewMaker>(device, registry_);
         return Status();
+    } catch (...) {
+        return status_of_exception("the process for previews");
     }
 
     // The reply to a task.

@@ -444,6 +444,18 @@ class Token(Attacked):
         self.assertEqual(listener.status, 200)
         listener.close()
 
+    def test_a_stream_ends_with_its_session(self):
+        cookies = [self.server.ask("POST", "/v1/session", None, KNOWN)[1]["set-cookie"]
+                   for _ in range(2)]
+        ended, other = ({"Cookie": cookie.split(";")[0]} for cookie in cookies)
+        streams = [Events(self.server, headers=known) for known in (ended, other)]
+        self.assertEqual(self.server.ask("DELETE", "/v1/session", None, ended)[0], 204)
+        self.assertEqual(streams[0].rest(), [])
+        with self.assertRaises(TimeoutError):
+            streams[1].next(1)
+        for stream in streams:
+            stream.close()
+
     def test_session_of_a_page(self):
         status, headers, _ = self.server.ask("POST", "/v1/session", None, KNOWN)
         self.assertEqual(status, 204)

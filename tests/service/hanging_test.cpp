@@ -199,13 +199,14 @@ TEST_F(Gate, AWaitingJobCanBeCanceled) {
 }
 
 TEST_F(Gate, APreviewHoldsTheGate) {
-    Previews previews(device_, *registry_, gate_);
+    Previews previews(ServiceSettings(), device_, *registry_, gate_);
     ASSERT_TRUE(previews.begin().ok());
     EXPECT_EQ(gate_.ask(), RunDecision::go_on);
-    JobRequest request = test::got(reader_->preview(
-        R"({"chain": {"postchain": 1, "passes": ["hanging"]}, "input": "in.####.exr", "frame": 3})"));
+    const std::string body =
+        R"({"chain": {"postchain": 1, "passes": ["hanging"]}, "input": "in.####.exr", "frame": 3})";
+    JobRequest request = test::got(reader_->preview(body));
     std::promise<Answer<Picture>> answer;
-    ASSERT_TRUE(previews.run(std::move(request), reader_->roots(), {},
+    ASSERT_TRUE(previews.run(body, std::move(request), reader_->roots(), {},
                              [&](Answer<Picture> made) { answer.set_value(std::move(made)); }));
     ASSERT_TRUE(wait_for([] { return g_hanging > 0; }));
     const std::string id = waiting();

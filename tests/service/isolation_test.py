@@ -133,6 +133,28 @@ class Strangers(Attacked):
         for client in strangers:
             client.close()
 
+    def test_health_and_token_are_answered_when_it_is_full(self):
+        head = b"GET /v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
+        token = b"Authorization: Bearer 1234567890123456\r\n"
+        held = []
+        for address in ("127.0.0.2", "127.0.0.3"):
+            for _ in range(20):
+                client = socket.create_connection(("127.0.0.1", self.server.port), PATIENCE_S,
+                                                  source_address=(address, 0))
+                client.sendall(head + token + b"\r\n")
+                self.assertIn(b" 200 ", client.recv(100000))
+                held.append(client)
+        self.assertEqual(self.server.ask("GET", "/healthz")[0], 200)
+        self.assertEqual(self.server.ask("GET", "/readyz")[0], 200)
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", headers=self.token)[0], 200)
+        with self.server.connect() as over:
+            over.sendall(head + token + b"\r\n")
+            self.assertIn(b"Connection: close", over.recv(100000))
+        for client in held:
+            client.sendall(head + token + b"\r\n")
+            self.assertIn(b" 200 ", client.recv(100000))
+            client.close()
+
 
 if __name__ == "__main__":
     unittest.main()

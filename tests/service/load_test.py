@@ -119,8 +119,8 @@ class Crowds(Attacked):
         """No connection but this one."""
         return self.server.ask("GET", "/metrics")[0] == 200 and self.metric("http_connections") == 1
 
-    def crowd(self, counts, status):
-        """Connections of each address, with which the next client gets this status."""
+    def crowd(self, counts, target, status):
+        """Connections of each address, with which the next client's request gets this status."""
         address = ("127.0.0.1", self.server.port)
         held = [socket.create_connection(address, source_address=(f"127.0.0.{i}", 0))
                 for i, count in counts.items() for _ in range(count)]
@@ -128,8 +128,8 @@ class Crowds(Attacked):
         for client in held:
             client.sendall(b"GET /v1/schema HTTP/1.1\r\nHost: localhost\r\n\r\n")
             self.assertIn(b"HTTP/1.1 200", client.recv(4096))
-        wait_until(lambda: self.server.ask("GET", "/healthz")[0] == status)
-        self.assertEqual(self.server.ask("GET", "/healthz")[1]["retry-after"], "5")
+        wait_until(lambda: self.server.ask("GET", target)[0] == status)
+        self.assertEqual(self.server.ask("GET", target)[1]["retry-after"], "5")
         # Further connections are closed without a reply, and nothing breaks.
         held += [socket.create_connection(address, source_address=("127.0.0.3", 0))
                  for _ in range(300)]
@@ -138,10 +138,10 @@ class Crowds(Attacked):
         wait_until(self.all_left)
 
     def test_connections_of_one_address(self):
-        self.crowd({1: 30}, 429)
+        self.crowd({1: 30}, "/healthz", 429)
 
     def test_connections_in_all(self):
-        self.crowd({1: 20, 2: 20}, 503)
+        self.crowd({1: 20, 2: 20}, "/v1/jobs", 503)
 
     def test_requests_that_wait(self):
         clients = self.previews(12)

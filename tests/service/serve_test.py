@@ -152,7 +152,7 @@ class Serve(Served):
             self.assertEqual(server.ask("GET", report + inner)[0], 200)
 
     def test_a_file_that_crashes_its_reader(self):
-        """Only the request for its image fails; a FIFO in place of a camera file holds no thread."""
+        """Only requests for its image fail; a FIFO in place of a camera file holds no thread."""
         self.shots("1-2")
         os.mkfifo(self.path / "pipe.json")
         environment = os.environ | ({"LD_PRELOAD": LIBRARY, "POSTCHAIN_POISON": "sharp.0002.exr"}
@@ -167,12 +167,21 @@ class Serve(Served):
             status, headers, _ = server.ask("GET", image + "1")
             self.assertEqual((status, headers["content-type"]), (200, "image/png"))
             self.assertEqual(server.ask("GET", image + "9")[0], 404)
+            preview = {"chain": "paper", "input": "shots/sharp.####.exr",
+                       "camera": "shots/camera.json", "scale": 0.5}
+            good = server.ask("POST", "/v1/preview", preview | {"frame": 1}, timeout=60)
+            self.assertEqual((good[0], good[1]["content-type"]), (200, "image/png"))
             if not LIBRARY:
                 return
             status, _, body = server.ask("GET", image + "2")
             self.assertEqual(status, 422, body)
             self.assertIn("sharp.0002.exr: its reader crashed", json.loads(body)["detail"])
             self.assertEqual(server.ask("GET", image + "1")[0], 200)
+            status, _, body = server.ask("POST", "/v1/preview", preview | {"frame": 2}, timeout=60)
+            self.assertEqual(status, 422, body)
+            self.assertIn("sharp.0002.exr: its reader crashed", json.loads(body)["detail"])
+            again = server.ask("POST", "/v1/preview", preview | {"frame": 1}, timeout=60)
+            self.assertEqual((again[0], again[2]), (200, good[2]))
             self.assertEqual(server.ask("GET", "/readyz")[0], 200)
 
     def test_a_read_that_hangs(self):

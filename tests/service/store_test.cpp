@@ -313,6 +313,15 @@ TEST_F(StoreTest, LimitsOfAUser) {
     EXPECT_EQ(try_add(ann, 1).result, Added::Result::made);
     ASSERT_TRUE(store_->settle("ann", "out/a.####.exr", 0).ok());
     EXPECT_TRUE(store_->ledger("ann")->empty());
+    // Without a limit of bytes nothing keeps the rows of old outputs.
+    const std::string more = running(1, ann);
+    write(more, 1, 30);
+    end(more, JobState::done);
+    ASSERT_TRUE(*store_->forget(more));
+    ASSERT_EQ(store_->ledger("ann")->size(), 1u);
+    ann.max_bytes = 0;
+    EXPECT_EQ(try_add(ann, 1).result, Added::Result::made);
+    EXPECT_TRUE(store_->ledger("ann")->empty());
 }
 
 TEST_F(StoreTest, OutputsOfJobsThatAreTooOldCountToo) {

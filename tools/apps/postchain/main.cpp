@@ -18,6 +18,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/subcommands.h"
 #include "tools/service/work/image_helper.h"
+#include "tools/service/work/preview_helper.h"
 
 namespace postchain {
 namespace {
@@ -185,6 +186,8 @@ int main(int argc, char** argv) {
     postchain::open_standard_streams();
     if (argc == 2 && std::string_view(argv[1]) == postchain::service::kImageHelper)
         return postchain::service::run_image_helper(postchain::builtin_passes());
+    if (argc == 2 && std::string_view(argv[1]) == postchain::service::kPreviewHelper)
+        return postchain::service::run_preview_helper(postchain::builtin_passes());
     int code = postchain::kExitSomeFailed;
     try {
         code = postchain::command(argc, argv);

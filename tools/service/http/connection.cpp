@@ -48,6 +48,12 @@ bool is_request_id(const std::string& text) {
 constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
 constexpr auto kPatience = std::chrono::seconds(20);
 
+Reply too_many_connections() {
+    Reply full = problem(503, "too many connections; try again soon");
+    full.headers.emplace_back("Retry-After", "5");
+    return full;
+}
+
 Reply too_many() {
     Reply busy = problem(429, "too many requests are waiting; try again soon");
     busy.headers.emplace_back("Retry-After", "1");
@@ -82,6 +88,11 @@ void Connection::start() {
     error_code ignored;
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
     read_header();
+}
+
+void Connection::start_over_limit() {
+    over_limit_ = true;
+    start();
 }
 
 void Connection::turn_away(Reply reason) {
@@ -122,7 +133,7 @@ void Connection::on_header(const error_code& error) {
         given && is_request_id(*given) && shared_.api.guard().trusts(address_))
         request_.id = *given;
     request_.left = std::make_shared<std::atomic<bool>>(false);
-    keep_ = parser_->keep_alive();
+    keep_ = parser_->keep_alive() && !over_limit_;
     if (request_.target.size() > kLongestTarget) {
         keep_ = false;
         return reply(problem(414, "the address is too long"));
@@ -135,6 +146,9 @@ void Connection::on_header(const error_code& error) {
         return reply(std::move(*refused));
     }
     admitted_ = std::move(std::get<Admitted>(admitted));
+    const bool has_token = shared_.api.guard().asks_for_token() && admitted_->user;
+    if (over_limit_ && !has_token && !admitted_->match.route->at_once)
+        return reply(too_many_connections());
     proven_ |= admitted_->user != nullptr;
     request_.share = shared_.api.guard().share_of(request_, admitted_->user);
     if (parser_->is_done()) return work();
@@ -412,6 +426,7 @@ void Connection::linger() {
 
 void Connection::listen(const EventsWanted& wanted) {
     state_ = State::listening;
+    is_valid_ = shared_.api.guard().validity_of(request_);
     parser_.reset();
     buffer_.clear();
     buffer_.shrink_to_fit();
@@ -489,6 +504,7 @@ void Connection::send_batch(EventBatch batch) {
 
 void Connection::tick(Clock::time_point now) {
     if (state_ == State::closed) return;
+    if (state_ == State::listening && !is_valid_()) return abandon();
     if (state_ == State::listening && !sending_) {
         if (now - spoke_ < shared_.settings.heartbeat) return;
         static const EventText kComment = std::make_shared<const std::string>(":\n\n");

@@ -11,6 +11,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -89,7 +90,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     Connection(Shared& shared, boost::asio::ip::tcp::socket socket, std::string address);
 
     void start();
-    // Sends one reply and closes: for connections over a limit.
+    // Closes after the first reply, which is a refusal unless the request has a token, or is one
+    // that is answered at once, such as /healthz: for connections that find the server full.
+    void start_over_limit();
+    // Sends one reply and closes.
     void turn_away(Reply reply);
     // Closes a connection past its deadline, and sends heartbeats to listeners.
     void tick(Clock::time_point now);
@@ -145,10 +149,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
     bool waits_ = false;                  // is in Shared::waiting
     bool keep_ = false;                   // keep the connection open after this reply
     bool finish_ = false;                 // finish() was called
+    bool over_limit_ = false;             // start_over_limit() was called
     std::string head_;                    // of the current reply
     std::string content_;
     size_t held_ = 0;  // bytes of content_ that count as unsent
     // Listeners only.
+    std::function<bool()> is_valid_;  // Guard::validity_of()
     std::string job_;
     int64_t sent_ = 0;       // id of the last event sent
     bool sending_ = false;   // a write has not completed

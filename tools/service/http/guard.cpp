@@ -298,6 +298,14 @@ std::variant<KnownUser, Reply> Guard::identify(const Request& request) const {
     return reply;
 }
 
+std::function<bool()> Guard::validity_of(const Request& request) const {
+    const std::shared_ptr<const Users> users = settings_.users;
+    if (!users->asks_for_token()) return [] { return true; };
+    if (const std::string* given = request.header("Authorization"))
+        return [users, token = token_of(*given)] { return users->with_token(token) != nullptr; };
+    return [users, session = cookie_of(request)] { return users->has_session(session); };
+}
+
 std::string Guard::begin_session(const Request& request) const {
     const std::string* given = request.header("Authorization");
     return given ? settings_.users->begin_session(token_of(*given)) : "";

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -90,6 +91,9 @@ class Guard {
     // The user of the request's token, as Authorization: Bearer or by the cookie of a session. 401:
     // no token, or a wrong one; 429 after many wrong ones.
     std::variant<KnownUser, Reply> identify(const Request& request) const;
+    // Whether the token or the session of a request that was admitted is still good. May be called
+    // after the request; prolongs no session.
+    std::function<bool()> validity_of(const Request& request) const;
     bool asks_for_token() const { return settings_.users->asks_for_token(); }
     // A session of the request's token, empty without one; the end of its cookie's session.
     std::string begin_session(const Request& request) const;

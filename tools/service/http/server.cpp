@@ -98,18 +98,16 @@ class Loop {
         if (is_many()) make_way(place);
         if (is_full()) make_way(most_unproven());
         const bool full = is_full(), many = is_many();
-        // Refusals are connections too. Over kToldSo of them, clients are closed without a reply.
-        const bool crowd = shared_.connections.size() >= settings.max_connections + kToldSo;
         if (full || many) shared_.traffic.turned_away.Increment();
-        if (crowd) return;
+        // Over kOverLimit, clients are closed without a reply.
+        if (shared_.connections.size() >= settings.max_connections + kOverLimit) return;
         shared_.traffic.connections.Increment();
         ++shared_.per_address[place];
         auto connection = std::make_shared<Connection>(shared_, std::move(socket), address);
         shared_.connections.insert(connection);
         unproven_.push_back(connection);
-        if (!full && !many) return connection->start();
-        Reply reply = full ? problem(503, "too many connections; try again soon")
-                           : problem(429, "this address has too many connections");
+        if (!many) return full ? connection->start_over_limit() : connection->start();
+        Reply reply = problem(429, "this address has too many connections");
         reply.headers.emplace_back("Retry-After", "5");
         connection->turn_away(std::move(reply));
     }
@@ -180,7 +178,7 @@ class Loop {
         });
     }
 
-    static constexpr size_t kToldSo = 64;
+    static constexpr size_t kOverLimit = 64;  // connections
 
     Shared& shared_;
     const std::atomic<bool>& stop_;

@@ -227,6 +227,8 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
             return Added{Added::Result::full, {}, full_text(max_queue)};
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
             return Added{Added::Result::over_limit, {}, why};
+        // Nothing settles the ledger of an owner without a limit.
+        if (owner.max_bytes == 0) database.run("DELETE FROM ledger WHERE owner = ?", owner.name);
         database.run(
             "INSERT INTO jobs(kind, state, priority, key, created_ms, owner, frames, output, "
             "about, writes) VALUES(?, 'queued', ?, ?, ?, ?, ?, ?, ?, ?)",

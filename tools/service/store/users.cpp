@@ -319,12 +319,20 @@ KnownUser Users::in_session(const std::string& given, Clock::time_point now) con
     const auto found = sessions_.find(hash);
     if (found == sessions_.end()) return nullptr;
     Session& session = found->second;
-    if (now - session.last > kIdleSession || now - session.begun > kLongestSession) {
+    if (has_ended(session, now)) {
         sessions_.erase(found);
         return nullptr;
     }
     session.last = now;
     return with_hash(session.token);
+}
+
+bool Users::has_session(const std::string& given, Clock::time_point now) const {
+    if (given.empty()) return false;
+    const std::string hash = hash_of(given);
+    const std::lock_guard lock(mutex_);
+    const auto found = sessions_.find(hash);
+    return found != sessions_.end() && !has_ended(found->second, now);
 }
 
 void Users::end_session(const std::string& given) const {

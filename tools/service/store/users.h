@@ -65,6 +65,8 @@ class Users {
     // A new session of the token's user: the value of its cookie. Empty: the token is not known.
     std::string begin_session(const std::string& token, Clock::time_point now = Clock::now()) const;
     KnownUser in_session(const std::string& given, Clock::time_point now = Clock::now()) const;
+    // Whether in_session() would find a user; no request, so that it does not prolong the session.
+    bool has_session(const std::string& given, Clock::time_point now = Clock::now()) const;
     void end_session(const std::string& given) const;
 
     static constexpr auto kIdleSession = std::chrono::hours(12);         // without a request
@@ -77,6 +79,9 @@ class Users {
         std::string user, token;  // its hash
         Clock::time_point begun, last;
     };
+    static bool has_ended(const Session& session, Clock::time_point now) {
+        return now - session.last > kIdleSession || now - session.begun > kLongestSession;
+    }
     using List = std::vector<KnownUser>;
     List list() const;
     Result<List> read() const;

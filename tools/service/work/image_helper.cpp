@@ -1,12 +1,6 @@
 #include "tools/service/work/image_helper.h"
 
-#include <fcntl.h>
-#include <linux/landlock.h>
 #include <poll.h>
-#include <spawn.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,15 +10,13 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <optional>
 
 #include "chain/base/readable_file.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_file.h"
+#include "tools/service/work/helper_process.h"
 #include "tools/service/work/previews.h"
-
-extern char** environ;
 
 namespace postchain::service {
 namespace {
@@ -34,80 +26,11 @@ using io::Json;
 
 constexpr auto kLongestImage = std::chrono::seconds(60);
 constexpr rlim_t kCpuSeconds = 60;
-// Libraries and threads, beside the frame.
-constexpr uint64_t kOwnMemory = uint64_t(2) << 30;
 constexpr size_t kMaxReply = size_t(1) << 30;
 constexpr size_t kNeedBytes = 1 + sizeof(uint64_t);  // "n" and the bytes of a frame
 constexpr const char* kNoVersion = "";               // of metadata, which images do not have
 
 // ---------------------------------------------------------------------------------- the service
-class HelperEnd {
-  public:
-    ~HelperEnd() { close(); }
-    void close() {
-        if (fd >= 0) ::close(fd);
-        fd = -1;
-    }
-    int fd = -1;
-};
-
-struct HelperPipe {
-    HelperEnd read, write;
-    bool open() {
-        std::array<int, 2> ends;
-        if (::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
-        read.fd = ends[0];
-        write.fd = ends[1];
-        return true;
-    }
-};
-
-// A child that is killed, unless it has ended, and always waited for.
-class HelperProcess {
-  public:
-    ~HelperProcess() {
-        if (pid < 0) return;
-        ::kill(pid, SIGKILL);
-        (void)wait();
-    }
-    int wait() {
-        int state = 0;
-        while (::waitpid(pid, &state, 0) < 0 && errno == EINTR) {
-        }
-        pid = -1;
-        return state;
-    }
-    pid_t pid = -1;
-};
-
-bool start_helper(const std::string& program, HelperPipe& to, HelperPipe& from,
-                  HelperProcess& child) {
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, to.read.fd, STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, from.write.fd, STDOUT_FILENO);
-    posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-    std::array<char*, 3> words = {const_cast<char*>(program.c_str()),
-                                  const_cast<char*>(kImageHelper), nullptr};
-    const int fault =
-        posix_spawn(&child.pid, program.c_str(), &actions, nullptr, words.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (fault != 0) child.pid = -1;
-    to.read.close();
-    from.write.close();
-    return fault == 0;
-}
-
-bool send_all(int fd, const std::string& text) {
-    for (size_t at = 0; at < text.size();) {
-        const ssize_t got = ::write(fd, text.data() + at, text.size() - at);
-        if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        at += size_t(got);
-    }
-    return true;
-}
-
 // What the child writes, up to `most` bytes in all. Errors: it takes too long, or the client has
 // left.
 Status read_from_helper(int fd, const ImageWanted& wanted, size_t most, std::string& reply) {
@@ -130,43 +53,6 @@ Status read_from_helper(int fd, const ImageWanted& wanted, size_t most, std::str
 }
 
 // ---------------------------------------------------------------------------------- the process
-void set_limit(decltype(RLIMIT_AS) what, rlim_t most) {
-    const rlimit both = {most, most};
-    (void)setrlimit(what, &both);
-}
-
-// Reading below these folders is allowed, and nothing else that Landlock controls.
-void confine_helper(const std::vector<std::string>& folders) {
-    landlock_ruleset_attr rules = {};
-    constexpr uint64_t kReads =
-        LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
-    rules.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1;  // version 1
-    const int set = int(::syscall(SYS_landlock_create_ruleset, &rules, sizeof(rules), 0));
-    if (set < 0) return;  // a kernel without it
-    for (const std::string& folder : folders) {
-        landlock_path_beneath_attr beneath = {};
-        beneath.allowed_access = kReads;
-        beneath.parent_fd = ::open(folder.c_str(), O_PATH | O_CLOEXEC);
-        if (beneath.parent_fd < 0) continue;
-        (void)::syscall(SYS_landlock_add_rule, set, LANDLOCK_RULE_PATH_BENEATH, &beneath, 0);
-        ::close(beneath.parent_fd);
-    }
-    if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0)
-        (void)::syscall(SYS_landlock_restrict_self, set, 0);
-    ::close(set);
-}
-
-std::vector<std::string> folders_of_system() {
-    std::vector<std::string> folders = {"/usr", "/lib", "/lib64", "/etc", "/proc", "/sys"};
-    std::error_code error;
-    const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-    if (!error)
-        for (const auto& one :
-             {folder, folder.parent_path() / "lib", folder.parent_path() / "share"})
-            folders.push_back(one.string());
-    return folders;
-}
-
 Result<std::string> image_of_task(const Json& task, const PassRegistry& registry) {
     ASSIGN_OR_RETURN(auto roots, Roots::of(task.at("roots").get<std::vector<std::string>>()));
     const auto within = task.at("within").get<std::vector<std::string>>();
@@ -175,9 +61,7 @@ Result<std::string> image_of_task(const Json& task, const PassRegistry& registry
     // Loaded from wherever the program finds it.
     const std::string path = task.at("path");
     if (io::image_format_of(path)) (void)io::image_module(StatusCode::input);
-    auto folders = folders_of_system();
-    for (const std::string& folder : roots.entries()) folders.push_back(folder);
-    confine_helper(folders);
+    confine_helper(roots.entries());
     sequence::SourceSettings source;
     if (const std::string body = task.at("body"); !body.empty()) {
         const std::string version = kNoVersion;
@@ -208,24 +92,21 @@ Result<std::string> image_by_helper(const std::string& program, const ShownFrame
                        {"body", shown.body},       {"path", shown.path},
                        {"frame", shown.frame},     {"memory", shown.source.max_memory},
                        {"type", wanted.type},      {"side", wanted.side}};
-    HelperPipe to, from;
     HelperProcess child;
-    if (!to.open() || !from.open() || !start_helper(program, to, from, child))
-        return Status(StatusCode::internal,
-                      concat("the process for images cannot be started: ", std::strerror(errno)));
-    (void)send_all(to.write.fd, io::json_text(task) + "\n");
+    RETURN_IF_ERROR(child.start(program, kImageHelper));
+    (void)child.send(io::json_text(task) + "\n");
     std::string reply;
-    RETURN_IF_ERROR(read_from_helper(from.read.fd, wanted, kNeedBytes, reply).at(shown.path));
+    RETURN_IF_ERROR(read_from_helper(child.from(), wanted, kNeedBytes, reply).at(shown.path));
     std::optional<MemoryPlace> place;
     if (reply.size() == kNeedBytes && reply[0] == 'n') {
         uint64_t bytes = 0;
         std::memcpy(&bytes, reply.data() + 1, sizeof(bytes));
         place.emplace(gate, std::min(bytes, shown.source.max_memory));
         reply.clear();
-        (void)send_all(to.write.fd, "g");
-        RETURN_IF_ERROR(read_from_helper(from.read.fd, wanted, kMaxReply, reply).at(shown.path));
+        (void)child.send("g");
+        RETURN_IF_ERROR(read_from_helper(child.from(), wanted, kMaxReply, reply).at(shown.path));
     } else {
-        RETURN_IF_ERROR(read_from_helper(from.read.fd, wanted, kMaxReply, reply).at(shown.path));
+        RETURN_IF_ERROR(read_from_helper(child.from(), wanted, kMaxReply, reply).at(shown.path));
     }
     const int state = child.wait();
     if (WIFSIGNALED(state) || !WIFEXITED(state) || WEXITSTATUS(state) != 0 || reply.empty())

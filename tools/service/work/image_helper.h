@@ -1,9 +1,8 @@
 // Images of files that clients name, decoded in a process of their own: a decoder that a file
 // crashes, or that takes too much memory or time, costs that request alone.
 //
-// The process is the service's own program, started with kImageHelper. It has limits of memory,
-// time and files, and, where the kernel has Landlock, reads only the folders of the user and those
-// of the system, and writes nothing.
+// The process (helper_process.h) is the service's own program, started with kImageHelper. It has
+// limits of memory and time, and reads only the folders of the user.
 #pragma once
 
 #include <atomic>

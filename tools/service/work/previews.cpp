@@ -12,23 +12,13 @@
 #include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/reduced_frame.h"
 #include "tools/sequence/source/sequence_reader.h"
-#include "tools/service/work/gl_device.h"
+#include "tools/service/work/preview_helper.h"
 
 namespace postchain::service {
 namespace {
 
 constexpr size_t kMaxWaiting = 64;
 constexpr auto kTestPatience = std::chrono::seconds(1);
-
-// The device of this thread; made when it is first needed, and destroyed with the thread.
-Result<GlDevice*> device_of_thread(const egl::ContextOptions& options, const PassRegistry& registry,
-                                   bool anew = false) {
-    thread_local std::unique_ptr<GlDevice> device;
-    if (anew) device.reset();
-    if (device) return device.get();
-    ASSIGN_OR_RETURN(device, GlDevice::create(options, registry));
-    return device.get();
-}
 
 // The frame that a request names, and the settings to read it.
 struct NamedFrame {
@@ -139,23 +129,73 @@ Result<std::string> image_of(const std::string& path, int frame,
                     wanted.type);
 }
 
-Previews::Previews(const egl::ContextOptions& device, const PassRegistry& registry,
-                   DeviceGate& gate)
-    : device_(device), registry_(registry), gate_(gate), threads_(1, kMaxWaiting) {}
+// -------------------------------------------------------------------------------- making them
+Result<GlDevice*> PreviewMaker::device() {
+    if (made_) return made_.get();
+    ASSIGN_OR_RETURN(made_, GlDevice::create(device_, registry_));
+    return made_.get();
+}
+
+Status PreviewMaker::test() {
+    if (!made_) return device().status();
+    if (made_->test().ok()) return Status();
+    // After a loss of the context a new one may work.
+    made_.reset();
+    return device().status();
+}
+
+Result<std::string> PreviewMaker::preview(JobRequest& request, const Roots& roots,
+                                          const std::string& type, const PreviewCalls& calls) {
+    RETURN_IF_ERROR(check_inputs(request.run.input, roots));
+    ASSIGN_OR_RETURN(const auto color, request.plane == PreviewPlane::depth
+                                           ? distances_of(request)
+                                           : filter(request, calls));
+    return bytes_of(color, type);
+}
+
+Result<ImageF> PreviewMaker::filter(JobRequest& request, const PreviewCalls& calls) {
+    const Status canceled(StatusCode::canceled, "the preview was canceled");
+    if (calls.over()) return canceled;
+    ASSIGN_OR_RETURN(auto device, this->device());
+    // A software renderer takes the cores that reading needs.
+    if (device->software()) calls.reserved();
+    request.run.plan.device = device->executor().device_class();
+    ASSIGN_OR_RETURN(auto prepared, prepare_preview(request));
+    if (calls.over()) return canceled;
+    if (!device->software()) calls.reserved();
+    Executor& executor = device->executor();
+    const ContinueScope stop(executor,
+                             [&] { return calls.over() ? RunDecision::stop : RunDecision::go_on; });
+    auto planes = executor.filter(prepared.plan, prepared.planes);
+    if (planes.ok()) return std::move(planes->at(Role::color));
+    return planes.status();
+}
+
+// ---------------------------------------------------------------------------------- their queue
+Previews::Previews(const ServiceSettings& settings, const egl::ContextOptions& device,
+                   const PassRegistry& registry, DeviceGate& gate)
+    : gate_(gate), threads_(1, kMaxWaiting) {
+    if (settings.program.empty())
+        maker_ = std::make_unique<PreviewMaker>(device, registry);
+    else
+        helper_ = std::make_unique<PreviewHelper>(settings);
+}
+
+Previews::~Previews() = default;
 
 Status Previews::begin() {
     RETURN_IF_ERROR(threads_.begin());
     std::promise<void> made;
     if (threads_.run([&] {
-            (void)device_of_thread(device_, registry_);
+            (void)(helper_ ? helper_->test() : maker_->test());
             made.set_value();
         }))
         made.get_future().get();
     return Status();
 }
 
-bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
-                   std::function<void(Answer<Picture>)> done) {
+bool Previews::run(const std::string& body, JobRequest request, const Roots& roots,
+                   const PreviewWanted& wanted, std::function<void(Answer<Picture>)> done) {
     auto ticket = std::make_shared<Ticket>();
     ticket->stop = wanted.left ? wanted.left : std::make_shared<std::atomic<bool>>(false);
     if (!wanted.session.empty()) {
@@ -170,64 +210,36 @@ bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& 
     }
     // std::function must be copyable; a chain is not.
     const auto shared = std::make_shared<JobRequest>(std::move(request));
-    const auto work = [this, shared, roots, type = wanted.type, ticket, done] {
-        Answer<Picture> answer = Problem{};
-        try {
-            if (!*ticket->stop) answer = picture(*shared, roots, type, *ticket);
-        } catch (...) {
-            answer = problem_of(status_of_exception("the preview"), roots);
-        }
+    const auto work = [this, body, shared, roots, type = wanted.type, ticket, done] {
+        std::optional<DeviceGate::Reservation> reservation;
+        const PreviewCalls calls = {[&] { return ends_ || *ticket->stop; },
+                                    [&] { reservation.emplace(gate_); }};
+        const auto made = [&]() -> Result<std::string> {
+            try {
+                if (calls.over()) return Status(StatusCode::canceled, "the preview was canceled");
+                return helper_ ? helper_->preview(body, *shared, roots, type, calls)
+                               : maker_->preview(*shared, roots, type, calls);
+            } catch (...) {
+                return status_of_exception("the preview");
+            }
+        }();
         if (ticket->replaced)
-            answer = Problem{Problem::Kind::conflict,
-                             "a later preview of this session has replaced this one"};
-        done(std::move(answer));
+            done(Problem{Problem::Kind::conflict,
+                         "a later preview of this session has replaced this one"});
+        else if (made.ok())
+            done(Picture{type, *made});
+        else
+            done(problem_of(made.status(), roots));
     };
     return threads_.run(work, {wanted.share, [done] { done(too_many_previews()); }});
-}
-
-Answer<Picture> Previews::picture(JobRequest& request, const Roots& roots, const std::string& type,
-                                  const Ticket& ticket) {
-    if (Status status = check_inputs(request.run.input, roots); !status.ok())
-        return problem_of(status, roots);
-    const auto color =
-        request.plane == PreviewPlane::depth ? distances_of(request) : filter(request, ticket);
-    if (!color.ok()) return problem_of(color.status(), roots);
-    auto bytes = bytes_of(*color, type);
-    if (!bytes.ok()) return problem_of(bytes.status(), roots);
-    return Picture{type, std::move(*bytes)};
-}
-
-Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
-    const auto over = [&] { return ends_ || *ticket.stop; };
-    const Status canceled(StatusCode::canceled, "the preview was canceled");
-    if (over()) return canceled;
-    ASSIGN_OR_RETURN(auto device, device_of_thread(device_, registry_));
-    // A software renderer takes the cores that reading needs.
-    std::optional<DeviceGate::Reservation> reservation;
-    if (device->software()) reservation.emplace(gate_);
-    request.run.plan.device = device->executor().device_class();
-    ASSIGN_OR_RETURN(auto prepared, prepare_preview(request));
-    if (over()) return canceled;
-    if (!reservation) reservation.emplace(gate_);
-    Executor& executor = device->executor();
-    const ContinueScope stop(executor,
-                             [&] { return over() ? RunDecision::stop : RunDecision::go_on; });
-    auto planes = executor.filter(prepared.plan, prepared.planes);
-    if (planes.ok()) return std::move(planes->at(Role::color));
-    return planes.status();
 }
 
 std::optional<Status> Previews::test() {
     const auto promise = std::make_shared<std::promise<Status>>();
     auto tested = promise->get_future();
     // Without the gate, which clients without a token could then keep from the job.
-    const bool taken = threads_.run([this, promise] {
-        auto device = device_of_thread(device_, registry_);
-        Status status = device.ok() ? (*device)->test() : device.status();
-        // After a loss of the context a new one may work.
-        if (!status.ok()) status = device_of_thread(device_, registry_, true).status();
-        promise->set_value(status);
-    });
+    const bool taken = threads_.run(
+        [this, promise] { promise->set_value(helper_ ? helper_->test() : maker_->test()); });
     if (!taken || tested.wait_for(kTestPatience) != std::future_status::ready) return std::nullopt;
     return tested.get();
 }

@@ -1,6 +1,6 @@
-// Previews: one reduced frame through a chain, on a thread with a GL context of its own, so that a
-// preview does not wait for the frame of the running job. It holds the gate, at which the job
-// waits. And reduced images of files.
+// Previews: one reduced frame through a chain, with a GL context of their own, so that a preview
+// does not wait for the frame of the running job. It holds the gate, at which the job waits. And
+// reduced images of files.
 #pragma once
 
 #include <atomic>
@@ -14,11 +14,14 @@
 #include "tools/sequence/source/frame_source.h"
 #include "tools/sequence/source/memory.h"
 #include "tools/service/work/device_gate.h"
+#include "tools/service/work/gl_device.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/service.h"
 
 namespace postchain::service {
+
+class PreviewHelper;
 
 // Bytes of a gate while this object exists.
 class MemoryPlace {
@@ -41,20 +44,52 @@ Result<std::string> image_of(const std::string& path, int frame,
                              const sequence::SourceSettings& settings, const ImageWanted& wanted,
                              const std::function<void(uint64_t bytes)>& enter);
 
+// What a preview asks while it is made.
+struct PreviewCalls {
+    std::function<bool()> over;      // nobody waits for it any more
+    std::function<void()> reserved;  // returns when the device has been reserved for it
+};
+
+// Makes previews, on one thread: its context is current there.
+class PreviewMaker {
+  public:
+    PreviewMaker(const egl::ContextOptions& device, const PassRegistry& registry)
+        : device_(device), registry_(registry) {}
+
+    // Errors: those of reading, of planning and of the device; (canceled): it was over.
+    Result<std::string> preview(JobRequest& request, const Roots& roots, const std::string& type,
+                                const PreviewCalls& calls);
+    // Makes the device if there is none, otherwise runs a test dispatch; after a fault of it a new
+    // device. Errors (gl).
+    Status test();
+    bool software() const { return made_ && made_->software(); }
+
+  private:
+    Result<ImageF> filter(JobRequest& request, const PreviewCalls& calls);
+    Result<GlDevice*> device();
+
+    const egl::ContextOptions device_;
+    const PassRegistry& registry_;
+    std::unique_ptr<GlDevice> made_;
+};
+
 Problem too_many_previews();
 
 class Previews {
   public:
-    Previews(const egl::ContextOptions& device, const PassRegistry& registry, DeviceGate& gate);
+    // With settings.program in a process of their own (preview_helper.h).
+    Previews(const ServiceSettings& settings, const egl::ContextOptions& device,
+             const PassRegistry& registry, DeviceGate& gate);
+    ~Previews();
 
     // Creates the device, before the worker does: contexts share the threads of a software
     // renderer, and these have the priority of the thread that is first. If this fails, previews
     // fail. Errors (internal): no thread.
     Status begin();
-    // False if too many wait. `done` is called once. A later preview of the same session ends this
-    // one, as do `wanted.left` and end().
-    bool run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
-             std::function<void(Answer<Picture>)> done);
+    // False if too many wait. `done` is called once. `request` has been read from `body`. A later
+    // preview of the same session ends this one, as do `wanted.left` and end().
+    bool run(const std::string& body, JobRequest request, const Roots& roots,
+             const PreviewWanted& wanted, std::function<void(Answer<Picture>)> done);
     size_t hanging() const { return threads_.hanging(); }
     bool alive() const { return threads_.alive(); }
     // Runs a test dispatch; nothing if the thread is busy for longer than a second.
@@ -66,13 +101,11 @@ class Previews {
         std::shared_ptr<std::atomic<bool>> stop;
         std::atomic<bool> replaced = false;
     };
-    Answer<Picture> picture(JobRequest& request, const Roots& roots, const std::string& type,
-                            const Ticket& ticket);
-    Result<ImageF> filter(JobRequest& request, const Ticket& ticket);
 
-    const egl::ContextOptions device_;
-    const PassRegistry& registry_;
     DeviceGate& gate_;
+    // One of them, used by the thread alone.
+    std::unique_ptr<PreviewMaker> maker_;
+    std::unique_ptr<PreviewHelper> helper_;
     std::mutex mutex_;
     std::map<std::string, std::weak_ptr<Ticket>> newest_;  // by session
     std::atomic<bool> ends_ = false;

@@ -167,7 +167,7 @@ struct Service::State {
           image_memory(memory / 4),
           counters(settings.version),
           thumbnails(kThumbnailThreads, kMaxThumbnails),
-          previews(device, registry, gate),
+          previews(settings, device, registry, gate),
           disks(std::move(folders)),
           watch([this] { return look(); }) {
         // The rest is for images. Jobs of another queue are on other machines.
@@ -592,7 +592,7 @@ void Service::preview(const User& user, const std::string& body, const PreviewWa
         JobRequest request = taken(reader.preview(body));
         PreviewWanted of_user = wanted;
         if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
-        if (!state_->previews.run(std::move(request), reader.roots(), of_user, done))
+        if (!state_->previews.run(body, std::move(request), reader.roots(), of_user, done))
             throw too_many_previews();
     });
 }

@@ -45,7 +45,9 @@ struct ServiceSettings {
     std::string device = "auto";  // as --device of the command
     int threads = 0;              // CPU threads; 0 = one per core
     size_t max_queue = 1000;      // waiting jobs; further ones are refused
-    std::string program;          // decodes images: image_helper.h; empty = no other
+    // Reads what clients name, in processes of its own (helper_process.h): thumbnails and previews.
+    // Empty = this process does.
+    std::string program;
     // Bytes for the frames of a job (a half), of previews and of images (a quarter each); 0 = the
     // default of --max-memory.
     uint64_t max_memory = 0;

@@ -3,7 +3,8 @@
 # tools/test.sh does not do.
 # Usage: tools/platforms.sh [--cache FOLDER] PLATFORM...
 #   bookworm, trixie   Debian 12, 13: tools/demo.sh and tools/test.sh, the commands of the README, in a minimal chroot
-#                      with each warning an error, then the hash of a frame of each shipped chain
+#                      with each warning an error, then tools/frame_hashes.sh
+#   clang              everything, on this system with clang++, each warning an error
 # FOLDER (default: ~/.cache/postchain) keeps what was downloaded, the chroots as the last run left them, and their
 # logs, 6 GB for each release of Debian. A chroot needs root and debootstrap. Its mirror is MIRROR, or this machine's
 # if that is Debian, or deb.debian.org. A platform that cannot run prints `skipped: WHY`; if no platform failed, the
@@ -14,7 +15,7 @@ root=$PWD
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/postchain
 
 # A platform is a function of its name below, which fails if the platform does, and skips by `skip WHY`.
-platforms=(bookworm trixie)
+platforms=(bookworm trixie clang)
 skip() {
     echo "skipped: $platform: $*"
     exit 77
@@ -80,9 +81,16 @@ debian() {
     in_chroot "$folder" cmake --preset release -DBUILD_TESTING=OFF -DCMAKE_COMPILE_WARNING_AS_ERROR=ON
     timed tools/demo.sh in_chroot "$folder" tools/demo.sh
     timed tools/test.sh in_chroot "$folder" tools/test.sh
+    in_chroot "$folder" tools/frame_hashes.sh
 }
 bookworm() { debian bookworm; }
 trixie() { debian trixie; }
+
+clang() {
+    tools/install_packages.sh --full
+    cmake --preset clang -DBUILD_TESTING=ON
+    timed "the build" cmake --build --preset clang -j "$(nproc)"
+}
 
 [[ ${1:-} == --cache && $# -ge 2 ]] && cache=$(realpath -m "$2") && shift 2
 (($# > 0)) || usage

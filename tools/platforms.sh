@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and tests the commit on other platforms; the part of the release check (CONTRIBUTING.md) that
 # tools/test.sh does not do.
-# Usage: tools/platforms.sh [--cache FOLDER] PLATFORM...
+# Usage: tools/platforms.sh [--cache FOLDER] PLATFORM... | all
 #   bookworm, trixie   Debian 12, 13: tools/demo.sh and tools/test.sh, the commands of the README, in a minimal chroot
 #                      with each warning an error, then tools/frame_hashes.sh
 #   clang              everything, on this system with clang++, each warning an error
@@ -22,7 +22,7 @@ skip() {
 }
 
 usage() {
-    echo "usage: tools/platforms.sh [--cache FOLDER] PLATFORM...   (${platforms[*]})" >&2
+    echo "usage: tools/platforms.sh [--cache FOLDER] PLATFORM... | all   (${platforms[*]})" >&2
     exit 2
 }
 
@@ -65,7 +65,7 @@ debian() {
         rm -rf "$cache/$suite-minimal"
         # git and ca-certificates: a clone and its test have them.
         timed "a minimal system" debootstrap --variant=minbase --include=git,ca-certificates \
-            "$suite" "$cache/$suite-minimal" "$(debian_mirror)" >"$cache/$suite-minimal.log"
+            "$suite" "$cache/$suite-minimal" "$(debian_mirror)"
         touch "$cache/$suite-minimal.made"
     fi
     rm -rf --one-file-system "$folder"
@@ -94,6 +94,7 @@ clang() {
 
 [[ ${1:-} == --cache && $# -ge 2 ]] && cache=$(realpath -m "$2") && shift 2
 (($# > 0)) || usage
+[[ $* == all ]] && set -- "${platforms[@]}"
 for platform in "$@"; do
     [[ " ${platforms[*]} " == *" $platform "* ]] || usage
 done

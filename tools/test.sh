@@ -34,7 +34,7 @@ list_skipped() {
     local lines
     lines=$(grep -hoE '^skipped: .*' "$1/Testing/Temporary/LastTest.log" | sort -u || true)
     [[ -z $lines ]] && return
-    echo "== these tests did not run; tools/install_packages.sh --full installs what they need"
+    echo "== these tests did not run; tools/install_packages.sh --full installs what they need and this system has"
     echo "$lines"
     return 1
 }

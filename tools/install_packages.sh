@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs the packages that building postchain needs, on Debian bookworm; with --tests also those of the default
-# tests, with --full those of all tests, with sanitizers and fuzzing. Does nothing if all are installed.
+# Installs the packages that building postchain needs, on Debian 12 (bookworm) and 13 (trixie); with --tests also those
+# of the default tests, with --full those of all tests, with sanitizers and fuzzing. Does nothing if all are installed,
+# and on a system without dpkg, for which it prints the list.
 # Usage: tools/install_packages.sh [--tests | --full]
 set -euo pipefail
 
@@ -28,8 +29,18 @@ if [[ ${1:-} == --full ]]; then
         python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
         python3-mypy python3-pip python3-venv
         chromium chromium-driver sqlite3 nginx-light caddy blender
-        clang libclang-rt-14-dev
+        clang
     )
+    # The sanitizers and libFuzzer of Debian's clang. Debian 12 has no package without a version.
+    if [[ $(. /etc/os-release && echo "${VERSION_CODENAME:-}") == bookworm ]]; then
+        packages+=(libclang-rt-14-dev)
+    else
+        packages+=(libclang-rt-dev)
+    fi
+fi
+if ! command -v dpkg-query >/dev/null; then
+    echo "this system has no dpkg; postchain needs what Debian 13 has in these packages: ${packages[*]}" >&2
+    exit 0
 fi
 missing=()
 for package in "${packages[@]}"; do

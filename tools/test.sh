@@ -2,17 +2,21 @@
 # Installs packages, builds and runs tests. At its end it lists the tests that could not run, and what to install.
 #   tools/test.sh         the default set: what each behavior is tested by where it lives
 #   tools/test.sh --rest  the tests that the default set leaves out (label `full`); fails if one cannot run
-#   tools/test.sh --full  both, the core preset (only chain and passes, each file compiled by itself), the address and
-#                         undefined-behavior sanitizers, the thread sanitizer on the programs that have threads, and
-#                         half a minute of each fuzz target (clang)
+#   tools/test.sh --full  both with each warning an error, the core preset (only chain and passes, each file compiled by
+#                         itself), the address and undefined-behavior sanitizers, the thread sanitizer on the programs
+#                         that have threads, and half a minute of each fuzz target (clang)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 sets=()
+options=(-DBUILD_TESTING=ON)
 case ${1:-} in
     "") sets=(default) ;;
     --rest) sets=(rest) ;;
-    --full) sets=(default rest instrumented) ;;
+    --full)
+        sets=(default rest instrumented)
+        options+=(-DCMAKE_COMPILE_WARNING_AS_ERROR=ON)
+        ;;
     *)
         echo "usage: tools/test.sh [--rest | --full]" >&2
         exit 2
@@ -30,7 +34,7 @@ list_skipped() {
     local lines
     lines=$(grep -hoE '^skipped: .*' "$1/Testing/Temporary/LastTest.log" | sort -u || true)
     [[ -z $lines ]] && return
-    echo "== these tests did not run; tools/install_packages.sh --full installs what they need"
+    echo "== these tests did not run; tools/install_packages.sh --full installs what they need and this system has"
     echo "$lines"
     return 1
 }
@@ -39,20 +43,20 @@ for set in "${sets[@]}"; do
     case $set in
         default)
             tools/install_packages.sh --tests
-            cmake --preset release -DBUILD_TESTING=ON
+            cmake --preset release "${options[@]}"
             cmake --build --preset release -j "$(nproc)" --target default_tests
             run_tests release
             list_skipped build || true
             ;;
         rest)
             tools/install_packages.sh --full
-            cmake --preset release -DBUILD_TESTING=ON
+            cmake --preset release "${options[@]}"
             cmake --build --preset release -j "$(nproc)"
             run_tests full
             list_skipped build
             ;;
         instrumented)
-            cmake --preset core -DBUILD_TESTING=ON
+            cmake --preset core "${options[@]}"
             cmake --build --preset core -j "$(nproc)"
             run_tests core
             tests/robustness/sanitize.sh address

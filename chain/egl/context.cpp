@@ -155,8 +155,8 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
         return Status(StatusCode::gl, concat("no GPU with OpenGL 4.5 was found (", tried,
                                              "); install its driver, or give --device auto or "
                                              "software to compute on the CPU"));
-    return Status(StatusCode::gl, "no usable OpenGL 4.5: " + tried +
-                                      "; install a driver (Debian: libegl-mesa0, libgl1-mesa-dri)");
+    return Status(StatusCode::gl,
+                  "no usable OpenGL 4.5: " + tried + "; install a driver with EGL, such as Mesa's");
 }
 
 Context::~Context() {

@@ -45,7 +45,9 @@ Failure check_epoxy() {
                        " has no glXGetCurrentContext, which libepoxy needs under EGL too; "
                        "a tracer of EGL alone replaces it: use apitrace trace --api=gl")};
     }
-    return {PC_ERROR_CONTEXT, "libGL.so.1 is missing, which libepoxy needs; install libgl1"};
+    return {PC_ERROR_CONTEXT,
+            "libGL.so.1 is missing, which libepoxy needs; install libglvnd, or the GL library of "
+            "the driver"};
 }
 
 Failure check_version() {

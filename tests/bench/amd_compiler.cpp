@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kDriver = "/usr/share/vulkan/icd.d/radeon_icd*.json";
 constexpr const char* kRemedy =
-    "install Mesa's Vulkan drivers (Debian: mesa-vulkan-drivers), or name radeon_icd*.json in "
+    "install Mesa's Vulkan drivers, or name radeon_icd*.json in "
     "VK_ICD_FILENAMES";
 
 // Leaves the Vulkan loader only RADV, unless the user chose.

@@ -290,7 +290,7 @@ int main(int argc, char** argv) {
     if (chains.empty()) chains = shipped_chains();
     if (shot.pattern.empty()) fail(std::string("give frames: ") + usage, 2);
     if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
-        fail("glslangValidator is not installed (Debian: glslang-tools)", kSkipped);
+        fail("glslangValidator is not installed", kSkipped);
     PlanOptions options;
     if (halves) options.precision = Precision::fp16;
 

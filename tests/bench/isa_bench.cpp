@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     if (chains.empty()) chains = shipped_chains();
     if (generations.empty()) generations = {"vega10", "navi21", "gfx1100"};
     if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
-        fail("glslangValidator is not installed (Debian: glslang-tools)", kSkipped);
+        fail("glslangValidator is not installed", kSkipped);
     std::vector<std::unique_ptr<AmdCompiler>> compilers;
     for (const std::string& generation : generations) {
         auto made = AmdCompiler::create(generation);

@@ -229,8 +229,7 @@ Texels texels_of(GLuint texture) {
 }
 
 bool is_unwritten(GLuint texture) {
-    const auto& last = texels_of(texture).back();
-    return last[0] == ~0u;
+    return texels_of(texture).back()[0] == ~0u;
 }
 
 std::string current_program() {

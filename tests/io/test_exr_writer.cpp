@@ -193,7 +193,7 @@ TEST(PlanesWriter, TypesAttributesAndWindows) {
     EXPECT_EQ(named(channels, "ViewLayer.Combined.R").type, "half");
     EXPECT_EQ(named(channels, "ViewLayer.Depth.Z").type, "float");
     EXPECT_EQ(named(channels, "id").type, "uint");
-    const OiioChannel& alpha = named(channels, "ViewLayer.Combined.A");
+    const OiioChannel alpha = named(channels, "ViewLayer.Combined.A");
     for (size_t p = 0; p < color.pixels(); ++p) {
         half h;
         std::memcpy(&h, alpha.bytes.data() + p * 2, 2);

@@ -136,7 +136,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
     // Their callers ask.
     constexpr std::array kWriters = {"exr", "files", "frame", "image"};
     for (const auto& [file, times] : found) {
-        const bool is_writer = std::ranges::any_of(kWriters, [&](const char* folder) {
+        const bool is_writer = std::ranges::any_of(kWriters, [&file = file](const char* folder) {
             return file.starts_with(std::string("tools/sequence/") + folder + "/");
         });
         if (is_writer) continue;

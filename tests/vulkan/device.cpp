@@ -4,6 +4,8 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 #include "chain/vk/device.h"
 
@@ -20,7 +22,9 @@ VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsE
                                             VkDebugUtilsMessageTypeFlagsEXT,
                                             const VkDebugUtilsMessengerCallbackDataEXT* data,
                                             void* user) {
-    static_cast<Vulkan*>(user)->messages.push_back(data->pMessage);
+    // Only old layers repeat the identifier, such as SYNC-HAZARD-WRITE-AFTER-WRITE, in the message.
+    const char* identifier = data->pMessageIdName ? data->pMessageIdName : "";
+    static_cast<Vulkan*>(user)->messages.push_back(std::string(identifier) + ": " + data->pMessage);
     return VK_FALSE;
 }
 
@@ -56,17 +60,30 @@ Vulkan::Vulkan() {
     messenger.pUserData = this;
     features.pNext = &messenger;
     const char* layer = "VK_LAYER_KHRONOS_validation";
-    const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    std::vector<const char*> extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+#ifdef VK_EXT_layer_settings
+    // The layers that came with this extension follow the accesses of shaders only on request.
+    extensions.push_back(VK_EXT_LAYER_SETTINGS_EXTENSION_NAME);
+    const VkBool32 yes = VK_TRUE;
+    const VkLayerSettingEXT setting = {layer, "syncval_shader_accesses_heuristic",
+                                       VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &yes};
+    auto settings =
+        vk::info_of<VkLayerSettingsCreateInfoEXT>(VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT);
+    settings.settingCount = 1;
+    settings.pSettings = &setting;
+    messenger.pNext = &settings;
+#endif
     auto info = vk::info_of<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
     info.pNext = &features;
     info.pApplicationInfo = &application;
     info.enabledLayerCount = 1;
     info.ppEnabledLayerNames = &layer;
-    info.enabledExtensionCount = 1;
-    info.ppEnabledExtensionNames = &extension;
+    info.enabledExtensionCount = uint32_t(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
     must(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance with the validation layer");
     const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
         vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT"));
+    messenger.pNext = nullptr;
     VkDebugUtilsMessengerEXT made = VK_NULL_HANDLE;
     must(create(instance, &messenger, nullptr, &made), "vkCreateDebugUtilsMessengerEXT");
 

@@ -9,7 +9,7 @@
 # the archive of Debian is that of this machine's apt. Without mmdebstrap or root: exit code 77.
 set -euo pipefail
 skip() { echo "skipped: $*"; exit 77; }
-command -v mmdebstrap >/dev/null || skip "mmdebstrap is not installed: apt-get install mmdebstrap"
+command -v mmdebstrap >/dev/null || skip "mmdebstrap is not installed"
 [[ $(id -u) == 0 ]] || skip "a chroot needs root"
 root=$(cd "$(dirname "$0")/../.." && pwd)
 if [[ $# -ge 1 ]]; then

@@ -27,7 +27,7 @@ Status view_subcommand(const std::vector<std::string>& command_line) {
     return Status(StatusCode::gl,
                   concat(program, ": cannot be started (", std::strerror(errno),
                          "); install the package postchain-view, or the component view of a build "
-                         "with libglfw3-dev, libimgui-dev and libfontconfig-dev (cmake --install "
+                         "with GLFW, Dear ImGui and fontconfig (cmake --install "
                          "build --component view). The page of postchain serve needs only a "
                          "browser"));
 }

@@ -30,8 +30,8 @@ def render(pattern, frames, layer):
             from . import peel
             depths = peel.depths_of(frame_files[frame], layer)
         except ImportError as error:
-            raise SystemExit(f"postchain: Blender's Python has no module {error.name}: install python3-numpy "
-                             "and python3-openimageio, or take Blender 3.5 or later") from None
+            raise SystemExit(f"postchain: Blender's Python has no module {error.name}: install NumPy "
+                             "and OpenImageIO for it, or take Blender 3.5 or later") from None
         peeled = peeled or peel.Peel(*reversed(depths.shape))
         scene.frame_set(frame)
         peeled.show(depths)

@@ -109,6 +109,7 @@ for platform in "$@"; do
     [[ " ${platforms[*]} " == *" $platform "* ]] || usage
 done
 mkdir -p "$cache"
+rm -rf "$cache/frames" "$cache"/*.frames
 failed=()
 skipped=()
 for platform in "$@"; do

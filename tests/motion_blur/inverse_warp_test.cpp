@@ -78,8 +78,8 @@ TEST(InverseWarp, TheShutterMayOpenOrCloseAtTheFrame) {
         chain.camera.shutter_position = position;
         const ImageF out = blurred(chain, frame);
         for (int x = 10; x < 110; ++x) {
-            const double expected =
-                coverage(x, 13, [&](double t) { return 45 + 48 * (t + 0.25 + opens); });
+            const double expected = coverage(
+                x, 13, [&, opens = opens](double t) { return 45 + 48 * (t + 0.25 + opens); });
             EXPECT_NEAR(out.at(x, 10, 0), expected, 0.06) << "x " << x;
         }
         Chain random = warp({{"samples", int64_t(15)}});

@@ -67,7 +67,9 @@ Status check(const OIIO::ImageSpec& spec, int max_side) {
 // The display window in gray; black where the file has no pixels.
 Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
     const std::vector<int> shown = shown_channels(spec);
-    const int channels = shown.back() + 1;
+    const bool straight = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+    const int alpha = straight ? spec.alpha_channel : -1;
+    const int channels = std::max(shown.back(), alpha) + 1;
     ImageF data(spec.width, spec.height, channels);
     if (!file.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, data.data.data()))
         return input_error("cannot be read: " + file.geterror() + "; copy or write it again");
@@ -79,7 +81,8 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
             const int64_t from_y = int64_t(y) + spec.full_y - spec.y;
             if (from_x < 0 || from_y < 0 || from_x >= data.width || from_y >= data.height) continue;
             const auto value = [&](size_t i) {
-                return data.at(int(from_x), int(from_y), shown[i]);
+                const auto stored = [&](int c) { return data.at(int(from_x), int(from_y), c); };
+                return stored(shown[i]) * (alpha < 0 ? 1.0f : stored(alpha));
             };
             gray.at(x, y) = shown.size() == 3
                                 ? 0.2126f * value(0) + 0.7152f * value(1) + 0.0722f * value(2)
@@ -94,7 +97,11 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
 
 Result<ImageF> read_gray(const std::string& path, int max_side) {
     if (const ReadableFile opened(path); !opened.ok()) return input_error(opened.fault());
-    const auto file = OIIO::ImageInput::open(path);
+    // Color is multiplied by alpha here: some versions of OpenImageIO do it in linear light, others
+    // in stored values.
+    OIIO::ImageSpec config;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    const auto file = OIIO::ImageInput::open(path, &config);
     if (!file)
         return input_error("cannot be read: " + OIIO::geterror() + "; copy or write it again");
     const OIIO::ImageSpec spec = file->spec();

@@ -30,8 +30,10 @@ def render(pattern, frames, layer):
             from . import peel
             depths = peel.depths_of(frame_files[frame], layer)
         except ImportError as error:
-            raise SystemExit(f"postchain: Blender's Python has no module {error.name}: install python3-numpy "
-                             "and python3-openimageio, or take Blender 3.5 or later") from None
+            raise command.CommandError(
+                f"Blender's Python has no module {error.name}. Blender of Debian or Ubuntu, any version: install the "
+                "packages python3-openimageio and python3-numpy. Blender of blender.org: use 3.5 or later, which "
+                "has both") from None
         peeled = peeled or peel.Peel(*reversed(depths.shape))
         scene.frame_set(frame)
         peeled.show(depths)

@@ -124,7 +124,6 @@ def reason(lines):
 class Job:
     """Runs steps one after the other. poll() never waits."""
     running = set()
-    _told_of_cpu = False  # since Blender was started
 
     def __init__(self, steps):
         self.steps = collections.deque(steps)
@@ -173,10 +172,8 @@ class Job:
             if name == "log":
                 level, message = message_of(line)
                 self._log.append(message)
-                if level == "error":
-                    self.errors.append(message)
-                elif level == "warning":
-                    self._warn(message)
+                if level in ("error", "warning"):
+                    (self.errors if level == "error" else self.warnings).append(message)
                 continue
             found = self.steps[0].progress(line)
             if found:
@@ -185,17 +182,6 @@ class Job:
                 self.text = f"{self.steps[0].title}: {found[1]}" if found[1] else self.steps[0].title
             else:
                 self._output.append(line)
-
-    def _warn(self, message):
-        """Keeps a step's warning, unless another step had the same."""
-        if ON_CPU in message:
-            if Job._told_of_cpu:
-                return
-            Job._told_of_cpu = True
-            message = message.replace("give --device software",
-                                      "choose the device CPU in Preferences, Add-ons, postchain,")
-        if message not in self.warnings:
-            self.warnings.append(message)
 
     def poll(self):
         """True when all steps have ended. Raises CommandError if one fails."""
@@ -248,6 +234,7 @@ class JobOperator:
 
     A subclass has steps(context) -> [Step], done(context, job) -> text."""
     modal_ones = set()
+    _told_of_cpu = False  # since Blender was started
     _timer = None
     _job = None
 
@@ -325,12 +312,25 @@ class JobOperator:
 
     def _finish(self, context):
         text = self.done(context, self._job)
-        for message in self._job.warnings:
+        warnings = self._warnings()
+        for message in warnings:
             self.report({"WARNING"}, message)
         self.report({"INFO"}, text)
-        warnings = "".join(f"\n{message}" for message in self._job.warnings)
-        _tell(context, "INFO", text + warnings)
+        _tell(context, "INFO", "\n".join([text, *warnings]))
         return {"FINISHED"}
+
+    def _warnings(self):
+        """The job's warnings. Each step warns of the CPU: this one comes once, in the add-on's words."""
+        found = []
+        for message in self._job.warnings:
+            if ON_CPU in message:
+                if JobOperator._told_of_cpu:
+                    continue
+                JobOperator._told_of_cpu = True
+                message = message.replace("give --device software",
+                                          "choose the device CPU in Preferences, Add-ons, postchain,")
+            found.append(message)
+        return found
 
     def _fail(self, context, error):
         if self._job:

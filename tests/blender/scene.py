@@ -4,7 +4,7 @@ import os
 
 import bpy
 
-MODULE = os.environ["POSTCHAIN_MODULE"]
+MODULE = os.environ.get("POSTCHAIN_MODULE", "postchain_blender")
 
 
 def install():

@@ -76,11 +76,12 @@ double fastest_px(const FrameDescription& frame) {
 
 std::vector<ExceededLimit> exceeded_limits(const Parameters& parameters,
                                            const FrameDescription& frame, double max_half_px) {
-    const double side = interval(parameters, frame.camera).longer_side();
+    const Interval open = interval(parameters, frame.camera);
+    const double side = open.longer_side();
     const double fastest = fastest_px(frame);
     if (!std::isfinite(fastest) || side * fastest <= max_half_px) return {};
     return {{parameters.max_blur_fraction ? "max_blur_fraction" : "max_blur_px",
-             "half-length of a streak",
+             open.opens == -open.closes ? "half-length of a streak" : "length of a streak",
              max_half_px,
              side * fastest,
              {Role::motion, Role::motion_back},

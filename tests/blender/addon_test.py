@@ -36,6 +36,16 @@ class Addon(unittest.TestCase):
         self.assertEqual(camera["focal_length_mm"], 35)
         self.assertEqual(sorted(camera["camera_matrix_world"]), ["0", "1", "2", "3", "4"])
 
+    def test_as_an_extension(self):
+        if BLENDER.version() < (4, 2):
+            self.skipTest("Blender before 4.2 has no extensions")
+        printed = BLENDER.run(self.folder, "--command", "extension", "validate", BLENDER.zip)
+        self.assertIn("Success", printed)
+        printed = BLENDER.run(self.folder, "-b", "-P", launch.HERE / "inside.py", "--", self.folder, "__main__.Compare",
+                              "__main__.Registration", "behind_inside.Behind.test_shows_the_wall_behind_the_cube",
+                              module="bl_ext.user_default.postchain_blender")
+        self.assertIn("\nOK\n", printed)
+
 
 if __name__ == "__main__":
     BLENDER = launch.Launcher(sys.argv[1:])

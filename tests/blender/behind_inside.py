@@ -1,9 +1,12 @@
 """Inside Blender: Render Layer Behind, and Filter with it."""
 import os
+import sys
+from unittest import mock
 
 import bpy
 
-from addon_case import Case, outcome
+import scene as scenes
+from addon_case import Case, addon, outcome
 
 
 class Behind(Case):
@@ -65,6 +68,13 @@ class Behind(Case):
         self.scene.collection.objects.link(wanted.objects[0])
         self.expect_no_inside()
 
+    def test_without_openimageio(self):
+        self.scene.frame_end = 1
+        self.render()
+        with mock.patch.dict(sys.modules, {"OpenImageIO": None}):
+            with self.assertRaisesRegex(addon().command.CommandError, "no module OpenImageIO.* python3-openimageio"):
+                addon().behind.render(addon().filter.files(self.scene), [1], "ViewLayer")
+
     def test_only_frames_that_lack_it(self):
         self.render()
         bpy.ops.postchain.behind()
@@ -83,7 +93,7 @@ class Behind(Case):
         self.scene.render.use_multiview = True
         self.fails(bpy.ops.postchain.behind, "one eye only", "Stereoscopy")
         self.scene.render.use_multiview = False
-        self.scene.postchain.order, self.scene.render.engine = "LENS", "BLENDER_EEVEE"
+        self.scene.postchain.order, self.scene.render.engine = "LENS", scenes.eevee()
         self.fails(bpy.ops.postchain.behind, "needs Cycles")
         self.scene.render.engine = "CYCLES"
         path = self.layer(3).replace("/behind", "")

@@ -26,7 +26,7 @@ class Camera(Case):
         data.shift_x = 0.125
         render.motion_blur_shutter, render.fps, render.fps_base = 0.75, 30, 1.001
         render.resolution_x, render.resolution_y, render.resolution_percentage = 1100, 300, 29
-        self.scene.cycles.motion_blur_position = "START"
+        scenes.shutter_owner(self.scene).motion_blur_position = "START"
         self.scene.unit_settings.scale_length = 0.01  # Blender's lens does not follow it
         found = self.one()
         for key, value in {

@@ -58,6 +58,10 @@ class Chain(Case):
         bpy.ops.postchain.own(name="joint_blur", key="f_stop")  # no value yet
         bpy.ops.postchain.own(name="fxaa", key="preset")
         self.assertEqual(addon().properties.chain(self.scene)["passes"][1][1]["preset"], 12)
+        bpy.ops.postchain.own(key="samples")  # of the whole chain
+        self.assertEqual(self.scene.postchain.samples, 16)
+        bpy.ops.postchain.reset(key="samples")
+        self.assertEqual(self.scene.postchain.samples, 0)
         bpy.ops.postchain.reset(name="joint_blur", key="samples")
         self.assertFalse(self.scene.postchain.joint_blur.is_property_set("samples"))
         bpy.ops.postchain.reset(name="joint_blur")

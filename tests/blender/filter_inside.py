@@ -5,6 +5,7 @@ import pathlib
 import re
 import signal
 import subprocess
+import sys
 
 import bpy
 
@@ -85,6 +86,50 @@ class Filter(Case):
         self.fails(bpy.ops.postchain.filter, "shot_0001.exr has no motion vectors", "Prepare")
         self.scene.postchain.order = "LENS"
         self.assertEqual(bpy.ops.postchain.filter(), {"FINISHED"})
+
+    def test_preview_of_one_frame(self):
+        self.scene.postchain.preset, self.scene.postchain.samples = "balanced", 4
+        self.scene.postchain.result, self.scene.postchain.existing = "NONE", "fail"
+        self.render()
+        self.scene.frame_set(2)
+        for _ in range(2):
+            self.assertEqual(bpy.ops.postchain.filter(source="FRAME"), {"FINISHED"})
+        self.assertFalse(self.out("").exists())
+        folder = outcome().partition("1 frame is in ")[2]
+        made = json.loads(pathlib.Path(folder, "shot_0002.exr.json").read_text("utf8"))
+        self.assertNotIn("missing_neighbors", made["plan"])
+        self.assertEqual(os.path.dirname(bpy.path.abspath(bpy.data.images["postchain shot_0002.exr"].filepath)), folder)
+        self.scene.frame_set(9)
+        self.fails(bpy.ops.postchain.filter, "1 of 1 frames have not been rendered (first: 9)", source="FRAME")
+
+    def test_cpu_warning_once(self):
+        self.cut({1: self.scene.camera, 3: self.second_camera()})  # two calls of the command
+        self.render()
+        own = bpy.context.preferences.addons[scenes.MODULE].preferences
+        own.device = "auto"
+        self.addCleanup(setattr, own, "device", "software")
+        bpy.ops.postchain.filter()
+        if "CPU" not in outcome():
+            self.skipTest("a GPU")
+        self.assertEqual(outcome().count("no GPU with OpenGL 4.5"), 1)
+        self.assertIn("choose the device CPU in Preferences", outcome())
+        self.scene.postchain.existing = "overwrite"
+        bpy.ops.postchain.filter()
+        self.assertNotIn("CPU", outcome())
+
+    def test_reason_of_a_failed_process(self):
+        command = addon().command
+        failing = "import sys; print('Blender quit', file=sys.%s); raise RuntimeError('no channel\\nin it')"
+        for stream in ("stdout", "stderr"):
+            job = command.Job([command.Step("Test", [sys.executable, "-c", failing % stream], lambda line: None)])
+            job.start()
+            with self.assertRaises(command.CommandError) as caught:
+                while not job.poll():
+                    job.wait(1)
+            self.assertEqual(str(caught.exception), "Test: no channel\nin it")
+        self.assertEqual(command.reason(["Blender 3.4.1", "", "a", "b", "c"]), "a; b; c")
+        self.assertEqual(command.reason(["Error: Python: Traceback (most recent call last):", '  File "x"',
+                                         "KeyError: 'a'", "", "Error: script failed"]), "KeyError: 'a'")
 
     def test_render_results(self):
         self.fails(bpy.ops.postchain.filter, "not OpenEXR MultiLayer", source="RENDER")

@@ -1,7 +1,9 @@
 """Runs inside Blender: the tests of the modules listed at the end, and those of the add-on as a whole.
-Called by addon_test.py with a folder after "--"; leaves shot.blend there."""
+Called by addon_test.py with a folder after "--", and the tests' names if not all are meant. Leaves shot.blend there."""
 import json
 import os
+import pathlib
+import re
 import subprocess
 import sys
 import unittest
@@ -34,6 +36,8 @@ class Registration(Case):
         printed = subprocess.run([os.environ["POSTCHAIN"], "--version"], capture_output=True, text=True,
                                  check=True).stdout
         self.assertIn(".".join(str(part) for part in addon().bl_info["version"]), printed)
+        manifest = pathlib.Path(addon().__file__).with_name("blender_manifest.toml").read_text("utf8")
+        self.assertIn(re.search('^version = "(.*)"$', manifest, re.M)[1], printed)
 
 
 class Compare(Case):
@@ -68,7 +72,9 @@ class Shot(Case):
 
 scenes.install()
 tests = unittest.defaultTestLoader.loadTestsFromNames(
-    ["__main__", "prepare_inside", "camera_inside", "filter_inside", "chain_inside", "behind_inside"])
+    sys.argv[sys.argv.index("--") + 2:] or
+    ["__main__", "prepare_inside", "camera_inside", "filter_inside", "chain_inside", "behind_inside",
+     "simulation_inside"])
 if not unittest.TextTestRunner().run(tests).wasSuccessful():
     raise SystemExit(1)
 print("\nOK\n", flush=True)

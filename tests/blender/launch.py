@@ -18,18 +18,25 @@ class Launcher:
             skip("no Blender", "blender")
         self.postchain, self.zip, self.blender = (os.path.abspath(one) for one in arguments[:3])
 
-    def environment(self, folder):
-        own = {"BLENDER_USER_SCRIPTS": "scripts", "BLENDER_USER_CONFIG": "config"}
+    def version(self):
+        printed = subprocess.run([self.blender, "--version"], capture_output=True, text=True, check=True).stdout
+        return tuple(int(part) for part in printed.split()[1].split("."))
+
+    def environment(self, folder, module):
+        own = {"BLENDER_USER_SCRIPTS": "scripts", "BLENDER_USER_CONFIG": "config",
+               "BLENDER_USER_EXTENSIONS": "extensions"}
         paths = {name: os.path.join(folder, "blender", part) for name, part in own.items()}
         for path in paths.values():
             os.makedirs(path, exist_ok=True)
         return {**request.blender_environment(), **paths, "POSTCHAIN": self.postchain,
-                "POSTCHAIN_ZIP": self.zip, "PYTHONDONTWRITEBYTECODE": "1", "PWD": str(folder)}
+                "POSTCHAIN_ZIP": self.zip, "POSTCHAIN_MODULE": module, "PYTHONDONTWRITEBYTECODE": "1",
+                "PWD": str(folder)}
 
-    def run(self, folder, *arguments, before=(), timeout=1700):
-        """Standard output and error of `blender ARGUMENTS` in a folder; fails if Blender does."""
+    def run(self, folder, *arguments, before=(), module="postchain_blender", timeout=1700):
+        """Standard output and error of `blender ARGUMENTS` in a folder; fails if Blender does. module: name of the
+        add-on for Python."""
         done = subprocess.run([*before, self.blender, "--factory-startup", "--python-exit-code", "1",
-                               *map(str, arguments)], cwd=folder, env=self.environment(folder), text=True,
+                               *map(str, arguments)], cwd=folder, env=self.environment(folder, module), text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
                               check=False)
         printed = "\n".join(line for line in done.stdout.splitlines() if not line.startswith("Fra:"))

@@ -4,11 +4,15 @@ import os
 
 import bpy
 
-MODULE = "postchain_blender"
+MODULE = os.environ.get("POSTCHAIN_MODULE", "postchain_blender")
 
 
 def install():
-    bpy.ops.preferences.addon_install(filepath=os.environ["POSTCHAIN_ZIP"], overwrite=True)
+    path = os.environ["POSTCHAIN_ZIP"]
+    if MODULE.startswith("bl_ext."):
+        bpy.ops.extensions.package_install_files(filepath=path, repo=MODULE.split(".")[1], enable_on_install=False)
+    else:
+        bpy.ops.preferences.addon_install(filepath=path, overwrite=True)
     enable()
 
 
@@ -16,6 +20,23 @@ def enable():
     bpy.ops.preferences.addon_enable(module=MODULE)
     own = bpy.context.preferences.addons[MODULE].preferences
     own.command, own.device = os.environ["POSTCHAIN"], "software"
+
+
+def eevee():
+    """The engine's name: that of its first version, except in 4.2 to 4.5."""
+    return "BLENDER_EEVEE_NEXT" if (4, 2, 0) <= bpy.app.version < (5, 0, 0) else "BLENDER_EEVEE"
+
+
+def emission(material):
+    """The socket of the emitted color, with strength 1: Emission before 4, where 1 is the default."""
+    inputs = material.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Emission Strength"].default_value = 1
+    return inputs["Emission Color" if "Emission Color" in inputs else "Emission"]
+
+
+def shutter_owner(scene):
+    """The settings that have motion_blur_position: those of the engine before 4.2."""
+    return scene.render if hasattr(scene.render, "motion_blur_position") else scene.cycles
 
 
 def _mesh(scene, name, corners, faces):
@@ -46,14 +67,14 @@ def make(folder, size=(64, 36)):
     wall = _mesh(scene, "wall", [(-20, 8, -20), (20, 8, -20), (20, 8, 20), (-20, 8, 20)], [(0, 1, 2, 3)])
     glow = bpy.data.materials.new("glow")
     glow.use_nodes = True
-    glow.node_tree.nodes["Principled BSDF"].inputs["Emission"].default_value = (1, 0.8, 0.5, 1)
+    emission(glow).default_value = (1, 0.8, 0.5, 1)
     cube.data.materials.append(glow)
     pattern = bpy.data.materials.new("checker")
     pattern.use_nodes = True
     nodes = pattern.node_tree
     checker = nodes.nodes.new("ShaderNodeTexChecker")
     checker.inputs["Scale"].default_value = 1.5
-    nodes.links.new(checker.outputs["Color"], nodes.nodes["Principled BSDF"].inputs["Emission"])
+    nodes.links.new(checker.outputs["Color"], emission(pattern))
     wall.data.materials.append(pattern)
     data = bpy.data.cameras.new("lens")
     data.lens, data.sensor_width = 35, 32

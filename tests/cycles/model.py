@@ -5,7 +5,7 @@ size, no bounces, no light from what glows (materials.py).
 """
 import dataclasses
 from collections.abc import Callable
-from math import pi
+from math import pi, radians
 
 import bmesh
 import bpy
@@ -151,7 +151,11 @@ class Mesh:
         self.bm.free()
         for part in self.parts:
             bpy.data.meshes.remove(part)
-        data.use_auto_smooth = True  # caps of rods stay flat
+        # Caps of rods stay flat.
+        if hasattr(data, "use_auto_smooth"):  # before Blender 4.1
+            data.use_auto_smooth = True
+        else:
+            data.set_sharp_from_angle(angle=radians(30))
         for material in self.materials:
             data.materials.append(material)
         made = _add_object(self.name, data)

@@ -25,8 +25,10 @@ class NodeBlur:
         dof = scene.camera.data.dof
         self.defocus.bokeh = BOKEH.get(dof.aperture_blades, "CIRCLE")
         self.defocus.angle = dof.aperture_rotation
-        # The node takes the camera's width for a meter: with this stop it is a thin lens.
-        self.thin_lens = dof.aperture_fstop * 1000 / scene.camera.data.sensor_width
+        # With this stop the node is a thin lens. It is one by itself in 4.3; in 3.4 it takes the camera's width for a
+        # meter. Versions between have not been measured.
+        is_thin_lens = bpy.app.version >= (4, 2, 0)
+        self.thin_lens = dof.aperture_fstop * (1 if is_thin_lens else 1000 / scene.camera.data.sensor_width)
         self.result = self.tree.nodes.new("CompositorNodeComposite")
         for node in (self.blur, self.defocus):
             self.tree.links.new(self.source.outputs["Depth"], node.inputs["Z"])

@@ -56,7 +56,8 @@ def _set_up(options, bounces):
     if options.threads > 0:
         render.threads_mode, render.threads = "FIXED", options.threads
     render.motion_blur_shutter = request.SHUTTER_FRAMES
-    cycles.motion_blur_position = "CENTER"
+    # A setting of the engine before Blender 4.2.
+    (render if hasattr(render, "motion_blur_position") else cycles).motion_blur_position = "CENTER"
     cycles.device = "CPU"
     # Light of lamps only, without the noise of bounces; of mirrors and glass as many as are given.
     cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces

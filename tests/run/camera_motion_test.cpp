@@ -264,6 +264,14 @@ TEST(UsedValues, LongestStreak) {
     EXPECT_EQ(limits[0].limit_px, 5);
     EXPECT_EQ(limits[0].largest_px, 9);
     EXPECT_EQ(limits[0].high, 20);  // px per frame
+    EXPECT_EQ(limits[0].what, "half-length of a streak");
+    // A shutter that opens at the frame draws the whole streak on one side of the pixel.
+    FrameDescription at_start = frame;
+    at_start.camera.shutter_position = ShutterPosition::start;
+    const std::vector<ExceededLimit> one_sided = shutter::exceeded_limits({}, at_start, 9);
+    ASSERT_EQ(one_sided.size(), 1u);
+    EXPECT_EQ(one_sided[0].largest_px, 18);
+    EXPECT_EQ(one_sided[0].what, "length of a streak");
     frame.bounds.camera_cut = true;
     EXPECT_EQ(streak({}), 0);
     EXPECT_TRUE(shutter::exceeded_limits({}, frame, 5).empty());

@@ -30,8 +30,9 @@ def render(pattern, frames, layer):
             from . import peel
             depths = peel.depths_of(frame_files[frame], layer)
         except ImportError as error:
-            raise SystemExit(f"postchain: Blender's Python has no module {error.name}: install NumPy "
-                             "and OpenImageIO for it, or take Blender 3.5 or later") from None
+            raise command.CommandError(
+                f"Blender's Python has no module {error.name}. A distribution's Blender uses the system's Python: "
+                "install OpenImageIO and NumPy for it. Blender of blender.org has both from 3.5 on") from None
         peeled = peeled or peel.Peel(*reversed(depths.shape))
         scene.frame_set(frame)
         peeled.show(depths)

@@ -36,7 +36,7 @@ def focus_distance(camera):
     if target is None:
         return dof.focus_distance
     place = target.matrix_world
-    bone = target.pose.bones.get(getattr(dof, "focus_subtarget", "")) if target.pose else None
+    bone = target.pose.bones.get(dof.focus_subtarget) if target.pose else None
     if bone:
         place = place @ bone.matrix
     axis = camera.matrix_world.col[2].xyz.normalized()

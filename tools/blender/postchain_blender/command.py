@@ -11,11 +11,12 @@ import threading
 
 import bpy
 
-from . import camera
+from . import camera, simulation
 
 MISSING = ("the command `postchain` was not found: install the package postchain, or build it and run "
            "`cmake --install build --component command --prefix ~/.local`; or give its path in "
            "Preferences, Add-ons, postchain")
+ON_CPU = "computing on the CPU"  # of the command's warning
 
 
 class CommandError(Exception):
@@ -23,7 +24,7 @@ class CommandError(Exception):
 
 
 def preferences():
-    """Those of the add-on; None if it is registered without being enabled."""
+    """The add-on's preferences; None if it is registered without being enabled."""
     addon = bpy.context.preferences.addons.get(__package__)
     return addon.preferences if addon else None
 
@@ -75,17 +76,22 @@ def postchain(title, arguments):
 
 
 def blender(title, call, images, temporary=()):
-    """A Blender of its own runs a call of this package, as text, on a copy of the file, which stays as it
-    is and usable meanwhile. images: how many the call saves; temporary: as of Step."""
+    """Another Blender runs a call of this package, as text, on a copy of the file, so this one stays usable.
+    images: how many the call saves; temporary: as of Step."""
+    if lacking := simulation.unbaked(bpy.context.scene):
+        raise CommandError(f"not baked: {', '.join(lacking)}. {title} uses another Blender, in which these simulations "
+                           "would start anew. Bake them: Physics properties, Cache, Bake All Dynamics")
     copy = os.path.join(bpy.app.tempdir, "postchain.blend")
     try:
         bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
     except RuntimeError as error:
         raise CommandError(f"{copy}: {error}") from error
+    simulation.carry_caches(copy)
     package = pathlib.Path(__file__).resolve().parent
     script = (f"import bpy, sys; sys.path.insert(0, {str(package.parent)!r}); "
               f"import {package.name} as addon; "
-              f"hasattr(bpy.types.Scene, 'postchain') or addon.register(); addon.{call}")
+              f"hasattr(bpy.types.Scene, 'postchain') or addon.register(); "
+              f"addon.simulation.find_caches({os.path.dirname(bpy.data.filepath)!r}); addon.{call}")
     saved = []
 
     def progress(line):
@@ -95,7 +101,7 @@ def blender(title, call, images, temporary=()):
         return ((len(saved) + share) / images, f"image {len(saved) + 1} of {images}"
                 ) if share is not None else None
     return Step(title, [bpy.app.binary_path, "-b", copy, "--python-exit-code", "1", "--python-expr",
-                        script], progress, [copy, *temporary])
+                        script], progress, [copy, simulation.cache_folder(copy), *temporary])
 
 
 def message_of(text):
@@ -104,7 +110,15 @@ def message_of(text):
         line = json.loads(text)
         return line["level"], line["message"]
     except (ValueError, KeyError, TypeError):
-        return "", text.strip()
+        return "", text
+
+
+def reason(lines):
+    """Why a process has failed: the exception of the last traceback it printed, otherwise the last three lines."""
+    found = re.findall(r"Traceback \(most recent call last\):\n(?: .*\n)+(.+(?:\n.+)*)", "\n".join(lines))
+    if found:
+        return re.sub(r"^(?:\w+\.)*(?:CommandError|CameraError|OSError|RuntimeError): ", "", found[-1])
+    return "; ".join([line for line in lines if line.strip()][-3:])
 
 
 class Job:
@@ -144,8 +158,8 @@ class Job:
 
     def _end(self):
         Job.running.discard(self)
-        for path in filter(os.path.exists, self._temporary):
-            os.remove(path)
+        for path in self._temporary:
+            simulation.delete(path)
 
     def _read(self, stream, name):
         with stream:
@@ -179,8 +193,8 @@ class Job:
         step = self.steps.popleft()
         if code != 0:
             self._end()
-            what = self.errors or (self._log + self._output)[-3:] or [f"exit code {code}"]
-            raise CommandError(f"{step.title}: " + "; ".join(what))
+            what = "; ".join(self.errors) or reason([*self._log, "", *self._output]) or f"exit code {code}"
+            raise CommandError(f"{step.title}: {what}")
         if self.steps:
             self._next()
             return False
@@ -220,6 +234,7 @@ class JobOperator:
 
     A subclass has steps(context) -> [Step], done(context, job) -> text."""
     modal_ones = set()
+    _told_of_cpu = False  # since Blender was started
     _timer = None
     _job = None
 
@@ -297,12 +312,25 @@ class JobOperator:
 
     def _finish(self, context):
         text = self.done(context, self._job)
-        for message in self._job.warnings:
+        warnings = self._warnings()
+        for message in warnings:
             self.report({"WARNING"}, message)
         self.report({"INFO"}, text)
-        warnings = "".join(f"\n{message}" for message in self._job.warnings)
-        _tell(context, "INFO", text + warnings)
+        _tell(context, "INFO", "\n".join([text, *warnings]))
         return {"FINISHED"}
+
+    def _warnings(self):
+        """The job's warnings. Each step warns of the CPU: this one comes once, in the add-on's words."""
+        found = []
+        for message in self._job.warnings:
+            if ON_CPU in message:
+                if JobOperator._told_of_cpu:
+                    continue
+                JobOperator._told_of_cpu = True
+                message = message.replace("give --device software",
+                                          "choose the device CPU in Preferences, Add-ons, postchain,")
+            found.append(message)
+        return found
 
     def _fail(self, context, error):
         if self._job:

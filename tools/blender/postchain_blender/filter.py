@@ -5,7 +5,7 @@ import re
 
 import bpy
 
-from . import camera, command, prepare, properties
+from . import camera, command, prepare, properties, versions
 
 
 def files(scene):
@@ -121,9 +121,9 @@ def runs(shot, chain):
     return found
 
 
-def steps(scene, pattern, behind, output, frames):
+def steps(scene, pattern, behind, output, frames, existing):
     """The calls of the command for frames of the files of a pattern. behind: pattern of the layer behind, or
-    None."""
+    None; existing: value of --on-existing."""
     chain = properties.chain(scene)
     shots = camera.write(beside(output, "camera.json"), scene, frames)
     found = []
@@ -137,7 +137,7 @@ def steps(scene, pattern, behind, output, frames):
             with open(name, "w", encoding="utf-8") as file:
                 file.write(text)
             arguments = ["run", name, "-i", pattern, "--camera", path, "--frames=" + ranges(part),
-                         "-o", output, "--on-existing", scene.postchain.existing]
+                         "-o", output, "--on-existing", existing]
             if len([layer for layer in scene.view_layers if layer.use]) > 1:
                 arguments += ["--view-layer", view_layer(scene)]
             if behind:
@@ -166,7 +166,9 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
     source: bpy.props.EnumProperty(
         name="Source", default="SEQUENCE",
         items=[("SEQUENCE", "Sequence", "The rendered frames of the frame range, from their files"),
-               ("RENDER", "Render result", "The last render, with the frames before and after unknown")])
+               ("FRAME", "Preview", "The current frame, from its file and those before and after, into a "
+                "temporary folder"),
+               ("RENDER", "Render result", "The last render, without the frames before and after")])
 
     def steps(self, context):
         scene = context.scene
@@ -179,6 +181,9 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
             pattern = self._save_render(scene, frames[0])
         else:
             frames = camera.scene_frames(scene)
+            if self.source == "FRAME":
+                frames = [scene.frame_current]
+                folder = os.path.join(bpy.app.tempdir, "postchain", "preview")
             check_rendered(pattern, frames)
             if scene.postchain.behind:
                 check_layer_behind(pattern, frames)
@@ -191,7 +196,9 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
             raise command.CommandError(f"the folder {folder} is that of the render: choose another "
                                        "output folder in the panel")
         os.makedirs(folder, exist_ok=True)
-        return steps(scene, pattern, behind, self._output, frames)
+        # A preview that the same chain has made of the same input is kept.
+        existing = "skip" if self.source == "FRAME" else scene.postchain.existing
+        return steps(scene, pattern, behind, self._output, frames, existing)
 
     @staticmethod
     def _save_render(scene, frame):
@@ -212,7 +219,7 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
     def done(self, context, job):
         made = on_disk(self._output)
         show = made.get(context.scene.frame_current, made.get(self._frames[0]))
-        kind = context.scene.postchain.result
+        kind = "EDITOR" if self.source == "FRAME" else context.scene.postchain.result
         if show and kind != "NONE":
             image = load(show, self._frames)
             image.name = f"postchain {os.path.basename(show)}"
@@ -243,19 +250,9 @@ def _play(user, frames):
     user.use_auto_refresh = True
 
 
-def node_tree(scene):
-    """The compositor's nodes of the scene: its own tree, in newer versions a group."""
-    if hasattr(scene, "compositing_node_group"):
-        if scene.compositing_node_group is None:
-            scene.compositing_node_group = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
-        return scene.compositing_node_group
-    scene.use_nodes = True
-    return scene.node_tree
-
-
 def add_node(scene, image, frames):
     """An image node with the result; an earlier one of this add-on gets the new image."""
-    tree = node_tree(scene)
+    tree = versions.node_tree(scene)
     node = tree.nodes.get("postchain")
     if node is None or node.bl_idname != "CompositorNodeImage":
         node = tree.nodes.new("CompositorNodeImage")

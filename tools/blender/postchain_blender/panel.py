@@ -4,7 +4,7 @@ import textwrap
 
 import bpy
 
-from . import command, compare, prepare, properties
+from . import command, compare, prepare, properties, versions
 
 
 def _text(context, layout, text, icon="NONE"):
@@ -58,6 +58,7 @@ class POSTCHAIN_PT_main(_Panel, bpy.types.Panel):
         row = layout.row(align=True)
         row.scale_y = 1.3
         row.operator("postchain.filter", text="Filter Sequence", icon="SEQUENCE").source = "SEQUENCE"
+        row.operator("postchain.filter", text="Preview Frame", icon="HIDE_OFF").source = "FRAME"
         row.operator("postchain.filter", text="Filter Render", icon="IMAGE_DATA").source = "RENDER"
         icon, _, text = context.window_manager.postchain_outcome.partition("\n")
         if text:
@@ -77,7 +78,7 @@ class POSTCHAIN_PT_chain(_Panel, bpy.types.Panel):
         row = layout.row()
         row.active = settings.preset in properties.MOTION
         row.prop(settings, "order")
-        layout.prop(settings, "samples")
+        _parameter(layout, settings, "samples", settings.samples != 0, "automatic", pass_name="")
         layout.prop(scene.render, "motion_blur_shutter", text="Shutter (frames)")
         if not (scene.camera and scene.camera.type == "CAMERA"):
             return
@@ -87,8 +88,7 @@ class POSTCHAIN_PT_chain(_Panel, bpy.types.Panel):
         row = layout.row(align=True)
         row.active = dof.focus_object is None
         row.prop(dof, "focus_distance")
-        eyedropper = bpy.ops.ui.eyedropper_depth
-        if "prop_data_path" in eyedropper.get_rna_type().properties:
+        if versions.eyedropper_takes_a_path():
             row.operator("ui.eyedropper_depth", icon="EYEDROPPER",
                          text="").prop_data_path = "scene.camera.data.dof.focus_distance"
         elif dof.focus_object is None:
@@ -118,6 +118,25 @@ class POSTCHAIN_PT_compare(_Panel, bpy.types.Panel):
         layout.operator("wm.path_open", text="Open Report", icon="URL").filepath = found["page"]
 
 
+def _parameter(layout, group, key, is_set, value, pass_name):
+    """A row: the property if it is set by hand, with a cross; otherwise the value that is used, with a pen."""
+    if is_set:
+        row = layout.row(align=True)
+        row.prop(group, key)
+        button = row.operator("postchain.reset", text="", icon="X")
+    else:
+        split = layout.split(factor=0.4)
+        column = split.row()
+        column.alignment = "RIGHT"
+        column.label(text=group.bl_rna.properties[key].name)
+        row = split.row(align=True)
+        shown = row.row()
+        shown.active = False
+        shown.label(text=value)
+        button = row.operator("postchain.own", text="", icon="GREASEPENCIL")
+    button.name, button.key = pass_name, key
+
+
 def _parameters_panel(name, title):
     """The panel of every parameter of a pass: those that are set by hand, and the chain's values of
     the others."""
@@ -132,21 +151,8 @@ def _parameters_panel(name, title):
         values = properties.effective(context.scene, name)
         layout.operator("postchain.reset", text="Reset All", icon="LOOP_BACK").name = name
         for key in group.kinds:
-            if group.is_property_set(key):
-                row = layout.row(align=True)
-                row.prop(group, key)
-                button = row.operator("postchain.reset", text="", icon="X")
-            else:
-                split = layout.split(factor=0.4)
-                column = split.row()
-                column.alignment = "RIGHT"
-                column.label(text=group.bl_rna.properties[key].name)
-                row = split.row(align=True)
-                shown = row.row()
-                shown.active = False
-                shown.label(text="automatic" if values[key] is None else str(values[key]))
-                button = row.operator("postchain.own", text="", icon="GREASEPENCIL")
-            button.name, button.key = name, key
+            _parameter(layout, group, key, group.is_property_set(key),
+                       "automatic" if values[key] is None else str(values[key]), name)
     return type(f"POSTCHAIN_PT_{name}", (_Panel, bpy.types.Panel), {
         "bl_label": title, "bl_parent_id": "POSTCHAIN_PT_chain", "bl_options": {"DEFAULT_CLOSED"},
         "poll": classmethod(poll), "draw": draw})

@@ -1,4 +1,4 @@
-"""Prepare: what a render for postchain needs, set in the scene, said, and put back. The state is in
+"""Prepare: sets what a render for postchain needs, lists the changes, and puts them back. The state is in
 the scene, so it survives saving, loading and undo."""
 import json
 import os
@@ -6,6 +6,7 @@ import re
 
 import bpy
 
+from . import simulation, versions
 from .camera import camera_at
 
 LOSSY = {"DWAA", "DWAB", "B44", "B44A", "PXR24"}  # of depth and motion vectors too
@@ -14,7 +15,7 @@ PASSES = {"use_pass_z": "depth pass", "use_pass_vector": "motion vector pass",
 
 
 def cameras(scene):
-    """Those that the scene renders with: its own, and the markers' in the frame range."""
+    """The cameras that the scene renders with: its own, and the markers' in the frame range."""
     starts = {scene.frame_start} | {marker.frame for marker in scene.timeline_markers
                                     if scene.frame_start < marker.frame <= scene.frame_end}
     found = [scene.camera] + [camera_at(scene, frame) for frame in sorted(starts)]
@@ -39,14 +40,14 @@ def wanted(scene):
             found.append((None, f"{base}.pass_cryptomatte_depth", levels,
                           f"{layer.name}: {levels} cryptomatte levels"))
     found.append((None, "render.use_motion_blur", False, "motion blur of the renderer off"))
-    if hasattr(scene.eevee, "use_motion_blur"):
-        found.append((None, "eevee.use_motion_blur", False, "motion blur of EEVEE off"))
+    if path := versions.eevee_motion_blur_path(scene):
+        found.append((None, path, False, "motion blur of EEVEE off"))
     for camera in cameras(scene):
         found.append((camera.data, "dof.use_dof", False, f"{camera.data.name}: depth of field off"))
     image = "render.image_settings"
     settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        found.append((None, f"{image}.media_type", "MULTI_LAYER_IMAGE", "media type multilayer image"))
+    if path := versions.media_type_path(scene):
+        found.append((None, path, "MULTI_LAYER_IMAGE", "media type multilayer image"))
     found.append((None, f"{image}.file_format", "OPEN_EXR_MULTILAYER",
                   "file format OpenEXR MultiLayer"))
     found.append((None, f"{image}.color_depth", "32", "color depth Float (Full)"))
@@ -58,12 +59,12 @@ def wanted(scene):
 
 
 def missing(scene):
-    """Those of wanted() that the scene lacks."""
+    """The rows of wanted() that the scene lacks."""
     return [row for row in wanted(scene) if _get(scene, row[0], row[1]) != row[2]]
 
 
 def apply(scene):
-    """Sets them and records their values from before. Returns a text for each change."""
+    """Sets the rows that are missing() and records the values from before. Returns a text for each change."""
     changes = missing(scene)
     before = [_get(scene, camera, path) for camera, path, _, _ in changes]
     # Indices: Blender moves the items of a collection when one is added.
@@ -113,12 +114,7 @@ def _set(scene, camera, path, value):
 
 def _animates(block, path):
     animation = block.animation_data
-    if animation is None:
-        return False
-    curves = list(animation.drivers)
-    if animation.action:
-        curves += getattr(animation.action, "fcurves", ())
-    return any(curve.data_path == path for curve in curves)
+    return animation is not None and any(curve.data_path == path for curve in versions.curves(animation))
 
 
 def _named(objects):
@@ -127,26 +123,31 @@ def _named(objects):
     return names + (f" and {len(objects) - 5} more" if len(objects) > 5 else "")
 
 
+_HELD_STILL = ("Cycles writes this motion into the motion vectors all the same, so the filter blurs it. To hold them "
+               "still, tick Cryptomatte and set the pass's Matte to cryptomatte:NAME, Matte effect to unmoved")
+
+
 def _motion_of_cycles(scene):
-    """Texts: what Cycles' own motion blur has or leaves out, and the filter does not."""
+    """Texts: differences between Cycles' own motion blur and the filter's in this scene."""
     found = []
     objects = [one for one in scene.objects if one.type != "CAMERA" and not one.hide_render]
     off = [one for one in objects if not one.cycles.use_motion_blur]
     if off:
-        found.append(f"Motion Blur is off for {_named(off)}: their motion is in the motion vectors "
-                     "nevertheless, and is blurred")
+        found.append(f"Motion Blur is off for {_named(off)}: {_HELD_STILL}")
     off = [one for one in objects if one.cycles.use_motion_blur and not one.cycles.use_deform_motion
            and one.is_deform_modified(scene, "RENDER")]
     if off:
-        found.append(f"Deformation (Motion Blur) is off for {_named(off)}: it is in the motion vectors "
-                     "nevertheless, and is blurred")
-    found += [f"Motion Blur is off for camera '{camera.name}': its motion blurs the sky nevertheless"
+        found.append(f"Deformation (Motion Blur) is off for {_named(off)}: {_HELD_STILL}")
+    found += [f"Motion Blur is off for camera '{camera.name}', but its motion blurs the sky: switch it on in Object "
+              "properties, Motion Blur, or keep the camera still"
               for camera in cameras(scene) if not camera.cycles.use_motion_blur]
     if scene.cycles.rolling_shutter_type != "NONE":
-        found.append("Rolling Shutter is on: the filter opens the shutter for all rows at once")
+        found.append("Rolling Shutter is on, but the filter opens the shutter for all rows at once: for equal blur "
+                     "set it to None in Render properties, Motion Blur")
     points = scene.render.motion_blur_shutter_curve.curves[0].points
     if any(point.location.y != points[0].location.y for point in points):
-        found.append("the Shutter Curve is not constant: the filter's shutter opens and closes at once")
+        found.append("the Shutter Curve is not constant, but the filter's shutter opens and closes at once: for equal "
+                     "blur make it constant in Render properties, Motion Blur")
     return found
 
 
@@ -164,7 +165,7 @@ def problems(scene, lens, motion):
 
     if render.engine == "BLENDER_WORKBENCH":
         error("Workbench has neither depth nor motion vectors: choose Cycles as the render engine")
-    if render.engine == "BLENDER_EEVEE" and bpy.app.version < (4, 2, 0) and motion:
+    if render.engine == "BLENDER_EEVEE" and motion and not versions.eevee_has_motion_vectors():
         error("EEVEE has no motion vectors in this version of Blender: choose Cycles as the render "
               "engine, or the order 'Depth of field only'")
     if not cameras(scene):
@@ -186,32 +187,35 @@ def problems(scene, lens, motion):
             error(f"camera '{camera.name}': aperture ratio {data.dof.aperture_ratio:g} is outside "
                   "0.1 to 10: change it in the camera's properties")
         if data.shift_x or data.shift_y:
-            warning(f"camera '{camera.name}' has a shifted lens: the motion of the sky behind it is "
-                    "approximate")
+            warning(f"camera '{camera.name}' has a shifted lens, so the motion of the sky is approximate while the "
+                    "camera turns: for exact motion set Shift to 0 in the camera's properties")
         if data.dof.focus_object is None and data.dof.focus_distance <= 0 and lens:
             error(f"camera '{camera.name}' focuses at distance 0: set its focus distance or object")
     if len(cameras(scene)) > 1:
         warning("markers switch cameras: each shot has a camera file of its own")
-    editor = scene.sequence_editor
-    strips = getattr(editor, "strips_all", None) or getattr(editor, "sequences_all", ())
-    if render.use_sequencer and len(strips):
+    if render.use_sequencer and versions.has_strips(scene):
         error("the sequencer's strips replace the render: Output properties, Post Processing, "
               "Sequencer off")
     if render.use_border and render.use_crop_to_border:
-        error("the render is cropped to a region, which the camera file cannot tell: Output "
+        error("the render is cropped to a region, and the camera file has no place for it: Output "
               "properties, Crop to Render Region off")
     if render.pixel_aspect_x != render.pixel_aspect_y:
-        warning("Blender's files do not have the pixel aspect: blur will be too wide or too narrow")
+        warning(f"the pixel aspect is {render.pixel_aspect_x:g}:{render.pixel_aspect_y:g}, which Blender does not "
+                "write into the files. The filter takes pixels for squares, so blur is too wide or too narrow: set both "
+                "to 1 in Output properties, Format, Aspect")
     if motion and render.engine == "CYCLES":
         for text in _motion_of_cycles(scene):
             warning(text)
     token = re.search(r"#+|@+|%\d*d|\$F", os.path.basename(render.frame_path(frame=0)))
     if token:
-        error(f"the output's file name holds '{token[0]}' beside its frame number, which the command would take "
-              "for a second one: rename it in Output properties, Output")
+        error(f"the output's file name holds '{token[0]}' beside its frame number, and the command would take it "
+              "for a second number: rename the file in Output properties, Output")
+    if lacking := simulation.unbaked(scene):
+        warning(f"not baked: {', '.join(lacking)}. A render that begins after the first frame shows these simulations "
+                "in another state, and Compare and Layer behind refuse them: Physics properties, Cache, Bake All Dynamics")
     if scene.frame_step > 1:
-        warning(f"frame step {scene.frame_step}: no frame has its neighbors, so surfaces that are "
-                "hidden behind a blur are estimated")
+        warning(f"frame step {scene.frame_step}: the frames before and after are not rendered, so surfaces behind a "
+                "blur are estimated: for better edges set Step to 1 in Output properties, Frame Range")
     if render.is_movie_format:
         warning("the output is a movie; Prepare makes it a sequence of EXR files")
     return found
@@ -226,10 +230,13 @@ class POSTCHAIN_OT_prepare(bpy.types.Operator):
 
     def execute(self, context):
         scene = context.scene
-        errors = [text for wrong, text in problems(scene, lens=False, motion=False) if wrong]
+        found = problems(scene, lens=False, motion=False)
+        errors = [text for wrong, text in found if wrong]
         if errors:
             self.report({"ERROR"}, "\n".join(errors))
             return {"CANCELLED"}
+        for _, text in found:
+            self.report({"WARNING"}, text)
         changed = apply(scene)
         self.report({"INFO"}, "changed: " + "; ".join(changed) if changed else
                     "everything was set already")

@@ -7,9 +7,9 @@ import re
 import bpy
 
 SHIPPED = {
-    "balanced": ("Balanced", "32 samples and the frames before and after: the lowest error for its time"),
+    "balanced": ("Balanced", "32 samples and the frames before and after, then FXAA: the lowest error for its time"),
     "fast": ("Fast", "16 samples, each frame alone"),
-    "best": ("Best", "128 samples; for antialiased frames"),
+    "best": ("Best", "128 samples, without FXAA: for renders that have little noise"),
     "paper": ("Paper", "motion blur and depth of field of published filters, for comparison only"),
     "dof_first": ("Paper, lens first", "the same in the order most engines use, for comparison only"),
 }
@@ -62,6 +62,11 @@ def chain(scene):
             values["samples"] = settings.samples | 1 if name == "motion_blur" else settings.samples
         values.update(_own_values(getattr(settings, name)))
     return {"postchain": 1, "passes": passes}
+
+
+def automatic_samples(scene):
+    """Samples of the first pass that reads them, as the quality sets them."""
+    return next(values["samples"] for name, values in shipped(scene.postchain.preset) if "samples" in values)
 
 
 def effective(scene, name):
@@ -188,7 +193,7 @@ def _settings_class(passes):
                                       description="Passes of the chain, and their order")
         samples: bpy.props.IntProperty(
             name="Samples", min=0, max=1023, default=0,
-            description="Samples of a pixel over shutter and lens; 0: those of the quality")
+            description="Samples of a pixel over shutter and lens; 0: automatic, as the quality sets them")
         cryptomatte: bpy.props.BoolProperty(
             name="Cryptomatte", description="Prepare also switches on object cryptomattes, and Filter "
                                             "blurs their coverage like the image")
@@ -223,10 +228,13 @@ class POSTCHAIN_OT_own(bpy.types.Operator):
     bl_idname = "postchain.own"
     bl_label = "Set"
     bl_options = {"REGISTER", "UNDO"}
-    name: bpy.props.StringProperty()
+    name: bpy.props.StringProperty()  # of the pass; empty: samples of all passes
     key: bpy.props.StringProperty()
 
     def execute(self, context):
+        if not self.name:
+            context.scene.postchain.samples = automatic_samples(context.scene)
+            return {"FINISHED"}
         group = getattr(context.scene.postchain, self.name)
         value = effective(context.scene, self.name).get(self.key)
         if value is None:
@@ -240,10 +248,13 @@ class POSTCHAIN_OT_reset(bpy.types.Operator):
     bl_idname = "postchain.reset"
     bl_label = "Reset"
     bl_options = {"REGISTER", "UNDO"}
-    name: bpy.props.StringProperty()
+    name: bpy.props.StringProperty()  # of the pass; empty: samples of all passes
     key: bpy.props.StringProperty()
 
     def execute(self, context):
+        if not self.name:
+            context.scene.postchain.property_unset("samples")
+            return {"FINISHED"}
         group = getattr(context.scene.postchain, self.name)
         for key in [self.key] if self.key else group.kinds:
             group.property_unset(key)

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the packages that building postchain needs, on Debian bookworm; with --tests also those of the default
-# tests, with --full those of all tests, with sanitizers and fuzzing. Does nothing if all are installed.
-# Usage: tools/install_packages.sh [--tests | --full]
+# tests, with --full those of all tests, with sanitizers and fuzzing, with --windows also those of
+# tools/platforms/windows.sh. Does nothing if all are installed.
+# Usage: tools/install_packages.sh [--tests | --full | --windows]
 set -euo pipefail
 
 # libglfw3-dev, libimgui-dev and libfontconfig-dev are those of postchain view; without them the rest is built.
@@ -29,6 +30,12 @@ if [[ ${1:-} == --full ]]; then
         python3-mypy python3-pip python3-venv
         chromium chromium-driver sqlite3 nginx-light caddy blender
         clang libclang-rt-14-dev
+    )
+fi
+if [[ ${1:-} == --windows ]]; then
+    packages+=(
+        g++-mingw-w64-x86-64-posix meson googletest wine wine64 xvfb
+        glslang-dev glslang-tools spirv-tools libvulkan-dev mesa-vulkan-drivers
     )
 fi
 missing=()

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs the packages that building postchain needs, on Debian 12 (bookworm) and 13 (trixie); with --tests also those
-# of the default tests, with --full those of all tests, with sanitizers and fuzzing. Does nothing if all are installed,
-# and on a system without dpkg, for which it prints the list.
-# Usage: tools/install_packages.sh [--tests | --full]
+# of the default tests, with --full those of all tests, with sanitizers and fuzzing, with --windows also those of
+# tools/platforms.sh windows. Does nothing if all are installed, and on a system without dpkg, for which it prints the
+# list.
+# Usage: tools/install_packages.sh [--tests | --full | --windows]
 set -euo pipefail
 
 # libglfw3-dev, libimgui-dev and libfontconfig-dev are those of postchain view; without them the rest is built.
@@ -37,6 +38,12 @@ if [[ ${1:-} == --full ]]; then
     else
         packages+=(libclang-rt-dev)
     fi
+fi
+if [[ ${1:-} == --windows ]]; then
+    packages+=(
+        g++-mingw-w64-x86-64-posix meson googletest wine wine64 xvfb
+        glslang-dev glslang-tools spirv-tools libvulkan-dev mesa-vulkan-drivers
+    )
 fi
 if ! command -v dpkg-query >/dev/null; then
     echo "this system has no dpkg; postchain needs what Debian 13 has in these packages: ${packages[*]}" >&2

@@ -1,9 +1,11 @@
+// By EGL.
 #include "chain/egl/context.h"
 
 #include <epoxy/egl.h>
-#include <epoxy/gl.h>
 
 #include <cstring>
+
+#include "chain/egl/setup.h"
 
 namespace postchain::egl {
 namespace {
@@ -73,12 +75,6 @@ Result<EGLContext> open_context(EGLDisplay display, bool debug) {
     return context;
 }
 
-void APIENTRY on_message(GLenum, GLenum, GLuint, GLenum severity, GLsizei length,
-                         const GLchar* text, const void* context) {
-    if (severity == GL_DEBUG_SEVERITY_NOTIFICATION) return;  // our own debug groups
-    static_cast<const Context*>(context)->device().log("GL: " + std::string(text, size_t(length)));
-}
-
 }  // namespace
 
 std::string DeviceInfo::text() const {
@@ -101,12 +97,7 @@ Result<std::unique_ptr<Context>> Context::open(void* device, const ContextOption
     made->context_ = context;
     RETURN_IF_ERROR(made->make_current());
     made->device_ = gl::describe_current(options.log);
-    if (epoxy_has_gl_extension("GL_KHR_parallel_shader_compile"))
-        glMaxShaderCompilerThreadsKHR(~0u);  // as many as the driver likes
-    if (options.debug && options.log) {
-        glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-        glDebugMessageCallback(on_message, made.get());
-    }
+    set_up_current(made->device_, options.debug);
     return made;
 }
 

@@ -1,6 +1,7 @@
-// An OpenGL 4.5 core context without a window, by EGL.
+// An OpenGL 4.5 core context without a window, by EGL. On Windows by WGL, with a window that is
+// never shown, on the device that the system chooses.
 //
-// A device of EGL_EXT_platform_device if there is a GPU (a device that is not
+// By EGL: a device of EGL_EXT_platform_device if there is a GPU (a device that is not
 // EGL_MESA_device_software: llvmpipe is listed there too), otherwise Mesa's surfaceless platform
 // (llvmpipe) with a warning. No display server is needed. Use: one thread, make_current() once.
 #pragma once
@@ -22,7 +23,7 @@ struct DeviceInfo {
     std::string text() const;  // "EGL device 0 (/dev/dri/card0)"
 };
 
-// All EGL devices of this machine, in EGL's order. Never fails; empty without EGL.
+// All EGL devices of this machine, in EGL's order. Never fails; empty without EGL, as on Windows.
 std::vector<DeviceInfo> list_devices();
 
 struct ContextOptions {
@@ -55,7 +56,7 @@ class Context {
   private:
     Context() = default;
     static Result<std::unique_ptr<Context>> open(void* device, const ContextOptions& options);
-    void* display_ = nullptr;
+    void* display_ = nullptr;  // EGL's, or the device context of WGL's window
     void* context_ = nullptr;
     gl::Device device_;
 };

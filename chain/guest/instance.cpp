@@ -67,7 +67,7 @@ Failure Instance::open() {
     }
     if (!context_)
         return {PC_ERROR_CONTEXT,
-                "no GL context of EGL or GLX is current on this thread; make the host's current"};
+                "no GL context is current on this thread; make the host's current"};
     RETURN_IF_ERROR(check_version());
     RETURN_IF_ERROR(check_loader(info_));
     device_ =

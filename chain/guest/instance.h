@@ -18,6 +18,7 @@
 #include "chain/gl/texture_pool.h"
 #include "chain/guest/budgets.h"
 #include "chain/guest/chain_handle.h"
+#include "chain/guest/current_context.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/focus.h"
 #include "chain/guest/host_context.h"

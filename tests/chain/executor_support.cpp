@@ -1,11 +1,11 @@
 #include "tests/chain/executor_support.h"
 
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 
 #include "chain/pass/work_list.h"
 #include "shaders/embedded.h"
+#include "tests/support/environment.h"
 #include "tests/support/gpu.h"
 #include "tests/support/text_file.h"
 
@@ -93,9 +93,9 @@ void Execute::TearDownTestSuite() {
 
 std::unique_ptr<Executor> Execute::make_executor(const ExecutorOptions& options,
                                                  const gl::Device& device) {
-    setenv("POSTCHAIN_SHADER_DIR", folder_->path().c_str(), 1);
+    set_variable("POSTCHAIN_SHADER_DIR", folder_->path());
     auto made = std::make_unique<Executor>(device, options);
-    unsetenv("POSTCHAIN_SHADER_DIR");  // is read once, when an executor is made
+    set_variable("POSTCHAIN_SHADER_DIR", "");  // is read once, when an executor is made
     return made;
 }
 

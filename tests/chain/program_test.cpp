@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "chain/plan/program_source.h"
+#include "tests/support/environment.h"
 #include "tests/support/gpu.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
@@ -29,9 +29,9 @@ class Programs : public ::testing::Test {
     void SetUp() override {
         test::executor();  // a GL context
         std::filesystem::create_directories(folder_.path("common"));
-        setenv("POSTCHAIN_SHADER_DIR", folder_.path().c_str(), 1);
+        test::set_variable("POSTCHAIN_SHADER_DIR", folder_.path());
     }
-    void TearDown() override { unsetenv("POSTCHAIN_SHADER_DIR"); }
+    void TearDown() override { test::set_variable("POSTCHAIN_SHADER_DIR", ""); }
     void write(const std::string& name, const std::string& text) {
         test::write_text(folder_.path(name), kVersion + text);
     }
@@ -106,7 +106,7 @@ TEST_F(Programs, BlockOfTheProgram) {
 TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
     write("a.comp", kValue + kBody);
     gl::ProgramCache from_folder({}, gl::shader_folder_of_environment());
-    unsetenv("POSTCHAIN_SHADER_DIR");
+    test::set_variable("POSTCHAIN_SHADER_DIR", "");
     gl::ProgramCache embedded({}, gl::shader_folder_of_environment());
     EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
     EXPECT_FALSE(embedded.get({"a.comp", {}}).ok());

@@ -1,5 +1,4 @@
 // A host with a compatibility profile, as older engines and toolkits make it.
-#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,29 +14,9 @@ class Compatibility : public ::testing::Test {
   protected:
     void SetUp() override {
         make_host_context();
-        display_ =
-            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-        ASSERT_TRUE(eglInitialize(display_, nullptr, nullptr));
-        ASSERT_TRUE(eglBindAPI(EGL_OPENGL_API));
-        const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                     4,
-                                     EGL_CONTEXT_MINOR_VERSION,
-                                     5,
-                                     EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                     EGL_CONTEXT_OPENGL_COMPATIBILITY_PROFILE_BIT,
-                                     EGL_NONE};
-        context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-        ASSERT_NE(context_, EGL_NO_CONTEXT);
-        ASSERT_TRUE(eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_));
+        other_context_of_compatibility();
     }
-    void TearDown() override {
-        if (context_ == EGL_NO_CONTEXT) return;
-        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-        eglDestroyContext(display_, context_);
-        regain_host_context();
-    }
-    EGLDisplay display_ = EGL_NO_DISPLAY;
-    EGLContext context_ = EGL_NO_CONTEXT;
+    void TearDown() override { other_context_done(); }
 };
 
 // Mesa answers the query of a texture's target in core profiles alone.

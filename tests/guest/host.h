@@ -12,14 +12,17 @@
 
 namespace postchain::test {
 
-// Makes a GL 4.5 core context current, once in a process: EGL without a window (host_egl.cpp), or a
-// GLFW window (host_glx.cpp). If that fails, the process ends with a message.
+// Makes a GL 4.5 core context current, once in a process: EGL without a window (host_egl.cpp), a
+// GLFW window (host_glx.cpp), or WGL with a hidden window (host_wgl.cpp). If that fails, the
+// process ends with a message.
 void make_host_context();
 // Releases the context from this thread, and makes it current again.
 void release_host_context();
 void regain_host_context();
-// Another context of the same kind, current until other_context_done().
+// Another context of the same kind, or one with the compatibility profile, current until
+// other_context_done().
 void other_context();
+void other_context_of_compatibility();
 void other_context_done();
 
 // A texture, deleted with this object.

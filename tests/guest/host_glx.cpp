@@ -13,10 +13,10 @@ namespace {
 GLFWwindow* window = nullptr;
 GLFWwindow* other = nullptr;
 
-GLFWwindow* make() {
+GLFWwindow* make(int profile = GLFW_OPENGL_CORE_PROFILE) {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
-    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, profile);
     glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
     GLFWwindow* made = glfwCreateWindow(64, 64, "host", nullptr, nullptr);
     if (!made) {
@@ -47,6 +47,9 @@ void regain_host_context() {
 }
 void other_context() {
     other = make();
+}
+void other_context_of_compatibility() {
+    other = make(GLFW_OPENGL_COMPAT_PROFILE);
 }
 void other_context_done() {
     glfwDestroyWindow(other);

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "tests/guest/host.h"
 #include "tests/support/gpu.h"
@@ -303,7 +304,8 @@ TEST_F(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
     auto host = canonical_frame(kWidth, kHeight);
     ImageF& depth = host.test.planes.at(Role::inverse_depth);
     ImageF& motion = host.test.planes.at(Role::motion);
-    const double focal = 80, turn = 3 * M_PI / 180, roll = M_PI / 180;  // pixels, radians
+    const double focal = 80, turn = 3 * std::numbers::pi / 180,
+                 roll = std::numbers::pi / 180;  // pixels, radians
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             if (y >= 24) continue;

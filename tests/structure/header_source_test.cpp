@@ -50,10 +50,13 @@ bool has_word(const std::vector<std::string>& lines, const std::string& word) {
 }
 
 // The header that declares what a source exports: the one of its name, or for a subcommand without
-// one the header of all. Two libraries have the functions of postchain.h.
+// one the header of all. Two libraries have the functions of postchain.h. x_windows.cpp replaces
+// x.cpp.
 std::string header_of(const std::string& file) {
     if (file == "chain/guest/chain_interface.cpp") return "chain/guest/postchain.h";
-    const std::string own = file.substr(0, file.size() - 3) + "h";
+    const std::string stem = file.substr(0, file.size() - 4), suffix = "_windows";
+    const std::string own =
+        (stem.ends_with(suffix) ? stem.substr(0, stem.size() - suffix.size()) : stem) + ".h";
     return file.starts_with("tools/apps/postchain/") && !fs::exists(kRoot / own)
                ? "tools/apps/postchain/subcommands.h"
                : own;
@@ -106,6 +109,7 @@ TEST(HeaderSource, FaultsAreSeen) {
     for (const Lines& lacking : {Lines{"class Known;"}, Lines{"exported();"}, Lines{}})
         EXPECT_EQ(faults_of("chain/a.cpp", source, lacking).size(), 1u);
     EXPECT_EQ(faults_of("chain/b.cpp", source, header).size(), 1u);
+    EXPECT_EQ(faults_of("chain/a_windows.cpp", source, header).size(), 0u);
     const char* sample = "tools/samples/b/a.cpp";
     EXPECT_EQ(faults_of(sample, {"#include \"a.h\""}, {"//"}).size(), 0u);
     EXPECT_EQ(faults_of(sample, {"#include \"chain/a.h\""}, {"//"}).size(), 1u);

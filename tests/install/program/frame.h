@@ -2,33 +2,9 @@
  */
 #ifndef FRAME_H
 #define FRAME_H
-#include <GL/glcorearb.h>
-#include <dlfcn.h>
-#include <postchain/postchain.h>
-#include <string.h>
-
-/* A host has a loader of its own for GL's functions; this is the smallest. */
-typedef void (*function)(void);
-static function gl_function(const char* name) {
-    typedef function (*get_proc_address)(const char*);
-    get_proc_address get = 0;
-    void* symbol = dlsym(dlopen("libEGL.so.1", RTLD_NOW), "eglGetProcAddress");
-    memcpy(&get, &symbol, sizeof(get)); /* ISO C does not cast it to a function */
-    return get(name);
-}
-#define GL_FUNCTION(type, name) ((type)gl_function(#name))
+#include "host_gl.h"
 
 enum { FRAME_WIDTH = 64, FRAME_HEIGHT = 48 };
-
-static pc_texture make_texture(GLenum format, GLenum components, const float* values) {
-    pc_texture texture = {0, format, FRAME_WIDTH, FRAME_HEIGHT, 0, 0};
-    GL_FUNCTION(PFNGLCREATETEXTURESPROC, glCreateTextures)(GL_TEXTURE_2D, 1, &texture.name);
-    GL_FUNCTION(PFNGLTEXTURESTORAGE2DPROC, glTextureStorage2D)
-    (texture.name, 1, format, FRAME_WIDTH, FRAME_HEIGHT);
-    GL_FUNCTION(PFNGLTEXTURESUBIMAGE2DPROC, glTextureSubImage2D)
-    (texture.name, 0, 0, 0, FRAME_WIDTH, FRAME_HEIGHT, components, GL_FLOAT, values);
-    return texture;
-}
 
 /* Sets the members that an engine renders. The textures belong to the current context. */
 static void make_frame(pc_frame* frame) {
@@ -41,9 +17,9 @@ static void make_frame(pc_frame* frame) {
             depth[y][x] = square ? 0.25f : 10.0f; /* scene units */
             motion[y][x][0] = square ? 20.0f : 0.0f;
         }
-    frame->color = make_texture(GL_RGBA32F, GL_RGBA, &color[0][0][0]);
-    frame->depth = make_texture(GL_R32F, GL_RED, &depth[0][0]);
-    frame->motion = make_texture(GL_RG32F, GL_RG, &motion[0][0][0]);
+    frame->color = make_texture(GL_RGBA32F, GL_RGBA, FRAME_WIDTH, FRAME_HEIGHT, &color[0][0][0]);
+    frame->depth = make_texture(GL_R32F, GL_RED, FRAME_WIDTH, FRAME_HEIGHT, &depth[0][0]);
+    frame->motion = make_texture(GL_RG32F, GL_RG, FRAME_WIDTH, FRAME_HEIGHT, &motion[0][0][0]);
     frame->depth_encoding = PC_DEPTH_LINEAR;
     frame->flags = PC_MOTION_TO_NEXT;
     frame->shutter_frames = 1;

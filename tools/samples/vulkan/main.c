@@ -2,9 +2,10 @@
  *
  *   scene -> color, depth, motion -> pc_vk_run() -> output -> file
  *
- * vulkan_host [FRAMES [IMAGE.ppm]]: filters FRAMES frames (4), two of them in flight, and writes
- * the last one. The scene is computed on the CPU and copied; a renderer draws it. Also builds on
- * its own: CMakeLists.txt. */
+ * vulkan_host [FRAMES [IMAGE.ppm [PROGRAMS]]]: filters FRAMES frames (4), two of them in flight,
+ * and writes the last one. PROGRAMS: a file of postchain-spirv; without it the library compiles the
+ * programs, if it has a compiler. The scene is computed on the CPU and copied; a renderer draws it.
+ * Also builds on its own: CMakeLists.txt. */
 #include <math.h>
 #include <postchain/postchain_vk.h>
 #include <stdio.h>
@@ -218,6 +219,24 @@ static void write_image(const char* path, const unsigned char* pixels) {
     fclose(file);
 }
 
+/* The file stays in memory as long as the process. */
+static void* read_file(const char* path, size_t* size) {
+    FILE* file = fopen(path, "rb");
+    char* bytes = NULL;
+    *size = 0;
+    for (size_t room = 1 << 20; file && !feof(file) && !ferror(file); room *= 2) {
+        bytes = realloc(bytes, room);
+        if (!bytes) break;
+        *size += fread(bytes + *size, 1, room - *size, file);
+    }
+    if (!bytes || ferror(file)) {
+        perror(path);
+        exit(1);
+    }
+    fclose(file);
+    return bytes;
+}
+
 int main(int argc, char** argv) {
     const int frames = argc > 1 ? atoi(argv[1]) : 4;
     make_device();
@@ -248,6 +267,7 @@ int main(int argc, char** argv) {
                               .queue_family = family,
                               .max_width = WIDTH,
                               .max_height = HEIGHT};
+    if (argc > 3) info.programs = read_file(argv[3], &info.programs_size);
     pc_vk_instance* chain_instance;
     if (pc_vk_create(&info, &chain_instance) != PC_OK) report("pc_vk_create");
     pc_chain* chain;

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# First use of the container image of the service: its health, and a job.
+# Usage: image.sh ARCHIVE NAME WORK     NAME: the image in the archive
+# By podman in a container; without podman, or if the kernel lets it make none, by buildah in a chroot of the image.
+set -euo pipefail
+archive=$1 name=$2 work=$3
+rm -rf "$work"
+mkdir -p "$work/shots" "$work/state"
+storage=(--root "$work/containers" --runroot "$work/containers.run" --storage-driver vfs)
+port=18080 token=0123456789abcdef0123456789abcdef
+volumes=(-v "$work/shots:/srv/postchain" -v "$work/state:/var/lib/postchain"
+    -v "$work/tokens:/run/postchain.tokens:ro")
+chown nobody:nogroup "$work/shots" "$work/state"
+echo -n "$token" >"$work/token"
+pid=
+stop() {
+    [[ -z $pid ]] || kill "$pid" 2>/dev/null || true
+    [[ -z $pid ]] || wait "$pid" || true
+    rm -rf "$work/containers" "$work/containers.run"
+}
+trap stop EXIT
+
+podman=(podman "${storage[@]}" --cgroup-manager cgroupfs)
+container=
+if command -v podman >/dev/null; then
+    "${podman[@]}" load -q -i "$archive"
+    # The network of the host: it needs no rules of a firewall.
+    run=("${podman[@]}" run --rm --network host)
+    if "${run[@]}" --entrypoint postchain "$name" --version; then
+        container=podman
+    else
+        echo "podman can run no container here"
+    fi
+fi
+if [[ -z $container ]]; then
+    container=$(buildah "${storage[@]}" from "docker-archive:$archive")
+    run=(buildah "${storage[@]}" run --isolation chroot)
+    "${run[@]}" "$container" -- postchain --version
+fi
+in_image() { # COMMAND...: in the image, as its user
+    if [[ $container == podman ]]; then
+        "${run[@]}" "${volumes[@]}" --entrypoint "$1" "$name" "${@:2}"
+    else
+        "${run[@]}" "${volumes[@]}" "$container" -- "$@"
+    fi
+}
+touch "$work/tokens"
+cp "$work/token" "$work/shots/token"
+in_image postchain serve --hash-token /srv/postchain/token >"$work/tokens.new"
+cat "$work/tokens.new" >"$work/tokens"
+in_image postchain scene wheels -o /srv/postchain/shots --frames 1-2 --size 160x90 --device software
+
+# The entry point of the image, with another port.
+mapfile -t entry < <(buildah "${storage[@]}" inspect --type image "$name" 2>/dev/null |
+    python3 -c 'import json, sys; print(*json.load(sys.stdin)["Docker"]["config"]["Entrypoint"], sep="\n")')
+in_image "${entry[@]}" --port "$port" &
+pid=$!
+ask() { curl -sS --fail-with-body -H "Authorization: Bearer $token" "http://127.0.0.1:$port$1" "${@:2}"; }
+for ((i = 0; i < 300; ++i)); do
+    ask /readyz >/dev/null 2>&1 && break
+    kill -0 "$pid"
+    sleep 0.2
+done
+ask /healthz
+ask /v1/jobs -H 'Content-Type: application/json' -d '{"kind": "run", "chain": "fast", "input": "shots/sharp.####.exr",
+    "camera": "shots/camera.json", "output": "wheels.####.exr"}'
+echo
+ask /v1/jobs/1/events -N
+ask /v1/jobs/1 | grep -q '"state":"done"'
+ls -l "$work/shots"
+echo "the image ran a job, $([[ $container == podman ]] && echo "in a container of podman" || echo "in a chroot by buildah")"

@@ -5,8 +5,8 @@
 #                       errors of lintian; used by programs in C, the command, the module and the service
 #   wheel12, wheel13    the Python module as a wheel with the libraries that it loads, from the build of debian12 or
 #                       debian13; used in a virtual environment
-#   addon               the Blender add-on from the build of debian12: as zip, used in Debian 12's Blender; as extension
-#                       (Blender 4.2 and later), used in Debian 13's
+#   addon               the Blender add-on from the build of debian12: used as add-on in Debian 12's Blender, and as
+#                       extension (Blender 4.2 and later) in Debian 13's
 #   windows             headers, DLLs, import libraries and a sample; the sample is built and used under wine
 #   image               container image of the service, from the packages of debian12
 #   sums                SHA256SUMS
@@ -97,7 +97,7 @@ debian() {
 
     begin "first use: the packages in a bare Debian $1"
     bare "$1" use
-    cp "$folder/debian-$1"/*.deb tests/install/program/{host.c,text.c,frame.h} "$first_use/packages.sh" \
+    cp "$folder/debian-$1"/*.deb tests/install/program/{host.c,text.c,*.h} "$first_use/packages.sh" \
         "$work/$1/use/try/"
     # The commands of docs/library.md.
     sed -n '/^cc /s/ *#.*//p' docs/library.md | sed 's/tool\.c/text.c/' >"$work/$1/use/try/commands"
@@ -144,13 +144,19 @@ wheel() {
     rm -rf "$work/$1/builder/wheel"
     mkdir "$work/$1/builder/wheel"
     cp /etc/resolv.conf "$work/$1/builder/etc/" 2>/dev/null || true
-    at=/build/tree inside "$work/$1/builder" "$install_apt python3-pip patchelf >/dev/null
+    cp "$first_use/wheel.py" "$work/$1/builder/wheel/"
+    at=/build/tree inside "$work/$1/builder" "$install_apt python3-pip python3-venv patchelf >/dev/null
         python3 -m pip wheel --no-deps --no-index --wheel-dir /wheel --config-settings build=build \
             --config-settings libraries=yes . >/wheel/log 2>&1 || { cat /wheel/log; exit 1; }"
     rm -f "$folder"/postchain-*-"${tags[$1]}"-*.whl
     cp "$work/$1"/builder/wheel/*.whl "$folder/"
     local file
     file=$(basename "$work/$1"/builder/wheel/*.whl)
+    begin "first use: pip install . in the system of the build"
+    at=/build/tree inside "$work/$1/builder" "rm -rf /wheel/venv
+        python3 -m venv --system-site-packages /wheel/venv
+        /wheel/venv/bin/pip install --no-deps --no-index --config-settings build=build .
+        /wheel/venv/bin/python /wheel/wheel.py --formats"
     begin "first use: the wheel in a virtual environment of a bare Debian $1"
     bare "$1" use
     cp "$folder/$file" "$first_use/wheel.py" "$work/$1/use/try/"
@@ -166,20 +172,12 @@ wheel13() { wheel 13; }
 
 addon() {
     needs debian12
-    local zip=$folder/postchain_blender-$version.zip extension=$folder/postchain_blender-$version-extension.zip
-    local at=$work/addon
-    begin "the add-on of the build of debian12"
-    rm -rf "$at" "$zip" "$extension"
-    mkdir "$at"
+    local zip=$folder/postchain_blender-$version.zip
     cp "$work/12/builder/build/tree/build/tools/blender/postchain_blender.zip" "$zip"
-    (cd "$at" && cmake -E tar xf "$zip")
-    begin "first use: the zip in the Blender of a bare Debian 12"
+    begin "first use: the zip as add-on in the Blender of a bare Debian 12"
     use_addon 12 "$zip" addon
-    [[ -e $at/postchain_blender/blender_manifest.toml ]] || skip "the add-on has no blender_manifest.toml"
-    # In an extension the manifest is at the root of the archive.
-    (cd "$at/postchain_blender" && cmake -E tar cf "$extension" --format=zip -- *)
-    begin "first use: the extension in the Blender of a bare Debian 13"
-    use_addon 13 "$extension" extension
+    begin "first use: the zip as extension in the Blender of a bare Debian 13"
+    use_addon 13 "$zip" extension
 }
 use_addon() { # DEBIAN FILE KIND: with the command of the packages
     needs "debian$1"
@@ -198,10 +196,11 @@ windows() {
     tools/platforms/windows.sh --build
     rm -rf "$at"
     mkdir -p "$at/$name/sample" "$at/use"
-    cmake --install build-windows --prefix "$at/$name"
+    cmake --install build-windows --prefix "$at/$name" --strip
     cp build-windows/libraries/bin/libepoxy*.dll "$at/$name/bin/"
-    cp tests/install/program/{host.c,frame.h} "$at/$name/sample/"
+    cp tests/install/program/{host.c,*.h} "$at/$name/sample/"
     cp LICENSE "$at/$name/"
+    cp /usr/share/doc/libepoxy-dev/copyright "$at/$name/LICENSE.libepoxy"
     (cd "$at" && rm -f "$folder/$name.zip" && cmake -E tar cf "$folder/$name.zip" --format=zip "$name")
     begin "first use: the sample, built with the zip alone and run under wine"
     (cd "$at/use" && cmake -E tar xf "$folder/$name.zip")

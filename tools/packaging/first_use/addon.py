@@ -25,7 +25,7 @@ bpy.context.preferences.addons[module].preferences.device = "software"
 
 scene = bpy.context.scene
 cube = bpy.data.objects["Cube"]
-for frame, x in ((1, 0), (2, 1)):
+for frame, x in ((0, 0), (3, 3)):
     cube.location.x = x
     cube.keyframe_insert("location", frame=frame)
 scene.render.engine = "CYCLES"

@@ -12,9 +12,9 @@
 #   sums                SHA256SUMS
 # --folder (default: release/VERSION) gets the files, and in logs/ what each part printed, with its first use.
 # --work (default: build-release) keeps chroots of several GB and builds; a second run downloads and builds less.
-# Needs root, mmdebstrap, dpkg-dev, cmake, systemd-container, zip, buildah (image; podman to run it in a container) and
-# the packages of tools/platforms/windows.sh. A part that lacks something prints `skipped: WHY`. Exit code 1: a part
-# failed; 77: none failed, and some were skipped. Takes an hour and a half on two idle cores.
+# Needs root, mmdebstrap, dpkg-dev, cmake, systemd-container, buildah, and podman with runc to run the image in a
+# container. windows needs g++-mingw-w64-x86-64-posix and wine. A part that lacks something prints `skipped: WHY`. Exit
+# code 1: a part failed; 77: none failed, and some were skipped.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
@@ -79,14 +79,14 @@ debian() {
     depends=$(sed -n 's/^Build-Depends: //p' "$source" | tr -d ' ')
     begin "packages, in a system with the build dependencies alone"
     bootstrap "$1" builder buildd "$depends,lintian"
-    if ! made "$1/build" "$commit"; then
+    if ! made "$1/builder/build" "$commit"; then
         rm -rf "$builder/build"
         mkdir "$builder/build"
         cp "$work/$1"/source/* "$builder/build/"
         at=/build inside "$builder" "dpkg-source -x *.dsc tree >/dev/null; cd tree
             DEB_BUILD_OPTIONS=parallel=$(nproc) dpkg-buildpackage -us -uc >/build/log 2>&1" ||
             { tail -n 40 "$builder/build/log" >&2; exit 1; }
-        touch_made "$1/build" "$commit"
+        touch_made "$1/builder/build" "$commit"
     fi
     begin "lintian"
     at=/build inside "$builder" "lintian --allow-root --fail-on error *.changes"
@@ -198,6 +198,8 @@ windows() {
     mkdir -p "$at/$name/sample" "$at/use"
     cmake --install build-windows --prefix "$at/$name" --strip
     cp build-windows/libraries/bin/libepoxy*.dll "$at/$name/bin/"
+    cp build-windows/libraries/lib/libepoxy.dll.a "$at/$name/lib/"
+    x86_64-w64-mingw32-strip "$at/$name"/bin/libepoxy*.dll
     cp tests/install/program/{host.c,*.h} "$at/$name/sample/"
     cp LICENSE "$at/$name/"
     cp /usr/share/doc/libepoxy-dev/copyright "$at/$name/LICENSE.libepoxy"
@@ -207,16 +209,16 @@ windows() {
     (cd "$at/use/$name" && x86_64-w64-mingw32-gcc-posix -std=c11 -Iinclude sample/host.c -o bin/host.exe -Llib \
         -lpostchain -lpostchain_plan -lopengl32)
     command -v wine >/dev/null || skip "wine is not installed"
-    (cd "$at/use/$name/bin" && ls && WINEPREFIX=$at/wine WINEARCH=win64 WINEDEBUG=-all LIBGL_ALWAYS_SOFTWARE=1 \
-        "$root/tests/support/with_display.sh" wine host.exe)
+    (cd "$at/use/$name/bin" && WINEPREFIX=$at/wine WINEARCH=win64 WINEDEBUG=-all LIBGL_ALWAYS_SOFTWARE=1 \
+        WINEDLLOVERRIDES="mscoree,mshtml=;winemenubuilder.exe=d" "$root/tests/support/with_display.sh" wine host.exe)
 }
 
 image() {
     needs debian12
     command -v buildah >/dev/null || skip "buildah is not installed"
     local name=localhost/postchain:$version file=$folder/postchain-$version-image.tar.gz container
-    export BUILDAH_ISOLATION=chroot STORAGE_DRIVER=vfs
-    local storage=(--root "$work/containers" --runroot "$work/containers.run") 
+    export BUILDAH_ISOLATION=chroot
+    local storage=(--root "$work/containers" --runroot "$work/containers.run" --storage-driver vfs)
     begin "an image of the packages, on a minimal Debian 12 in place of the registry's"
     bare 12 base
     rmdir "$work/12/base/try"
@@ -232,7 +234,8 @@ image() {
     gzip "${file%.gz}"
     rm -rf "$work/containers" "$work/containers.run"
     begin "first use: the image"
-    "$first_use/image.sh" "$file" "$name" "$work/image"
+    # With a loopback of its own.
+    unshare --net bash -ec 'ip link set lo up; exec "$@"' - "$first_use/image.sh" "$file" "$name" "$work/image"
 }
 
 sums() {

@@ -222,6 +222,9 @@ image() {
     begin "an image of the packages, on a minimal Debian 12 in place of the registry's"
     bare 12 base
     rmdir "$work/12/base/try"
+    # Downloads, and this machine's names.
+    find "$work"/12/base/var/{lib/apt/lists,cache/apt,log} -type f -delete
+    rm -f "$work"/12/base/etc/{resolv.conf,hostname}
     tar -C "$work/12/base" -c . | gzip -1 >"$work/12/base.tar.gz"
     rm -rf --one-file-system "${work:?}/12/base"
     container=$(buildah "${storage[@]}" from scratch)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # First use of the container image of the service: its entry point, its health check, a job.
-# Usage: image.sh ARCHIVE NAME WORK     NAME: the image in the archive
+# Usage: image.sh ARCHIVE.tar.gz NAME WORK     NAME: the image in the archive
 # By podman in a container; without podman, or if the kernel lets it make none, by buildah in a chroot of the image. In
 # both it has the network of this process, in which port 8080 must be free.
 set -euo pipefail
@@ -16,16 +16,17 @@ pid=
 stop() {
     [[ -z $pid ]] || kill "$pid" 2>/dev/null || true
     [[ -z $pid ]] || wait "$pid" || true
-    rm -rf "$work/containers" "$work/containers.run"
+    rm -rf "$work/containers" "$work/containers.run" "$work/image.tar"
 }
 trap stop EXIT
 
+gzip -dc "$archive" >"$work/image.tar"
 podman=(podman "${storage[@]}" --cgroup-manager cgroupfs --events-backend file)
 # crun knows no hybrid hierarchy of control groups.
 ! command -v runc >/dev/null || podman+=(--runtime runc)
 container=
 if command -v podman >/dev/null; then
-    "${podman[@]}" load -q -i "$archive"
+    "${podman[@]}" load -q -i "$work/image.tar"
     # podman's own limits are above those that this process may set, and its timer of the health check needs systemd.
     run=("${podman[@]}" run --rm --network host --no-healthcheck --ulimit "nofile=$(ulimit -n):$(ulimit -n)"
         --ulimit "nproc=10000:10000")
@@ -36,7 +37,7 @@ if command -v podman >/dev/null; then
     fi
 fi
 if [[ -z $container ]]; then
-    container=$(buildah "${storage[@]}" from "docker-archive:$archive")
+    container=$(buildah "${storage[@]}" from "docker-archive:$work/image.tar")
     run=(buildah "${storage[@]}" run --isolation chroot)
     "${run[@]}" "$container" -- postchain --version
 fi

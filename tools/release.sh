@@ -237,8 +237,10 @@ image() {
     gzip "${file%.gz}"
     rm -rf "$work/containers" "$work/containers.run"
     begin "first use: the image"
-    # With a loopback of its own.
-    unshare --net bash -ec 'ip link set lo up; exec "$@"' - "$first_use/image.sh" "$file" "$name" "$work/image"
+    # With a loopback of its own. All its processes and mounts end with it.
+    unshare --net --mount --pid --fork --kill-child --mount-proc bash -ec 'ip link set lo up; exec "$@"' - \
+        "$first_use/image.sh" "$file" "$name" "$work/image"
+    rm -rf "$work/image"
 }
 
 sums() {

@@ -41,11 +41,11 @@ if [[ -z $container ]]; then
     run=(buildah "${storage[@]}" run --isolation chroot)
     "${run[@]}" "$container" -- postchain --version
 fi
-in_image() { # COMMAND...: in the image, as its user
+in_image() { # COMMAND...: in the image, as its user; with start=exec in place of this process
     if [[ $container == podman ]]; then
-        "${run[@]}" "${volumes[@]}" --entrypoint "$1" "$name" "${@:2}"
+        ${start:-} "${run[@]}" "${volumes[@]}" --entrypoint "$1" "$name" "${@:2}"
     else
-        "${run[@]}" "${volumes[@]}" "$container" -- "$@"
+        ${start:-} "${run[@]}" "${volumes[@]}" "$container" -- "$@"
     fi
 }
 echo -n "$token" >"$work/shots/token"
@@ -64,7 +64,7 @@ print(*functools.reduce(dict.get, sys.argv[1:], config), sep="\n")' "$@"
 mapfile -t entry < <(words Entrypoint)
 mapfile -t health < <(words Healthcheck Test)
 echo "entry point: ${entry[*]}"
-in_image "${entry[@]}" &
+start=exec in_image "${entry[@]}" &
 pid=$!
 ask() { curl -sS --fail-with-body -H "Authorization: Bearer $token" "http://127.0.0.1:8080$1" "${@:2}"; }
 for ((i = 0; i < 300; ++i)); do

@@ -5,6 +5,7 @@
 #   bookworm, trixie   Debian 12, 13: tools/demo.sh and tools/test.sh, the commands of the README, in a minimal chroot
 #                      with each warning an error, then tools/frame_hashes.sh
 #   clang              everything, on this system with clang++, each warning an error
+#   windows            the libraries as DLLs by mingw-w64, their tests and hosts under wine (tools/platforms/windows.sh)
 # FOLDER (default: ~/.cache/postchain) keeps what was downloaded, the chroots as the last run left them, and their
 # logs, 6 GB for each release of Debian. A chroot needs root and debootstrap. Its mirror is MIRROR, or this machine's
 # if that is Debian, or deb.debian.org. A platform that cannot run prints `skipped: WHY`; if no platform failed, the
@@ -15,7 +16,7 @@ root=$PWD
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/postchain
 
 # A platform is a function of its name below, which fails if the platform does, and skips by `skip WHY`.
-platforms=(bookworm trixie clang)
+platforms=(bookworm trixie clang windows)
 skip() {
     echo "skipped: $platform: $*"
     exit 77
@@ -101,6 +102,8 @@ clang() {
     cmake --preset clang -DBUILD_TESTING=ON
     timed "the build" cmake --build --preset clang -j "$(nproc)"
 }
+
+windows() { timed "DLLs and their tests" tools/platforms/windows.sh; }
 
 [[ ${1:-} == --cache && $# -ge 2 ]] && cache=$(realpath -m "$2") && shift 2
 (($# > 0)) || usage

@@ -329,7 +329,7 @@ def keeps_policy(deb):
 
 
 def source_package(options, folder):
-    """The source package is the commit with debian/. tools/packaging/check_packages.sh builds it."""
+    """The source package is the commit with debian/. tools/release.sh builds it."""
     if not (ROOT / ".git").exists():
         return
     dsc = call(ROOT / "tools/packaging/source_package.sh", folder, "A B <a@b.c>", "-Zgzip", "-z1").strip()

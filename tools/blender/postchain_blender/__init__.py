@@ -3,7 +3,7 @@
 bl_info = {
     "name": "postchain",
     "author": "The authors of postchain",
-    "version": (0, 1, 0),
+    "version": (0, 2, 0),
     "blender": (3, 4, 0),
     "location": "Properties > Output > postchain",
     "description": "Motion blur, depth of field and anti-aliasing of rendered frames",

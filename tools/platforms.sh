@@ -8,7 +8,7 @@
 #   windows            the libraries as DLLs by mingw-w64, their tests and hosts under wine (tools/platforms/windows.sh)
 # FOLDER (default: ~/.cache/postchain) keeps what was downloaded, the chroots as the last run left them, and their
 # logs, 6 GB for each release of Debian. A chroot needs root and debootstrap. Its mirror is MIRROR, or this machine's
-# if that is Debian, or deb.debian.org. A platform that cannot run prints `skipped: WHY`; if no platform failed, the
+# if that is Debian, or debootstrap's. A platform that cannot run prints `skipped: WHY`; if no platform failed, the
 # script then ends with 77.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -42,7 +42,7 @@ debian_mirror() {
         mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Origin: Debian' 'Component: main' |
             grep -v security | head -n 1 || true)
     fi
-    echo "${mirror:-http://deb.debian.org/debian}"
+    echo "$mirror"
 }
 
 # in_chroot FOLDER COMMAND...: runs COMMAND in /postchain of the chroot, in the environment of a new login. Its mounts
@@ -66,7 +66,7 @@ debian() {
         rm -rf "$cache/$suite-minimal"
         # git and ca-certificates: a clone and its test have them.
         timed "a minimal system" debootstrap --variant=minbase --include=git,ca-certificates \
-            "$suite" "$cache/$suite-minimal" "$(debian_mirror)"
+            "$suite" "$cache/$suite-minimal" $(debian_mirror)
         touch "$cache/$suite-minimal.made"
     fi
     rm -rf --one-file-system "$folder"

@@ -189,7 +189,6 @@ use_addon() { # DEBIAN FILE KIND: with the command of the packages
 }
 
 windows() {
-    [[ -x tools/platforms/windows.sh ]] || skip "tools/platforms/windows.sh does not exist"
     command -v x86_64-w64-mingw32-gcc-posix >/dev/null || skip "g++-mingw-w64-x86-64-posix is not installed"
     local name=postchain-$version-windows-x86_64 at=$work/windows
     begin "headers, DLLs and import libraries"

@@ -33,10 +33,10 @@ epoxy() (
     rm -rf "$build/epoxy"
     mkdir -p "$build/epoxy/lists/partial" "$build/epoxy/source"
     cd "$build/epoxy" || return
-    local codename options
-    codename=$(. /etc/os-release && echo "$VERSION_CODENAME") || return
-    echo "deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg]" \
-        "http://deb.debian.org/debian $codename main" >sources.list
+    local options
+    # Where this machine has its packages from.
+    apt-get indextargets --format 'deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $(REPO_URI) $(RELEASE) $(COMPONENT)' \
+        'Created-By: Packages' 'Origin: Debian' 'Component: main' | sort -u >sources.list
     options=(-q -o "Dir::Etc::SourceList=$PWD/sources.list" -o Dir::Etc::SourceParts=- -o "Dir::State::Lists=$PWD/lists"
         -o APT::Sandbox::User=root)
     cat >cross.ini <<-EOF

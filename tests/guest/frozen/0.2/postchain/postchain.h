@@ -40,13 +40,20 @@
  * leaves them as pc_state says. No call changes other state, such as framebuffer, vertex array or
  * pixel store. The error flag belongs to the host. The library reads it with PC_VALIDATE, and after
  * GL refused an allocation, so that this error does not stay set. libepoxy resolves GL from EGL or
- * GLX, whichever made the current context. */
+ * GLX, whichever made the current context, on Windows from WGL. */
 #ifndef POSTCHAIN_POSTCHAIN_H
 #define POSTCHAIN_POSTCHAIN_H
 #include <stddef.h>
 #include <stdint.h>
+/* On Windows a host that links the archives, not the DLLs, defines PC_STATIC. */
 #ifndef PC_API
+#if defined(_WIN32) && !defined(PC_STATIC)
+#define PC_API __declspec(dllimport)
+#elif defined(__GNUC__)
 #define PC_API __attribute__((visibility("default")))
+#else
+#define PC_API
+#endif
 #endif
 #ifdef __cplusplus
 extern "C" {
@@ -95,8 +102,9 @@ enum {
                           of the host's textures, bounds, lens and matrices of the frame, and GL's
                           error flag */
     PC_LABELS = 2,     /* KHR_debug groups and labels */
-    PC_OWN_CONTEXT = 4 /* creates an EGL context without a window and makes it current on this
-                          thread; PC_ERROR_CONTEXT if a context is current already */
+    PC_OWN_CONTEXT = 4 /* creates an EGL context without a window (on Windows one of WGL, with a
+                          hidden window) and makes it current on this thread; PC_ERROR_CONTEXT if a
+                          context is current already */
 };
 typedef struct pc_create_info {
     uint32_t struct_size;

@@ -188,7 +188,7 @@ TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
 // (docs/command.md, "Limits of address space").
 TEST_F(SurvivalTest, LittleAddressSpace) {
     write_sequence(at(""), {1}, 640, 360);
-    for (const long mebibytes : {24L, 40L, 96L}) {
+    for (const long mebibytes : {25L, 40L, 96L}) {
         const Launch launch{.memory_bytes = mebibytes << 20};
         EXPECT_EQ(run({"--version"}, launch).code, 0) << mebibytes;
         for (const Arguments& command :

@@ -200,8 +200,9 @@ TEST_F(GpuLike, UploadsTheNextFrameWhileOneIsFiltered) {
         return all;
     };
     const SharedPlanes first = shared(0.5f), second = shared(0.25f);
-    const std::map expected = {std::pair(&first, must(executor().filter(plan, first))),
-                               {&second, must(executor().filter(plan, second))}};
+    const std::map<const SharedPlanes*, FramePlanes> expected = {
+        {&first, must(executor().filter(plan, first))},
+        {&second, must(executor().filter(plan, second))}};
     const auto calls_in = [&](const SharedPlanes& planes) {
         traced();
         const FramePlanes out = must(executor().filter(plan, planes));

@@ -36,13 +36,16 @@ TEST_F(ImageMetadataTest, ATiffIsPackedAsItsInputWhereThatLosesNothing) {
         OIIO::ImageSpec more;
         more.attribute("compression", compression);
         const Stored in = write_noise("c.tif", more);
+        // OpenImageIO 2.5 writes zip in place of JPEG.
+        OIIO::ImageSpec given;
+        read_picture(at("c.tif"), &given);
         const auto outcome = through("c.tif", "o.tif");
         ASSERT_EQ(outcome.code, 0) << outcome.said;
         OIIO::ImageSpec found;
         EXPECT_EQ(read_picture(at("out/o.tif"), &found).values, in.values) << compression;
         EXPECT_EQ(found.get_string_attribute("compression"), expected);
         EXPECT_EQ(notes_say("o.tif", "packed with zip, not with jpeg"),
-                  std::string(compression) == "jpeg");
+                  given.get_string_attribute("compression") == "jpeg");
     }
 }
 

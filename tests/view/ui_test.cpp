@@ -159,16 +159,16 @@ TEST_F(UiTest, KeysChangeTheView) {
 
 TEST_F(UiTest, AHeldKeyCountsOnce) {
     start();
-    ImGui::GetIO().KeysDown['W'] = true;
+    ImGui::GetIO().KeysDown[int('W')] = true;
     draw(200);
-    ImGui::GetIO().KeysDown['W'] = false;
+    ImGui::GetIO().KeysDown[int('W')] = false;
     draw();
     EXPECT_EQ(session_->view().compare, Compare::wipe);
     for (const double stop : {2.0, 4.0})
         EXPECT_TRUE(session_->document().set_camera("f_stop", stop).ok());
-    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown['Z'] = true;
+    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown[int('Z')] = true;
     draw(200);
-    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown['Z'] = false;
+    ImGui::GetIO().KeyCtrl = ImGui::GetIO().KeysDown[int('Z')] = false;
     EXPECT_EQ(session_->document().chain().camera.f_stop, 2.0);
 }
 

@@ -85,10 +85,11 @@ Module load() {
     return {calls(), ""};
 }
 
-// The curve that the file states, by OpenImageIO's names.
+// The curve that the file states, by OpenImageIO's names; `lin_` since its version 2.5.
 Result<Curve> stated_curve(const ImageInfo& info) {
     const std::string said = lower_case(info.color_space);
-    if (said == "linear" || said == "scene_linear") return Curve::linear;
+    for (const char* linear : {"linear", "scene_linear", "lin_srgb", "lin_rec709"})
+        if (said == linear) return Curve::linear;
     if (said == "srgb") return Curve::srgb;
     if (said == "rec709") return Curve::rec709;
     if (said == "kodaklog") return Curve::cineon;

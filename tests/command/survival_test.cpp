@@ -185,7 +185,7 @@ TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
 
 #if !POSTCHAIN_SANITIZED  // the address sanitizer reserves terabytes
 // The command starts in little memory, and every failure without GL gives a message
-// (docs/command.md, "Limits of address space").
+// (docs/command.md, `ulimit -v`).
 TEST_F(SurvivalTest, LittleAddressSpace) {
     write_sequence(at(""), {1}, 640, 360);
     for (const long mebibytes : {25L, 40L, 96L}) {

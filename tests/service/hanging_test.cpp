@@ -199,7 +199,7 @@ TEST_F(Gate, AWaitingJobCanBeCanceled) {
 }
 
 TEST_F(Gate, APreviewHoldsTheGate) {
-    Previews previews(ServiceSettings(), device_, *registry_, gate_);
+    Previews previews(ServiceSettings(), 0, device_, *registry_, gate_);
     ASSERT_TRUE(previews.begin().ok());
     EXPECT_EQ(gate_.ask(), RunDecision::go_on);
     const std::string body =

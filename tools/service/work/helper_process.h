@@ -52,7 +52,7 @@ class HelperProcess {
 // ---------------------------------------------------------------------------- within the process
 bool send_all(int fd, std::string_view text);
 void set_limit(decltype(RLIMIT_AS) what, rlim_t most);
-// Of libraries and threads, beside a frame; bytes.
+// Bytes that libraries and threads need beside a frame.
 inline constexpr uint64_t kOwnMemory = uint64_t(2) << 30;
 // From now on, for this thread and those that it starts: files below `folders` and those of the
 // system are read, files below `devices` are read and written, and nothing else that Landlock

@@ -47,7 +47,7 @@ std::string failure_of(const Status& status) {
                       io::json_text({{"code", int(status.code())}, {"message", status.message()}}));
 }
 
-// What the service says, read on a thread of its own. The process ends with its input.
+// Reads the service's lines on a thread of its own. The process ends with its input.
 class Inbox {
   public:
     void begin() {
@@ -174,15 +174,12 @@ class Helper {
 }  // namespace
 
 // ---------------------------------------------------------------------------------- the service
-PreviewHelper::PreviewHelper(const ServiceSettings& settings)
+PreviewHelper::PreviewHelper(const ServiceSettings& settings, uint64_t memory)
     : program_(settings.program),
-      settings_(io::json_text(
-          {{"device", settings.device},
-           {"threads", settings.threads},
-           {"roots", settings.roots.folders()},
-           {"memory",
-            (settings.max_memory > 0 ? settings.max_memory : sequence::default_memory_limit()) /
-                4}})) {}
+      settings_(io::json_text({{"device", settings.device},
+                               {"threads", settings.threads},
+                               {"roots", settings.roots.folders()},
+                               {"memory", memory}})) {}
 
 Status PreviewHelper::test() {
     if (!process_.runs()) {
@@ -204,7 +201,7 @@ Result<std::string> PreviewHelper::preview(const std::string& body, const JobReq
 // Sends a task and returns its reply. `file`: whose reader died if the process does.
 Result<std::string> PreviewHelper::exchange(const std::string& task, const PreviewCalls& calls,
                                             const std::string& file) {
-    // What it still writes after a failure must not be taken for the reply to the next task.
+    // After a failure the process may still write a reply, which must not answer the next task.
     struct EndUnlessReplied {
         HelperProcess& process;
         bool replied = false;

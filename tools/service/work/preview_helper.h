@@ -19,7 +19,7 @@ inline constexpr const char* kPreviewHelper = "preview-helper";
 // Used by one thread.
 class PreviewHelper {
   public:
-    explicit PreviewHelper(const ServiceSettings& settings);
+    PreviewHelper(const ServiceSettings& settings, uint64_t memory);
 
     // PreviewMaker::preview() of the request with this body. Errors: as there; (input): the process
     // died; (internal): it cannot be started.

@@ -172,13 +172,14 @@ Result<ImageF> PreviewMaker::filter(JobRequest& request, const PreviewCalls& cal
 }
 
 // ---------------------------------------------------------------------------------- their queue
-Previews::Previews(const ServiceSettings& settings, const egl::ContextOptions& device,
-                   const PassRegistry& registry, DeviceGate& gate)
+Previews::Previews(const ServiceSettings& settings, uint64_t memory,
+                   const egl::ContextOptions& device, const PassRegistry& registry,
+                   DeviceGate& gate)
     : gate_(gate), threads_(1, kMaxWaiting) {
     if (settings.program.empty())
         maker_ = std::make_unique<PreviewMaker>(device, registry);
     else
-        helper_ = std::make_unique<PreviewHelper>(settings);
+        helper_ = std::make_unique<PreviewHelper>(settings, memory);
 }
 
 Previews::~Previews() = default;

@@ -44,9 +44,9 @@ Result<std::string> image_of(const std::string& path, int frame,
                              const sequence::SourceSettings& settings, const ImageWanted& wanted,
                              const std::function<void(uint64_t bytes)>& enter);
 
-// What a preview asks while it is made.
+// Calls of a preview while it is made.
 struct PreviewCalls {
-    std::function<bool()> over;      // nobody waits for it any more
+    std::function<bool()> over;      // whether its client has left or it has been replaced
     std::function<void()> reserved;  // returns when the device has been reserved for it
 };
 
@@ -77,8 +77,9 @@ Problem too_many_previews();
 
 class Previews {
   public:
-    // With settings.program in a process of their own (preview_helper.h).
-    Previews(const ServiceSettings& settings, const egl::ContextOptions& device,
+    // With settings.program in a process of their own (preview_helper.h). `memory`: bytes of a
+    // frame.
+    Previews(const ServiceSettings& settings, uint64_t memory, const egl::ContextOptions& device,
              const PassRegistry& registry, DeviceGate& gate);
     ~Previews();
 

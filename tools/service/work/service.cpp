@@ -167,7 +167,7 @@ struct Service::State {
           image_memory(memory / 4),
           counters(settings.version),
           thumbnails(kThumbnailThreads, kMaxThumbnails),
-          previews(settings, device, registry, gate),
+          previews(settings, memory / 4, device, registry, gate),
           disks(std::move(folders)),
           watch([this] { return look(); }) {
         // The rest is for images. Jobs of another queue are on other machines.

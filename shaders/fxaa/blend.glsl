@@ -49,9 +49,13 @@ vec4 blend(vec4 a, vec4 b, float weight) {
     precise const float wa = (1.0 - weight) * brightness_weight(a, a);
     const float wb = weight * brightness_weight(b, a);
     // From the texel that weighs more: of a texel 1e9 times as bright as the other, 1 - share keeps
-    // no digit.
-    precise const vec4 mean =
-        wa >= wb ? a + wb / (wa + wb) * (b - a) : b + wa / (wa + wb) * (a - b);
+    // no digit. Each in a step of its own: as the two sides of a choice, a GPU's compiler rounded them in
+    // one way in one program and in another way in the next.
+    precise const float total = wa + wb;
+    precise const float share_a = wa / total, share_b = wb / total;
+    precise const vec4 difference = b - a;
+    precise const vec4 from_a = a + share_b * difference, from_b = b - share_a * difference;
+    const vec4 mean = wa >= wb ? from_a : from_b;
     // The clamp keeps rounding inside the two texels' range.
     return clamp(mean, min(a, b), max(a, b));
 }

@@ -28,7 +28,7 @@ struct Sums {
     float moment;  // of the displacements, px^2
     float longest_path;  // squared, px^2
     Soft soft;
-    Half halves[2];
+    Half even, odd;  // by the count of binary digits 1 of a sample's number
 };
 
 // Variance along x and y, px^2: a larger one changes no window, and its determinant would be lost
@@ -37,7 +37,7 @@ const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
     const Half none = Half(vec3(0.0), 0.0);
-    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), Half[2](none, none));
+    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), none, none);
 }
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
@@ -66,12 +66,12 @@ bool add_soft(precise inout Soft soft, Hit hit, vec4 color, float weight) {
 // The samples whose number has an odd count of binary digits 1 are one half. Both halves are even
 // over the shutter, whose times go by mirrored digits, and over the lens, whose samples go outward
 // (Thue-Morse).
-void add_to_half(precise inout Half halves[2], int number, vec3 difference, float weight) {
+void add_to_half(precise inout Sums sums, int number, vec3 difference, float weight) {
     const bool odd = (bitCount(number) & 1) == 1;
-    halves[0].color += odd ? vec3(0.0) : weight * difference;
-    halves[1].color += odd ? weight * difference : vec3(0.0);
-    halves[0].weight += odd ? 0.0 : weight;
-    halves[1].weight += odd ? weight : 0.0;
+    sums.even.color += odd ? vec3(0.0) : weight * difference;
+    sums.odd.color += odd ? weight * difference : vec3(0.0);
+    sums.even.weight += odd ? 0.0 : weight;
+    sums.odd.weight += odd ? weight : 0.0;
 }
 
 void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Hit hit) {
@@ -82,7 +82,7 @@ void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Hit hit) {
     if (kShutter) sums.longest_path = max(sums.longest_path, precise_dot(hit.path, hit.path));
 #if ADAPTIVE
     precise const vec3 difference = color.rgb - sums.color.first.rgb;
-    add_to_half(sums.halves, now.number, difference, now.weight);
+    add_to_half(sums, now.number, difference, now.weight);
 #endif
     bool soft = false;
     if (DENOISE == 1) soft = add_soft(sums.soft, hit, color, now.weight);

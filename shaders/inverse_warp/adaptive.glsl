@@ -14,10 +14,10 @@ vec3 shown(vec3 color) {
 
 // Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
 // red, green and blue. Their colors are differences to `base`.
-float noise_of(Half halves[2], vec3 base) {
-    if (halves[0].weight == 0.0 || halves[1].weight == 0.0) return 0.0;
-    precise const vec3 first = base + halves[0].color / halves[0].weight;
-    precise const vec3 second = base + halves[1].color / halves[1].weight;
+float noise_of(Half even, Half odd, vec3 base) {
+    if (even.weight == 0.0 || odd.weight == 0.0) return 0.0;
+    precise const vec3 first = base + even.color / even.weight;
+    precise const vec3 second = base + odd.color / odd.weight;
     precise const vec3 d = shown(first) - shown(second);
     return precise_dot(d, d) / 3.0;
 }
@@ -39,7 +39,7 @@ void begin_block() {
 // after the second.
 bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
     if (set.first > 0) return false;
-    const float noise = is_pixel ? noise_of(sums.halves, sums.color.first.rgb) : 0.0;
+    const float noise = is_pixel ? noise_of(sums.even, sums.odd, sums.color.first.rgb) : 0.0;
     precise const float steps = kNoiseSteps * noise + 0.5;
     atomicAdd(block_noise, uint(steps));
     barrier();

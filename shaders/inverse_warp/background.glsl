@@ -8,30 +8,37 @@ struct CellLevel {
     vec2 place;  // of the position to fill, in cells
 };
 
-// Cells whose colors are averaged. A total of 0: none.
+// Cells whose colors are averaged: two in each ivec4. A total of 0: none.
 struct Cells {
-    ivec2 at[4];
-    float weight[4];
+    ivec4 upper, lower;
+    vec4 weights;
     float total;
 };
+
+// The weight w of a cell, by the part of it that shows a surface with at most this inverse depth.
+float weight_of(ivec2 cell, float w, float inverse_depth) {
+    const vec2 depth_part = texelFetch(background, cell, 0).xy;
+    precise const float weight = w * part_of(depth_part.y);
+    return depth_part.x > kOneDepth * inverse_depth ? 0.0 : weight;
+}
 
 // The four cells around, bilinear, each by the part of it that shows a surface with at most this
 // inverse depth.
 Cells cells_around(CellLevel level, float inverse_depth) {
     const vec2 base = floor(level.place);
-    precise const vec2 f = level.place - base;
+    precise const vec2 f = level.place - base, g = 1.0 - f;
+    const ivec2 low = level.first + clamp(ivec2(base), ivec2(0), level.cells - 1);
+    const ivec2 high = level.first + clamp(ivec2(base) + 1, ivec2(0), level.cells - 1);
     Cells cells;
-    precise float total = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 corner = ivec2(i & 1, i >> 1);
-        cells.at[i] = level.first + clamp(ivec2(base) + corner, ivec2(0), level.cells - 1);
-        vec2 depth_part = texelFetch(background, cells.at[i], 0).xy;
-        depth_part.y = part_of(depth_part.y);
-        precise const vec2 w = mix(1.0 - f, f, bvec2(corner));
-        precise const float weight = w.x * w.y * depth_part.y;
-        cells.weight[i] = depth_part.x > kOneDepth * inverse_depth ? 0.0 : weight;
-        total += cells.weight[i];
-    }
+    cells.upper = ivec4(low, high.x, low.y);
+    cells.lower = ivec4(low.x, high.y, high);
+    precise const vec4 bilinear = vec4(g.x, f.x, g.x, f.x) * vec4(g.y, g.y, f.y, f.y);
+    cells.weights = vec4(weight_of(cells.upper.xy, bilinear.x, inverse_depth),
+                         weight_of(cells.upper.zw, bilinear.y, inverse_depth),
+                         weight_of(cells.lower.xy, bilinear.z, inverse_depth),
+                         weight_of(cells.lower.zw, bilinear.w, inverse_depth));
+    precise const float total =
+        cells.weights.x + cells.weights.y + cells.weights.z + cells.weights.w;
     cells.total = total;
     return cells;
 }
@@ -50,19 +57,28 @@ Cells background_cells(vec2 at, float inverse_depth) {
     return cells;
 }
 
+// A sum of differences to the first color: one color stays to the bit.
+struct CellSum {
+    vec4 first;
+    vec4 sum;
+    bool is_empty;
+};
+
+void add_cell(precise inout CellSum cells, Plane plane, ivec2 cell, float weight) {
+    if (weight == 0.0) return;
+    const vec4 c = fetch(WIDE(background_color, background_layers), plane, cell);
+    if (cells.is_empty) cells.first = c;
+    cells.is_empty = false;
+    cells.sum += weight * (c - cells.first);
+}
+
 // The mean color of cells; if there are none: `otherwise`.
 vec4 color_of(Cells cells, Plane plane, vec4 otherwise) {
-    vec4 first = otherwise;
-    precise vec4 sum = vec4(0.0);
-    bool is_first = true;
-    for (int i = 0; i < 4; ++i) {
-        if (cells.weight[i] == 0.0) continue;
-        const vec4 c = fetch(WIDE(background_color, background_layers), plane, cells.at[i]);
-        if (is_first) first = c;
-        is_first = false;
-        // By the difference: one color stays to the bit.
-        sum += cells.weight[i] * (c - first);
-    }
-    precise const vec4 mean = first + sum / cells.total;
+    CellSum all = CellSum(otherwise, vec4(0.0), true);
+    add_cell(all, plane, cells.upper.xy, cells.weights.x);
+    add_cell(all, plane, cells.upper.zw, cells.weights.y);
+    add_cell(all, plane, cells.lower.xy, cells.weights.z);
+    add_cell(all, plane, cells.lower.zw, cells.weights.w);
+    precise const vec4 mean = all.first + all.sum / cells.total;
     return cells.total > 0.0 ? mean : otherwise;
 }

@@ -47,5 +47,5 @@ Cells continuation_cells(uvec2 sides, vec2 x) {
     precise const float share =
         clamp(precise_dot(0.5 * x - vec2(a), way) / max(precise_dot(way, way), 1.0), 0.0, 1.0);
     // The first color's difference to itself is 0, whatever its weight.
-    return Cells(ivec2[4](a, b, a, a), float[4](1.0, share, 0.0, 0.0), 1.0);
+    return Cells(ivec4(a, b), ivec4(a, a), vec4(1.0, share, 0.0, 0.0), 1.0);
 }

@@ -69,9 +69,9 @@ vec4 second_texel(Plane plane, ivec2 at) {
 
 vec4 second_color(vec2 at, Plane plane) {
     const Corners corners = corners_of(at);
-    vec4 texels[4];
-    for (int i = 0; i < 4; ++i) texels[i] = second_texel(plane, corners.at[i]);
-    return bilinear(texels, corners.f);
+    const ivec2 a = corners.nearest, b = corners.across;
+    return bilinear(second_texel(plane, a), second_texel(plane, ivec2(b.x, a.y)),
+                    second_texel(plane, ivec2(a.x, b.y)), second_texel(plane, b), corners.f);
 }
 #else
 Found resolve_second_layer(Pixel pixel, Sample now, Search here) {

@@ -28,20 +28,21 @@ vec4 fetch(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
     return finite_color(texelFetch(color, at, 0));
 }
 
-// By differences: equal texels give their value to the bit, and the first keeps its bits beside a
-// brighter one if f is 0.
-vec4 bilinear(vec4 texels[4], vec2 f) {
-    precise const vec4 upper = texels[0] + f.x * (texels[1] - texels[0]);
-    precise const vec4 lower = texels[2] + f.x * (texels[3] - texels[2]);
+// Between a texel, those beside and below it, and the one across. By differences: equal texels give their
+// value to the bit, and the first keeps its bits beside a brighter one if f is 0. Not an array of four:
+// what `precise` arithmetic reads of an array, a GPU's compiler keeps in memory.
+vec4 bilinear(vec4 texel, vec4 beside, vec4 below, vec4 across, vec2 f) {
+    precise const vec4 upper = texel + f.x * (beside - texel);
+    precise const vec4 lower = below + f.x * (across - below);
     precise const vec4 mean = upper + f.y * (lower - upper);
     return mean;
 }
 
 const float kSharpening = 1.5;  // of bilinear weights about their center: less added blur
 
-// The pixels around a position, and the weights of those beside the first.
+// The pixels around a position: the nearest one and the one across, and their weights along each axis.
 struct Corners {
-    ivec2 at[4];
+    ivec2 nearest, across;
     vec2 f;
 };
 
@@ -51,15 +52,16 @@ Corners corners_of(vec2 at) {
     precise const vec2 f = max(kSharpening * (abs(beyond) - 0.5) + 0.5, 0.0);
     const ivec2 a = ivec2(nearest);
     const ivec2 step = ivec2(mix(vec2(1.0), vec2(-1.0), lessThan(beyond, vec2(0.0))));
-    const ivec2 b = min(a + step, uniforms.size - 1);
-    return Corners(ivec2[4](a, ivec2(b.x, a.y), ivec2(a.x, b.y), b), f);
+    return Corners(a, min(a + step, uniforms.size - 1), f);
 }
 
 // Color of the surface that is seen at the position `at`, pixels: bilinear, with sharpened weights.
 // Not by a sampler: devices round its weights to 8 bits.
 vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
     const Corners corners = corners_of(at);
-    vec4 texels[4];
-    for (int i = 0; i < 4; ++i) texels[i] = fetch(WIDE(color, layers), plane, corners.at[i]);
-    return bilinear(texels, corners.f);
+    const ivec2 a = corners.nearest, b = corners.across;
+    return bilinear(fetch(WIDE(color, layers), plane, a),
+                    fetch(WIDE(color, layers), plane, ivec2(b.x, a.y)),
+                    fetch(WIDE(color, layers), plane, ivec2(a.x, b.y)),
+                    fetch(WIDE(color, layers), plane, b), corners.f);
 }

@@ -46,7 +46,7 @@ void main() {
     if (any(greaterThan(first, vec2(uniforms.size)))) return;
     precise const vec2 last = min(first + float(kBlockPx - 1), vec2(uniforms.size) - 0.5);
 
-    float longest = 0.0;
+    float longest_squared = 0.0;
     vec4 chosen = vec4(1.0, 1.0, -1.0, -1.0) * float(2 * uniforms.tile_px);
     {
         // Pixels choose the tile across a border up to r/(2 tau) from it; one more for rounding.
@@ -61,13 +61,13 @@ void main() {
         for (int y = low.y; y <= high.y; ++y) {
             for (int x = low.x; x <= high.x; ++x) {
                 const vec2 v = texelFetch(neighbor_max, ivec2(x, y), 0).xy;
-                longest = max(longest, precise_length(v));
+                longest_squared = max(longest_squared, precise_dot(v, v));
                 chosen = vec4(min(chosen.xy, v), max(chosen.zw, v));
             }
         }
     }
 #if STILL
-    if (longest <= uniforms.still_limit_px) {
+    if (is_still(longest_squared)) {
         ADD_TO_WORK_LIST(still_blocks, at);
         return;
     }

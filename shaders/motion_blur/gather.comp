@@ -189,11 +189,12 @@ void main() {
     // Never slower than v_c: every tile that can be chosen has this pixel's own among those whose
     // vectors it takes the longest of.
     const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
-    const float reach = precise_length(v_max);
-    if (reach <= uniforms.still_limit_px) {
+    const float reach_squared = precise_dot(v_max, v_max);
+    if (is_still(reach_squared)) {
         keep(p, color_p);
         return;
     }
+    const float reach = sqrt(reach_squared);
 
     const vec2 v_c = velocity_at(p);
     const float v_c_squared = precise_dot(v_c, v_c);

@@ -10,8 +10,11 @@
 // would decide. On a tie, the first in row order wins.
 #include "shared/motion_blur_uniforms.h"
 
-// Few threads, with many pixels each: one of them combines their results.
+#ifdef SOFTWARE_RENDERER
 const int kThreads = 64;
+#else
+const int kThreads = 256;  // a frame has few tiles, and a GPU hides latency by threads
+#endif
 layout(local_size_x = kThreads) in;
 
 #include "common/first_group.glsl"
@@ -77,7 +80,7 @@ void main() {
 #if DEPTH
     part.depths = vec2(texelFetch(inverse_depth, first, 0).x);
 #endif
-    // Every 64th pixel in row order.
+    // Every kThreads-th pixel in row order.
     const ivec2 size = min(ivec2(uniforms.tile_px), uniforms.size - first);
     const int count = size.x * size.y;
     int next = thread;
@@ -116,8 +119,19 @@ void main() {
 
     parts[thread] = part;
     barrier();
+#ifdef SOFTWARE_RENDERER
+    if (thread == 0)
+        for (int i = 1; i < kThreads; ++i) add(part, parts[i]);
+#else
+    for (int rest = kThreads / 2; rest > 0; rest /= 2) {
+        if (thread < rest) {
+            add(part, parts[thread + rest]);
+            parts[thread] = part;
+        }
+        barrier();
+    }
+#endif
     if (thread != 0) return;
-    for (int i = 1; i < kThreads; ++i) add(part, parts[i]);
 #if !STORAGE
     part.largest.xy = clamped_velocity(part.largest.xy, part.largest.z);
 #endif

@@ -16,8 +16,10 @@ vec2 motion_of(vec2 texel) {
     const uvec2 size = floatBitsToUint(texel) & 0x7fffffffu;
     if (max(size.x, size.y) <= floatBitsToUint(kMaxMotion)) return texel;
 #endif
-    const float longest = max(abs(texel.x), abs(texel.y));
-    const vec2 motion = longest > kMaxMotion ? texel * (kMaxMotion / longest) : texel;
+    const vec2 scaled = texel * 5.421010862427522e-20;  // 2^-64: 1/3e38 would be subnormal, 0 on a GPU
+    const float longest = max(abs(scaled.x), abs(scaled.y));
+    const vec2 motion = max(abs(texel.x), abs(texel.y)) > kMaxMotion
+                            ? scaled * (kMaxMotion / longest) : texel;
     return is_finite(texel.x) && is_finite(texel.y) ? motion : vec2(0.0);
 }
 
@@ -54,4 +56,11 @@ vec2 decode_velocity(vec2 stored) {
 #else
     return stored;
 #endif
+}
+
+// Does nothing that moves so fast at most blur? By squares: the root of one square may differ from program
+// to program of a GPU.
+bool is_still(float squared) {
+    precise const float limit = uniforms.still_limit_px * uniforms.still_limit_px;
+    return squared <= limit;
 }

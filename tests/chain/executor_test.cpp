@@ -107,8 +107,9 @@ TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
 // As a software renderer does, which also reads the lengths of lists.
 TEST_F(Execute, PlanesReadAsImages) {
     gl::Device device = gl::describe_current();
+    if (device.limits.image_units < 32)
+        GTEST_SKIP() << "the device has no image units for all textures of a step";
     device.software = true;
-    device.limits.image_units = 32;
     const auto executor = make_executor({}, device);
     const FramePlanes in = {{Role::color, test::noise_image(33, 37, 4, 7)}};
     for (const Plan& plan : {two_steps(33, 37), sorted(33, 37)})

@@ -57,7 +57,8 @@ TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
     auto program = cache.get({"a.comp", {}});
     ASSERT_FALSE(program.ok());
     EXPECT_EQ(program.status().code(), StatusCode::gl);
-    EXPECT_THAT(program.status().message(), HasSubstr("common/value.glsl:3"));
+    EXPECT_THAT(program.status().message(),
+                AnyOf(HasSubstr("common/value.glsl:3"), HasSubstr("common/value.glsl(3)")));
 }
 
 TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
@@ -78,12 +79,12 @@ TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
     gl::ProgramCache cache([&](const std::string& text) { said.push_back(text); },
                            gl::shader_folder_of_environment());
     const auto good = test::must(cache.get({"a.comp", {}}));
-    write("a.comp", "broken\n");
+    write("a.comp", "broken;\n" + kBody);
     const auto kept = test::must(cache.get({"a.comp", {}}));
     EXPECT_EQ(kept, good);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     ASSERT_EQ(said.size(), 1u) << "said once";
-    EXPECT_THAT(said[0], HasSubstr("a.comp:2"));
+    EXPECT_THAT(said[0], AnyOf(HasSubstr("a.comp:2"), HasSubstr("a.comp(2)")));
     write("a.comp", kValue + "// changed\n" + kBody);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     EXPECT_EQ(cache.compiled(), 2u) << "a good change is compiled";

@@ -87,8 +87,8 @@ Vulkan::Vulkan() {
     VkDebugUtilsMessengerEXT made = VK_NULL_HANDLE;
     must(create(instance, &messenger, nullptr, &made), "vkCreateDebugUtilsMessengerEXT");
 
-    // The device of GL, whose bits the tests expect: a GPU if there is one, else lavapipe, which has
-    // llvmpipe's compiler.
+    // The device of GL, whose bits the tests expect: a GPU if there is one, else lavapipe, which
+    // has llvmpipe's compiler.
     uint32_t count = 16;
     VkPhysicalDevice devices[16];
     vkEnumeratePhysicalDevices(instance, &count, devices);
@@ -96,7 +96,9 @@ Vulkan::Vulkan() {
         VkPhysicalDeviceProperties properties;
         vkGetPhysicalDeviceProperties(devices[i], &properties);
         const bool cpu = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
-        if (!physical || !cpu) physical = devices[i];
+        if (physical && cpu) continue;
+        physical = devices[i];
+        software = cpu;
     }
     must(physical ? VK_SUCCESS : VK_ERROR_INITIALIZATION_FAILED, "no Vulkan device");
 

@@ -9,7 +9,7 @@
 
 namespace postchain::test {
 
-// Made on first use. Without a software device or the layers the process ends with a message.
+// Made on first use. Without a device or the layers the process ends with a message.
 class Vulkan {
   public:
     static Vulkan& get();
@@ -18,6 +18,7 @@ class Vulkan {
 
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical = VK_NULL_HANDLE;
+    bool software = false;
     VkDevice device = VK_NULL_HANDLE;
     VkQueue queue = VK_NULL_HANDLE;
     static constexpr uint32_t kFamily = 0;

@@ -85,6 +85,13 @@ pc_result run(const VkInstanceOfChain& instance, const pc::Chain& chain, const p
     return result;
 }
 
+void expect_as_gl(const ImageF& found, const ImageF& expected) {
+    if (Vulkan::get().software)
+        expect_equal(found, expected);
+    else
+        expect_near(found, expected, 1e-5, 0.005);
+}
+
 ImageF filtered(const VkInstanceOfChain& instance, const pc::Chain& chain, VkFrame& frame) {
     prepare(instance, chain, frame.vk);
     EXPECT_EQ(run(instance, chain, frame.vk), PC_OK) << pc_error();

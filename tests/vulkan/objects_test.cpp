@@ -159,13 +159,17 @@ struct HostBlocks {
             info.memoryTypeIndex = type;
             EXPECT_EQ(vkAllocateMemory(host.device, &info, nullptr, &block.memory), VK_SUCCESS);
             void* mapped = nullptr;
-            EXPECT_EQ(vkMapMemory(host.device, block.memory, 0, VK_WHOLE_SIZE, 0, &mapped),
-                      VK_SUCCESS);
+            VkPhysicalDeviceMemoryProperties types;
+            vkGetPhysicalDeviceMemoryProperties(host.physical, &types);
+            if (types.memoryTypes[type].propertyFlags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) {
+                EXPECT_EQ(vkMapMemory(host.device, block.memory, 0, VK_WHOLE_SIZE, 0, &mapped),
+                          VK_SUCCESS);
+            }
             block.mapped = static_cast<char*>(mapped);
         }
         const VkDeviceSize at = (block.end + needs->alignment - 1) & ~(needs->alignment - 1);
         block.end = at + needs->size;
-        *part = {block.memory, at, block.mapped + at, &self};
+        *part = {block.memory, at, block.mapped ? block.mapped + at : nullptr, &self};
         ++self.parts;
         ++self.all;
         return VK_SUCCESS;

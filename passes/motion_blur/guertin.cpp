@@ -155,10 +155,11 @@ class Planner {
     TextureId tile_texture(const char* name, Format format) {
         return planner_.texture(name, format, Area::tiles());
     }
-    static Step make_step(const std::string& name, std::map<std::string, std::string> defines) {
+    Step make_step(const std::string& name, std::map<std::string, std::string> defines) const {
         Step step;
         step.name = name;
         step.program = {"motion_blur/" + name + ".comp", std::move(defines)};
+        planner_.context().choose_form(step.program);
         step.take_uniforms<MotionBlurUniforms>();
         return step;
     }

@@ -120,8 +120,8 @@ void main() {
     parts[thread] = part;
     barrier();
 #ifdef SOFTWARE_RENDERER
-    if (thread == 0)
-        for (int i = 1; i < kThreads; ++i) add(part, parts[i]);
+    if (thread != 0) return;
+    for (int i = 1; i < kThreads; ++i) add(part, parts[i]);
 #else
     for (int rest = kThreads / 2; rest > 0; rest /= 2) {
         if (thread < rest) {
@@ -130,8 +130,8 @@ void main() {
         }
         barrier();
     }
-#endif
     if (thread != 0) return;
+#endif
 #if !STORAGE
     part.largest.xy = clamped_velocity(part.largest.xy, part.largest.z);
 #endif

@@ -11,15 +11,18 @@ const float kMaxMotion = 1e15;  // px per frame, of a component: the square must
 
 // A motion as the filter reads it: shortened along its direction, and 0 if it is not finite.
 vec2 motion_of(vec2 texel) {
+    float longest = max(abs(texel.x), abs(texel.y));
+    vec2 direction = texel;
+    bool is_long = longest > kMaxMotion;
 #ifndef SOFTWARE_RENDERER
     // Nearly all: the lanes of a GPU skip the rest together.
     const uvec2 size = floatBitsToUint(texel) & 0x7fffffffu;
     if (max(size.x, size.y) <= floatBitsToUint(kMaxMotion)) return texel;
+    // A GPU divides by a product with the reciprocal, and that of 3e38 is subnormal: 0.
+    direction *= 5.421010862427522e-20;  // 2^-64
+    longest *= 5.421010862427522e-20;
 #endif
-    const vec2 scaled = texel * 5.421010862427522e-20;  // 2^-64: 1/3e38 would be subnormal, 0 on a GPU
-    const float longest = max(abs(scaled.x), abs(scaled.y));
-    const vec2 motion = max(abs(texel.x), abs(texel.y)) > kMaxMotion
-                            ? scaled * (kMaxMotion / longest) : texel;
+    const vec2 motion = is_long ? direction * (kMaxMotion / longest) : texel;
     return is_finite(texel.x) && is_finite(texel.y) ? motion : vec2(0.0);
 }
 
@@ -58,8 +61,8 @@ vec2 decode_velocity(vec2 stored) {
 #endif
 }
 
-// Does nothing that moves so fast at most blur? By squares: the root of one square may differ from program
-// to program of a GPU.
+// Is a speed so low that nothing is blurred? By its square, whose root may differ from program to program of
+// a GPU.
 bool is_still(float squared) {
     precise const float limit = uniforms.still_limit_px * uniforms.still_limit_px;
     return squared <= limit;

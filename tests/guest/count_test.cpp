@@ -92,7 +92,8 @@ TEST(Count, TheSteadyStateMakesAllocatesAndReadsNothing) {
             if (per_frame == 0) per_frame = cost.all_calls;
             ASSERT_EQ(cost.all_calls, per_frame) << "frame " << i;
         }
-        EXPECT_LE(fences, 3u * (kFrames / 4 + 1));
+        // Each is made, deleted, and asked for: on a device that is behind once in each frame.
+        EXPECT_LE(fences, 2u * (kFrames / 4 + 1) + kFrames);
         expect_nothing_made(before, count(guest));
     }
 }

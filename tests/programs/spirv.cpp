@@ -40,7 +40,13 @@ enum Decoration : uint32_t {
     kOffset = 35,
     kNoContraction = 42
 };
-enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
+enum StorageClass : uint32_t {
+    kUniformConstant = 0,
+    kUniform = 2,
+    kPrivate = 6,
+    kOfFunction = 7,
+    kStorageBuffer = 12
+};
 
 // Calls of GLSL.std.450 whose results are sums of products. glslang marks none.
 const std::set<uint32_t> kSums = {33, 34, 46, 49, 50, 66, 67, 68, 69, 70, 71, 72};
@@ -57,6 +63,15 @@ struct Module {
     bool has(uint32_t id, Decoration what) const {
         const auto found = decorations.find(id);
         return found != decorations.end() && found->second.contains(what);
+    }
+
+    bool has_array(uint32_t type) const {
+        const Words t = types.at(type);
+        const uint32_t op = t[0] & 0xffff;
+        if (op == kTypeStruct)
+            return std::any_of(t.begin() + 2, t.end(),
+                               [&](uint32_t member) { return has_array(member); });
+        return op == kTypeArray;
     }
 
     size_t bytes_of(uint32_t type) const {
@@ -129,6 +144,10 @@ Spirv read_spirv(Words words) {
             spirv.contracted.insert(function.substr(0, function.find('(')) + "() line " +
                                     std::to_string(line));
     }
+    for (const auto& [id, variable] : variables)
+        if ((variable[3] == kPrivate || variable[3] == kOfFunction) &&
+            module.has_array(module.types.at(variable[1])[3]))
+            spirv.arrays.insert(module.names[id]);
     for (const uint32_t id : used)
         if (variables.contains(id)) add_variable(module, variables[id], spirv);
     return spirv;

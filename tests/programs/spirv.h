@@ -26,6 +26,7 @@ struct Spirv {
     // Functions with a sum of floats that a compiler may fuse with a product, or a built-in
     // function with one inside, and its line.
     std::set<std::string> contracted;
+    std::set<std::string> arrays;  // variables of functions and of invocations that are or hold one
 };
 
 Spirv read_spirv(std::span<const uint32_t> words);

@@ -273,6 +273,13 @@ class Serve(Served):
         store.write_bytes(copy.read_bytes())
         with self.serving() as server:
             self.assertEqual(server.get("/v1/jobs/1"), before)
+        # The users have metrics of their own.
+        known = {"Authorization": "Bearer " + "a" * 20}
+        users = self.write("users.yaml", "postchain_users: 1\nusers: {ann: {admin: true, tokens: "
+                           f"[{token_hash('a' * 20)}]}}}}\n")
+        with self.serving("--users", users) as server:
+            server.ended(server.submit(JOB, known), known)
+            text += server.ask("GET", "/metrics", None, known)[2].decode()
         names = {re.match(r"\w+", line)[0] for line in text.splitlines() if line[:1] != "#"}
         dashboard = json.loads((SOURCE / "tools/packaging/service/grafana.json").read_text())
         wanted = {target["expr"]: set(re.findall(r"\b(?:postchain|process)_\w+", target["expr"]))

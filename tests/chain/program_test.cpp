@@ -8,6 +8,7 @@
 #include "chain/plan/program_source.h"
 #include "tests/support/environment.h"
 #include "tests/support/gpu.h"
+#include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 

@@ -66,7 +66,9 @@ struct Module {
     }
 
     bool has_array(uint32_t type) const {
-        const Words t = types.at(type);
+        const auto found = types.find(type);
+        if (found == types.end()) return false;  // bool
+        const Words t = found->second;
         const uint32_t op = t[0] & 0xffff;
         if (op == kTypeStruct)
             return std::any_of(t.begin() + 2, t.end(),

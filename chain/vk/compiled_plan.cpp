@@ -22,6 +22,16 @@ VkMemoryBarrier barrier(VkAccessFlags from, VkAccessFlags to) {
     return made;
 }
 
+// In one texture: bands of the step wait for each other.
+bool writes_what_it_reads(const Step& step) {
+    return std::any_of(step.bindings.begin(), step.bindings.end(), [&](const Binding& written) {
+        return written.access == Access::write &&
+               std::any_of(step.bindings.begin(), step.bindings.end(), [&](const Binding& read) {
+                   return read.texture == written.texture && read.access != Access::write;
+               });
+    });
+}
+
 Kind kind_of(Access access) {
     switch (access) {
         case Access::list:
@@ -302,8 +312,10 @@ void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
             return;
         }
     }
+    const bool waits = writes_what_it_reads(step);
     for (Bands bands(columns, rows); bands.more();) {
         const Band band = bands.next(kBandTaps / taps);
+        if (waits && band.first != std::array{0u, 0u}) wait(commands, 0);
         push(band.first);
         fn.CmdDispatch(commands, band.count[0], band.count[1], uint32_t(step.groups[2]));
     }

@@ -241,6 +241,18 @@ TEST(Flight, ParametersAndUnusedImages) {
     EXPECT_LT(count(vulkan).texture_bytes, before.texture_bytes);
 }
 
+// A step of a large frame that writes the texture it reads is cut into bands: the layers find no
+// hazard.
+TEST(Flight, BandsOfOneStepWaitForEachOther) {
+    const int width = 1920, height = 1080;
+    const auto canonical = canonical_frame(width, height);
+    VkFrame frame(canonical.test.planes, canonical.frame);
+    const auto vulkan = vk_instance(uint32_t(width), uint32_t(height));
+    const auto made = chain("joint_blur");
+    set(made, 0, "samples", 8);
+    filtered(vulkan, made, frame);
+}
+
 // Dispatches with more fetches than a band has: of the whole plane, and by a list longer than a row
 // of its launch, with other launches after it. A group of its gather has 127 x 4 and more fetches a
 // pixel.

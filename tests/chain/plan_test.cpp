@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "chain/base/text.h"
 #include "chain/plan/plan_print.h"
 #include "tests/chain/plan_support.h"
 

@@ -278,7 +278,7 @@ class Serve(Served):
         users = self.write("users.yaml", "postchain_users: 1\nusers: {ann: {admin: true, tokens: "
                            f"[{token_hash('a' * 20)}]}}}}\n")
         with self.serving("--users", users) as server:
-            server.ended(server.submit(JOB, known), known)
+            server.ended(server.submit(JOB | {"on_existing": "overwrite"}, known), known)
             text += server.ask("GET", "/metrics", None, known)[2].decode()
         names = {re.match(r"\w+", line)[0] for line in text.splitlines() if line[:1] != "#"}
         dashboard = json.loads((SOURCE / "tools/packaging/service/grafana.json").read_text())

@@ -32,11 +32,11 @@ Cells cells_around(CellLevel level, float inverse_depth) {
     Cells cells;
     cells.upper = ivec4(low, high.x, low.y);
     cells.lower = ivec4(low.x, high.y, high);
-    precise const vec4 bilinear = vec4(g.x, f.x, g.x, f.x) * vec4(g.y, g.y, f.y, f.y);
-    cells.weights = vec4(weight_of(cells.upper.xy, bilinear.x, inverse_depth),
-                         weight_of(cells.upper.zw, bilinear.y, inverse_depth),
-                         weight_of(cells.lower.xy, bilinear.z, inverse_depth),
-                         weight_of(cells.lower.zw, bilinear.w, inverse_depth));
+    precise const vec4 shares = vec4(g.x, f.x, g.x, f.x) * vec4(g.y, g.y, f.y, f.y);
+    cells.weights = vec4(weight_of(cells.upper.xy, shares.x, inverse_depth),
+                         weight_of(cells.upper.zw, shares.y, inverse_depth),
+                         weight_of(cells.lower.xy, shares.z, inverse_depth),
+                         weight_of(cells.lower.zw, shares.w, inverse_depth));
     precise const float total =
         cells.weights.x + cells.weights.y + cells.weights.z + cells.weights.w;
     cells.total = total;

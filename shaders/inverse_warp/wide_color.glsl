@@ -40,7 +40,7 @@ vec4 bilinear(vec4 texel, vec4 beside, vec4 below, vec4 across, vec2 f) {
 
 const float kSharpening = 1.5;  // of bilinear weights about their center: less added blur
 
-// The pixels around a position: the nearest one and the one across, and their weights along each axis.
+// The pixel nearest to a position, the one across from it, and the weight of the latter along each axis.
 struct Corners {
     ivec2 nearest, across;
     vec2 f;

@@ -222,6 +222,11 @@ TEST_F(Pixels, DepthBesideStencil) {
     EXPECT_TRUE(equal_bits(with(GL_DEPTH24_STENCIL8, GL_UNSIGNED_INT_24_8, both24), expected24));
     EXPECT_TRUE(equal_bits(with(GL_DEPTH32F_STENCIL8, GL_FLOAT_32_UNSIGNED_INT_24_8_REV, both32),
                            expected32));
+    // Of depths that 24 bits cannot hold.
+    EXPECT_TRUE(std::any_of(stored.data.begin(), stored.data.end(), [](float depth) {
+        const double code = depth * 16777215.0;
+        return code != std::round(code);
+    }));
 }
 
 TEST_F(Pixels, MotionConventions) {

@@ -11,18 +11,17 @@ const float kMaxMotion = 1e15;  // px per frame, of a component: the square must
 
 // A motion as the filter reads it: shortened along its direction, and 0 if it is not finite.
 vec2 motion_of(vec2 texel) {
-    float longest = max(abs(texel.x), abs(texel.y));
-    vec2 direction = texel;
-    bool is_long = longest > kMaxMotion;
-#ifndef SOFTWARE_RENDERER
+#ifdef SOFTWARE_RENDERER
+    const float longest = max(abs(texel.x), abs(texel.y));
+    const vec2 motion = longest > kMaxMotion ? texel * (kMaxMotion / longest) : texel;
+#else
     // Nearly all: the lanes of a GPU skip the rest together.
     const uvec2 size = floatBitsToUint(texel) & 0x7fffffffu;
     if (max(size.x, size.y) <= floatBitsToUint(kMaxMotion)) return texel;
-    // A GPU divides by a product with the reciprocal, and that of 3e38 is subnormal: 0.
-    direction *= 5.421010862427522e-20;  // 2^-64
-    longest *= 5.421010862427522e-20;
+    // A GPU multiplies by the reciprocal, and that of 3e38 is subnormal: 0.
+    const vec2 scaled = texel * 5.421010862427522e-20;  // 2^-64
+    const vec2 motion = scaled * (kMaxMotion / max(abs(scaled.x), abs(scaled.y)));
 #endif
-    const vec2 motion = is_long ? direction * (kMaxMotion / longest) : texel;
     return is_finite(texel.x) && is_finite(texel.y) ? motion : vec2(0.0);
 }
 

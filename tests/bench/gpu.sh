@@ -57,7 +57,7 @@ write_page() {
         done
         echo
         if [[ ${#failures[@]} -eq 0 ]]; then
-            echo "nothing failed${1-, up to here}"
+            echo "nothing failed${1:-}"
         else
             printf 'FAILED: %s\n' "${failures[@]}"
         fi
@@ -71,7 +71,7 @@ stage() {
     echo "== $name"
     stages+=("$name")
     "$@" 2>&1 | tee "$logs/$name" || failures+=("$name: exit code ${PIPESTATUS[0]}")
-    write_page
+    write_page ", up to here"
 }
 
 run_tests() {
@@ -94,7 +94,7 @@ for size in $sizes; do
         ${only:+"--only=$only"} --steps
 done
 stage "a guest's frame on the CPU" "$programs/guest_bench"
-write_page ""
+write_page
 echo
 cat "$page"
 echo "written to $page"

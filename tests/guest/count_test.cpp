@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "chain/gl/device.h"
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
@@ -92,8 +93,9 @@ TEST(Count, TheSteadyStateMakesAllocatesAndReadsNothing) {
             if (per_frame == 0) per_frame = cost.all_calls;
             ASSERT_EQ(cost.all_calls, per_frame) << "frame " << i;
         }
-        // Each is made, deleted, and asked for: on a device that is behind once in each frame.
-        EXPECT_LE(fences, 2u * (kFrames / 4 + 1) + kFrames);
+        // Each is made, asked for and deleted. A GPU may be behind, and is asked in each frame.
+        const bool software = gl::describe_current().software;
+        EXPECT_LE(fences, software ? 3u * (kFrames / 4 + 1) : 2u * (kFrames / 4 + 1) + kFrames);
         expect_nothing_made(before, count(guest));
     }
 }

@@ -6,6 +6,7 @@
 
 #include <functional>
 
+#include "chain/gl/device.h"
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
@@ -171,6 +172,7 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
             const auto calls = GlCalls::stop();
             silence_gl(false);
             silence_dispatches(false);
+            const bool software = gl::describe_current().software;
             const pc_counters after = count(guest);
             EXPECT_EQ(after.frames, before.frames + kFrames) << pc_last_error(guest.get());
             EXPECT_EQ(allocated, 0u) << named.name;
@@ -182,8 +184,10 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
                     EXPECT_LE(number, kFrames / 4 + 1) << named.name;
                     continue;
                 }
+                // The bands of a GPU are measured by queries.
+                if (!software && name.starts_with("glGetQueryObject")) continue;
                 EXPECT_FALSE(name.starts_with("glCreate") || name.starts_with("glDelete") ||
-                             (name.starts_with("glGet") && !name.starts_with("glGetQueryObject")))
+                             name.starts_with("glGet"))
                     << name;
             }
         }

@@ -1,4 +1,4 @@
-// What Vulkan filters is what GL does.
+// Vulkan filters as GL does.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 

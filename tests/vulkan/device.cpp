@@ -96,7 +96,7 @@ Vulkan::Vulkan() {
         VkPhysicalDeviceProperties properties;
         vkGetPhysicalDeviceProperties(devices[i], &properties);
         const bool cpu = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
-        if (physical && cpu) continue;
+        if (physical && (cpu || !software)) continue;
         physical = devices[i];
         software = cpu;
     }

@@ -33,9 +33,8 @@ struct VkFrame {
 void prepare(const VkInstanceOfChain& instance, const pc::Chain& chain, const pc_vk_frame& frame);
 // Records, submits and waits.
 pc_result run(const VkInstanceOfChain& instance, const pc::Chain& chain, const pc_vk_frame& frame);
-// What the chain filters through Vulkan is what it filters through GL: the same bits on lavapipe
-// and llvmpipe, which have one compiler; nearly the same on a GPU, whose two compilers round
-// differently.
+// Vulkan filters as GL does. Lavapipe and llvmpipe have one compiler and give the same bits; the
+// two compilers of a GPU's driver round differently.
 void expect_as_gl(const ImageF& found, const ImageF& expected);
 // prepare() and run() of a frame; its output. A failure fails the test.
 ImageF filtered(const VkInstanceOfChain& instance, const pc::Chain& chain, VkFrame& frame);

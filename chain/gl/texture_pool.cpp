@@ -85,18 +85,20 @@ Result<Texture*> TexturePool::acquire(const Storage& storage, bool apart) {
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
     if (storage.format != Format::work_list && std::max(storage.width, storage.height) > limit)
-        return Status(StatusCode::gl, concat(doing, ": this device's limit is ", limit, " a side"));
+        return Status(StatusCode::gl, concat(doing, ": this device's limit is ", limit,
+                                             " a side; use smaller frames"));
     GLint most_slices = 0;
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_slices);
     if (storage.slices > most_slices)
-        return Status(StatusCode::gl,
-                      concat(doing, ": this device's limit is ", most_slices, " slices"));
+        return Status(StatusCode::gl, concat(doing, ": this device's limit is ", most_slices,
+                                             " slices; use fewer layers"));
     auto texture = std::make_unique<Texture>(Texture{storage});
     texture->in_use = true;
     texture->last_used = frame_;
     if (budget_ > 0 && bytes_ + texture->bytes() > budget_)
-        return Status(StatusCode::memory, concat(doing, ": ", bytes_,
-                                                 " bytes are in use, and the budget is ", budget_));
+        return Status(StatusCode::memory,
+                      concat(doing, ": ", bytes_, " bytes are in use, and the budget is ", budget_,
+                             "; raise it, or use smaller frames"));
     if (!create(*texture)) {
         destroy(*texture);
         return Status(StatusCode::memory, check_error(doing).message());

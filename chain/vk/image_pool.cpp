@@ -69,11 +69,14 @@ Result<std::unique_ptr<Image>> make_image(const Device& device, const Storage& s
         return made;
     }
     if (uint32_t(std::max(storage.width, storage.height)) > limits.maxImageDimension2D)
-        return Status(StatusCode::gl, concat(doing, ": this device's limit is ",
-                                             limits.maxImageDimension2D, " a side"));
+        return Status(StatusCode::gl,
+                      concat(doing, ": this device's limit is ", limits.maxImageDimension2D,
+                             " a side; use smaller frames"));
     if (!device.supports(format_of(storage.format),
                          VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT))
-        return Status(StatusCode::gl, concat(doing, ": this device cannot store to such images"));
+        return Status(
+            StatusCode::gl,
+            concat(doing, ": this device cannot store to such images; use another device, or GL"));
     if (Status s = create(device, *made); !s.ok()) return s.at(doing);
     return made;
 }
@@ -99,9 +102,9 @@ Result<std::vector<Image*>> ImagePool::acquire(const std::vector<Storage>& all, 
         }
         const uint64_t bytes = storage.bytes();
         if (budget_ > 0 && bytes_ + bytes > budget_)
-            return Status(StatusCode::memory,
-                          concat(text_of(storage), ": ", bytes_,
-                                 " bytes are in use, and the budget is ", budget_));
+            return Status(StatusCode::memory, concat(text_of(storage), ": ", bytes_,
+                                                     " bytes are in use, and the budget is ",
+                                                     budget_, "; raise it, or use smaller frames"));
         ASSIGN_OR_RETURN(auto made, make_image(device_, storage));
         ++allocations_;
         bytes_ += bytes;

@@ -64,6 +64,18 @@ TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
     EXPECT_TRUE(files(at("a/folder/free.exr")).check().ok());
 }
 
+TEST_F(OutputFilesTest, AFolderIsMadeWithThoseAboveIt) {
+    for (int i = 0; i < 2; ++i) EXPECT_TRUE(make_folder(at("new/deep")).ok());
+    EXPECT_TRUE(fs::is_directory(at("new/deep")));
+    make("file");
+    for (const auto* name : {"file", "file/deep"}) {
+        const Status status = make_folder(at(name));
+        EXPECT_EQ(status.code(), StatusCode::output) << name;
+        EXPECT_THAT(status.message(),
+                    AllOf(HasSubstr(at(name)), HasSubstr("choose another folder")));
+    }
+}
+
 // A folder mounted a second time has other paths, and the same files.
 TEST_F(OutputFilesTest, AFolderMountedTwiceIsOneFolder) {
     fs::create_directories(at("frames/deep"));

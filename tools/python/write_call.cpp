@@ -12,6 +12,7 @@
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 #include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/image_writer.h"
 #include "tools/sequence/layers/fill_mask.h"
@@ -169,13 +170,8 @@ void write_image(const std::string& path, const py::object& result, const py::ob
         RETURN_IF_ERROR(files.check());
         files.remove_left_temporaries();
         if (const std::string folder = fs::path(path).parent_path().string();
-            settings.make_folder && !folder.empty()) {
-            std::error_code error;
-            fs::create_directories(folder, error);
-            if (error)
-                return Status(StatusCode::output, folder + ": cannot be created: " +
-                                                      error.message() + "; choose another folder");
-        }
+            settings.make_folder && !folder.empty())
+            RETURN_IF_ERROR(io::make_folder(folder));
         if (of_files) {
             ASSIGN_OR_RETURN(
                 auto source,

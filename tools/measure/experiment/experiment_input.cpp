@@ -10,6 +10,7 @@
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/sequence_reader.h"
@@ -273,11 +274,7 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
     const std::string text = concat(request.name, " ", request.width, "x", request.height, " ",
                                     samples, " ", request.camera.text());
     const std::string folder = parent + "/" + hex_of(hash_text(text));
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-        return Status(StatusCode::output, folder + ": cannot be created: " + error.message() +
-                                              "; choose another folder");
+    RETURN_IF_ERROR(io::make_folder(folder));
     const std::string pattern = folder + "/both.####.exr";
     ASSIGN_OR_RETURN(auto name, io::PathPattern::parse(pattern));
     std::unique_ptr<scenes::SceneRenderer> renderer;

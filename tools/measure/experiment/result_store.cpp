@@ -1,13 +1,12 @@
 #include "tools/measure/experiment/result_store.h"
 
-#include <filesystem>
-
 #include "chain/base/parameter.h"
 #include "chain/base/readable_file.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/record/fingerprint.h"
 #include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/sequence_reader.h"
@@ -44,12 +43,7 @@ Status ResultStore::save(const std::string& path, const std::string& text) const
 }
 
 Status ResultStore::prepare() const {
-    std::error_code error;
-    std::filesystem::create_directories(folder_, error);
-    if (error)
-        return Status(StatusCode::output, folder_ + ": cannot be created: " + error.message() +
-                                              "; choose another folder");
-    return Status();
+    return io::make_folder(folder_);
 }
 
 std::string ResultStore::path(const std::string& name) const {

@@ -1,14 +1,11 @@
 #include "tools/measure/report/images.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::report {
 namespace {
-
-namespace fs = std::filesystem;
 
 void replace(std::vector<StoredImage>& images, StoredImage entry) {
     const auto same = std::ranges::find_if(images, [&](const StoredImage& image) {
@@ -38,12 +35,7 @@ StoredImage stored_image(ImageKind kind, int variant, int frame, const std::stri
 }
 
 Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {
-    std::error_code error;
-    const std::string folder = report.folder + "/" + kImageFolder;
-    fs::create_directories(folder, error);
-    if (error)
-        return Status(StatusCode::output, folder + ": cannot be created: " + error.message() +
-                                              "; choose another folder");
+    RETURN_IF_ERROR(io::make_folder(report.folder + "/" + kImageFolder));
     const bool rgb = pixels.channels >= 3;
     const std::string path = report.folder + "/" + entry.path;
     ASSIGN_OR_RETURN(const auto permit, report.files.permit(path));

@@ -209,14 +209,10 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
                                  "This folder is a study of postchain.\n",
                                  "name another folder with --output"});
     RETURN_IF_ERROR(files.check());
-    std::error_code error;
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite) RETURN_IF_ERROR(remove_study(study, path));
     RETURN_IF_ERROR(files.make_folders());
-    fs::create_directories(path + "/tasks", error);
-    if (error)
-        return Status(StatusCode::output, path + "/tasks: cannot be created: " + error.message() +
-                                              "; choose another folder");
+    RETURN_IF_ERROR(io::make_folder(path + "/tasks"));
     io::remove_dead_temporaries(path + "/tasks", [](const std::string&) { return true; });
     StudyFolder folder(path, std::move(files));
     RETURN_IF_ERROR(folder.check_results(study));

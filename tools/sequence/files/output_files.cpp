@@ -64,6 +64,14 @@ std::vector<std::string> names_in(const std::string& folder) {
 
 }  // namespace
 
+Status make_folder(const std::string& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (is_folder(folder)) return Status();
+    return refused(folder,
+                   concat("cannot be created: ", error.message(), "; choose another folder"));
+}
+
 bool is_inside(const std::string& path, const std::string& folder) {
     return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
 }
@@ -284,12 +292,7 @@ void OutputFiles::remove_left_temporaries() const {
 
 Status OutputFiles::make_folders() const {
     for (const OutputFolder& folder : folders_) {
-        std::error_code error;
-        fs::create_directories(folder.path, error);
-        std::error_code ignored;  // the reason is why it could not be made
-        if (!fs::is_directory(folder.path, ignored))
-            return refused(folder.path, concat("folder cannot be created: ", error.message(),
-                                               "; choose another one"));
+        RETURN_IF_ERROR(make_folder(folder.path));
         RETURN_IF_ERROR(
             atomic_write_text(folder.path + "/" + folder.mark, folder.owner, OnExisting::skip)
                 .status());

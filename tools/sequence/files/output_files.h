@@ -33,6 +33,9 @@ namespace postchain::io {
 // True if `path` is `folder` or lies in it. Both are absolute, without links and dots.
 bool is_inside(const std::string& path, const std::string& folder);
 
+// Creates the folder and those above it, if they are not there. Errors (output): the system's.
+Status make_folder(const std::string& folder);
+
 // A file that a job reads in addition to its frames.
 struct InputFile {
     std::string path;

@@ -135,10 +135,7 @@ Status have_folder(const RunSettings& settings) {
     if (!settings.make_folder)
         return Status(StatusCode::output,
                       folder + ": folder does not exist; create it or use --mkdir");
-    fs::create_directories(folder, error);
-    if (!error) return Status();
-    return Status(StatusCode::output,
-                  folder + ": cannot be created: " + error.message() + "; choose another folder");
+    return io::make_folder(folder);
 }
 
 // Finds an unusable configuration before any frame is filtered.
@@ -169,16 +166,10 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     RETURN_IF_ERROR(files.check_names());
     // With ErrorPolicy::keep_going each frame is refused separately.
     if (settings.on_error == ErrorPolicy::stop) RETURN_IF_ERROR(files.check_existing());
-    std::error_code error;
     RETURN_IF_ERROR(have_folder(settings));
     files.remove_left_temporaries();
-    if (!settings.dump_folder.empty()) {
-        fs::create_directories(settings.dump_folder, error);
-        if (error || !fs::is_directory(settings.dump_folder))
-            return Status(StatusCode::output, settings.dump_folder +
-                                                  ": folder of --dump-stages cannot be created: " +
-                                                  error.message() + "; choose another one");
-    }
+    if (!settings.dump_folder.empty())
+        if (Status s = io::make_folder(settings.dump_folder); !s.ok()) return s.at("--dump-stages");
     RETURN_IF_ERROR(check_images(settings));
     const StopScope within_a_frame(executor, callbacks.stop);
     FilterJob job(chain, settings, files, executor, renderer);

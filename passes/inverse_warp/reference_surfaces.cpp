@@ -171,7 +171,10 @@ class PlaneSurfaces {
 // need be a mixture of both?
 bool parts(const Surface& s, const Surface& t, const Settings& settings) {
     const Surface& front = s.inverse_depth > t.inverse_depth ? s : t;
-    return longest(front, settings) > 6 && apart(s, t, settings) > 6 * 6;
+    const Vec a = s.a - t.a, b = s.b - t.b;
+    const double path = 6, radius = 3;
+    return (settings.shutter && front.path() > path && dot(a, a) + dot(b, b) > path * path) ||
+           (std::abs(front.radius) > radius && std::abs(s.radius - t.radius) > radius);
 }
 
 // mixed_pixels.comp, split_pixels.comp

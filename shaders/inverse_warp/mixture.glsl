@@ -1,14 +1,21 @@
 // A pixel at a depth edge mixes the colors of two surfaces. If both show alone beside it, the pixel takes
 // the color of its own surface from such a pixel (mixed_pixels.comp, split_pixels.comp).
 
-// Only where the surface in front leaves its place, and the other, by more than this: a shorter blur
-// shows the steps of an edge whose pixels are wholly of one surface or the other.
-const float kPartPx = 6.0;
+// Only where the surface in front leaves its place, and the other, by more than this, by its motion or by
+// the lens: a shorter blur shows the steps of an edge whose pixels are wholly of one surface or the other.
+const float kPartPx = 6.0, kLensPartPx = 3.0;
 
 bool parts(Surface s, Surface t) {
-    float longest = longest_of(t);
-    if (s.inverse_depth > t.inverse_depth) longest = longest_of(s);
-    return longest > kPartPx && apart(s, t) > kPartPx * kPartPx;
+    const bool first = s.inverse_depth > t.inverse_depth;
+    const vec2 da = s.a - t.a, db = s.b - t.b;
+    bool by_motion = false, by_lens = false;
+    if (kShutter) {
+        precise const float squared = precise_dot(da, da) + precise_dot(db, db);
+        by_motion = (first ? path_of(s) : path_of(t)) > kPartPx && squared > kPartPx * kPartPx;
+    }
+    if (kLens)
+        by_lens = abs(first ? s.radius : t.radius) > kLensPartPx && abs(s.radius - t.radius) > kLensPartPx;
+    return by_motion || by_lens;
 }
 
 // A place is the number of a pixel in the square of 5 x 5 around, row by row.

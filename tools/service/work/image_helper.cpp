@@ -61,7 +61,7 @@ Result<std::string> image_of_task(const Json& task, const PassRegistry& registry
     // Loaded from wherever the program finds it.
     const std::string path = task.at("path");
     if (io::image_format_of(path)) (void)io::image_module(StatusCode::input);
-    confine_helper(roots.entries());
+    RETURN_IF_ERROR(confine_helper(roots.entries()));
     sequence::SourceSettings source;
     if (const std::string body = task.at("body"); !body.empty()) {
         const std::string version = kNoVersion;

@@ -1,11 +1,15 @@
 """The latency of one user's requests while another client floods the service in one of several ways: the
-list of jobs, and a thumbnail of a job; the median, 99 %, and replies other than 200.
+list of jobs, and a thumbnail of a job; the median, 99 %, and replies other than 200. Then the largest
+resident memory meanwhile, of the service and of all its processes together. A last row asks for an image
+of 16384 x 16384 pixels (made by oiiotool).
 
 usage: service_floods.py POSTCHAIN [--seconds N] [--only FLOOD ...]"""
 import argparse
 import contextlib
 import pathlib
+import re
 import resource
+import shutil
 import socket
 import subprocess
 import sys
@@ -24,14 +28,18 @@ users:
 PATIENCE_S = 130
 
 
-def request(line, user=None, body=""):
+def request(line, user=None, body="", accept="*/*"):
     token = f"Authorization: Bearer {user[0] * 16}\r\n" if user else ""
     kind = f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n" if body else ""
-    return f"{line} HTTP/1.1\r\nHost: localhost\r\n{token}{kind}\r\n{body}".encode()
+    return f"{line} HTTP/1.1\r\nHost: localhost\r\nAccept: {accept}\r\n{token}{kind}\r\n{body}".encode()
 
 
 PREVIEW = ('{"chain": "best", "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "frame": 2}')
 IMAGE = "GET /v1/image?input=shots/sharp.%23%23%23%23.exr&frame=2&side=9999"
+# Its reply is an EXR of 3840 x 2160 pixels.
+LARGE_PREVIEW = '{"chain": "paper", "input": "large/sharp.####.exr", "camera": "large/camera.json", "frame": 1}'
+HUGE_IMAGE = "/v1/image?input=huge.%23%23%23%23.exr&frame=1&side=320"
+HUGE_SIDE = 16384
 
 
 class Flood:
@@ -81,6 +89,62 @@ class Flood:
             thread.join(5)
 
 
+class Memory:
+    """The largest resident memory of the service, and of it with its children, in MiB."""
+
+    def __init__(self, process):
+        self.process, self.own, self.all, self.ends = process, 0, 0, threading.Event()
+        self.thread = threading.Thread(target=self.watch, daemon=True)
+
+    @staticmethod
+    def resident(process):
+        try:
+            text = pathlib.Path(f"/proc/{process}/status").read_text("ascii")
+            return int(re.search(r"VmRSS:\s+(\d+)", text)[1]) / 1024
+        except (OSError, TypeError):
+            return 0  # it has ended
+
+    def watch(self):
+        while not self.ends.wait(0.05):
+            own = self.resident(self.process)
+            children = [file.read_text("ascii").split()
+                        for file in pathlib.Path(f"/proc/{self.process}/task").glob("*/children")]
+            self.own = max(self.own, own)
+            self.all = max(self.all, own + sum(self.resident(one) for some in children for one in some))
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.ends.set()
+        self.thread.join()
+
+
+class HugeImage:
+    """One request for the huge image while the context is open; then its duration and status."""
+
+    def __init__(self, server):
+        self.server, self.thread = server, threading.Thread(target=self.ask)
+        self.seconds, self.status = 0, 0
+
+    def ask(self):
+        start = time.monotonic()
+        self.status, _, body = self.server.ask("GET", HUGE_IMAGE, timeout=PATIENCE_S,
+                                               headers={"Authorization": "Bearer " + "a" * 16})
+        self.seconds = time.monotonic() - start
+        if self.status != 200:
+            print(body[:300])
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.thread.join()
+        print(f"huge image: status {self.status}, {self.seconds:.1f} s")
+
+
 def measure(server, target, seconds):
     """Seconds of each request, and the number of replies that were not 200."""
     times, refused = [], 0
@@ -110,6 +174,12 @@ def main():
         root = pathlib.Path(folder)
         subprocess.run([options.program, "scene", "wheels", "-o", str(root / "shots"), "--frames", "1-3",
                         "--size", "960x540", "-q"], check=True)
+        subprocess.run([options.program, "scene", "wheels", "-o", str(root / "large"), "--frames", "1",
+                        "--size", "3840x2160", "-q"], check=True)
+        if shutil.which("oiiotool"):
+            subprocess.run(["oiiotool", "--pattern", "fill:topleft=0,0,0:bottomright=1,0.5,0.25",
+                            f"{HUGE_SIDE}x{HUGE_SIDE}", "3", "-d", "half", "-o", str(root / "huge.0001.exr")],
+                           check=True)
         (root / "out").mkdir()
         (root / "users").write_text(USERS)
         server = Server([options.program, "serve", "--root", folder, "--store", str(root / "jobs.sqlite"),
@@ -126,15 +196,23 @@ def main():
             "64 x preview": (64, request("POST /v1/preview", "ann", PREVIEW)),
             "300 x list": (300, request("GET /v1/jobs", "ann")),
             "4096 half headers": (4096, b"GET /v1/jobs HTTP/1.1\r\nHost: loc", ("127.0.0.2", "127.0.0.3"), True),
+            "100 slow readers": (100, request("POST /v1/preview", "ann", LARGE_PREVIEW, "image/x-exr"),
+                                 ("127.0.0.2", "127.0.0.3"), True),
+            "image of 16384": HugeImage(server),
         }
+        if not shutil.which("oiiotool"):
+            del floods["image of 16384"]
         for name, flood in floods.items():
             if options.only and not any(word in name for word in options.only):
                 continue
-            with Flood(server.port, *flood) if flood else contextlib.nullcontext():
+            flooding = (flood if isinstance(flood, HugeImage) else
+                        Flood(server.port, *flood) if flood else contextlib.nullcontext())
+            with Memory(server.process.pid) as memory, flooding:
                 for what, target in [("list", "/v1/jobs?limit=5"), ("thumbnail", "/v1/jobs/1/thumbnail.png")]:
                     times, refused = measure(server, target, options.seconds)
                     print(f"{name:20} {what:10} n {len(times):4}  median {times[len(times) // 2]:7.3f} s  "
                           f"99 % {times[int(0.99 * len(times))]:7.3f} s  not 200: {refused}", flush=True)
+            print(f"{name:20} memory {memory.own:5.0f} MiB, with all processes {memory.all:5.0f}", flush=True)
         server.stop()
 
 

@@ -19,7 +19,7 @@ import time
 for folder in ("service", "support"):
     sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / folder))
 from cluster import CannotStart, Cluster, PACKAGES, check, failures, program  # noqa: E402
-from server import Server, make_scene, serve_command, wait_until  # noqa: E402
+from server import Events, Server, make_scene, serve_command, wait_until  # noqa: E402
 from skips import skip  # noqa: E402
 
 FRAMES = 6
@@ -170,7 +170,11 @@ def experiments():
         job = server.ended(study)
         check((job["state"], job["exit_code"]) == ("done", 0) and "report against quick" in job["verdict"],
               f"study: {job}")
-        for number in (first, study):
+        for number, total in ((first, 4), (study, 3)):
+            listener = Events(server, f"/v1/jobs/{number}/events")
+            told = [one["data"] for _, one in listener.rest() if one["type"] == "progress"]
+            listener.close()
+            check(told and told[-1]["total"] == total and told[-1]["what"], f"progress of job {number}: {told}")
             status, _, page = server.ask("GET", f"/v1/jobs/{number}/report/index.html")
             check(status == 200 and page, f"the page of job {number}: {status}")
     print("ab and study", flush=True)

@@ -8,6 +8,7 @@
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/work/remote_backend.h"
 
 namespace postchain::service {
@@ -107,6 +108,19 @@ class Remote : public ServiceTest {
         fs::copy_file(root(concat("in.000", frame, ".exr")), path);
         fs::last_write_time(path, fs::file_time_type::clock::now() + std::chrono::seconds(1));
         std::ofstream(path + ".json") << "{}";
+    }
+    // "done/total what" of the last event of this type, once it is `shown`.
+    bool says(const std::string& id, const std::string& shown) {
+        return wait_for([&] {
+            std::string last;
+            for (const Event& event : events(id)) {
+                if (event.type != "progress") continue;
+                const auto data = io::Json::parse(event.data);
+                last = concat(data["done"].get<int>(), "/", data["total"].get<int>(), " ",
+                              data["what"].get<std::string>());
+            }
+            return last == shown;
+        });
     }
     std::shared_ptr<FakeQueue> queue_;
 };
@@ -319,6 +333,15 @@ TEST_F(Remote, AnExperimentIsOneTask) {
     for (const char* word : {"ab", "--input=in.####.exr", "--frames=1-2", "--ppd=40",
                              "--fail-above=flip=0.5", "--on-existing=overwrite"})
         EXPECT_THAT(handed.command, testing::Contains(word));
+    std::ofstream log(handed.log_folder + "/1.log");
+    log << "postchain: warning: 9/9, of something else\n"
+        << std::string(5000, '.') << "\n1/6, frame 1, fast, 0:01 elapsed, 0:06 to go\n"
+        << "2/6, frame 1 of " << root() << ", paper, 0:02 elapsed\n3/6, fra" << std::flush;
+    EXPECT_TRUE(says(id, "2/6 frame 1 of ., paper"));
+    usleep(100'000);
+    EXPECT_EQ(test::count_of(types_of(id), "progress"), 1) << "it says so once";
+    log << "me 2, fast, 0:02 elapsed\n" << std::flush;
+    EXPECT_TRUE(says(id, "3/6 frame 2, fast"));
     // A node dies: another attempt. Then the task exceeds a limit, and has written its report.
     queue_->end(0, 0, 1, "task 1: NODE_FAIL");
     ASSERT_TRUE(holds(2));
@@ -360,6 +383,10 @@ TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {
     // The next process follows both.
     close();
     open();
+    fs::create_directories(root("made/tasks"));
+    std::ofstream(root("made/tasks/one.x_vs_y.json")) << "{}";
+    std::ofstream(root("made/tasks/two.x_vs_y.claim"));
+    EXPECT_TRUE(says(id, "1/2 one.x_vs_y: measured"));
     queue_->end(0, 2, 0);
     usleep(100'000);
     EXPECT_EQ(job(id).state, JobState::running) << "the report is not there";

@@ -8,6 +8,7 @@
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
+#include "tools/service/work/previews.h"
 
 namespace postchain::service {
 namespace {
@@ -28,6 +29,24 @@ std::vector<int> size_of(const Picture& picture) {
     std::vector<int> numbers;
     for (size_t at = 4; at < 16; at += 4) numbers.push_back(uint8_t(picture.bytes[at]));
     return numbers;
+}
+
+// Two strips; rows of the image cover 43.
+TEST_F(Results, ALargeImageIsReadInStrips) {
+    fs::create_directories(root("wide"));
+    test::write_sequence(root("wide"), {1}, 16384, 300);
+    const auto image = [&](uint64_t max_memory, uint64_t& need) {
+        sequence::SourceSettings source;
+        source.max_memory = max_memory;
+        const auto made =
+            image_of(root("wide/in.0001.exr"), 1, source, {.type = kValues, .side = 400},
+                     [&](uint64_t bytes) { need = bytes; });
+        EXPECT_TRUE(made.ok()) << made.status().message();
+        return made.ok() ? *made : "";
+    };
+    uint64_t whole = 0, strip = 0;
+    EXPECT_EQ(image(uint64_t(1) << 30, whole), image(uint64_t(200) << 20, strip));
+    EXPECT_LT(strip, whole);
 }
 
 TEST_F(Results, ImagesPreviewsAndJobsShareTheMemory) {

@@ -2,6 +2,7 @@
 
 usage: serve_test.py POSTCHAIN [LIBRARY]: poison_calls.cpp as a library"""
 import contextlib
+import ctypes
 import json
 import os
 import pathlib
@@ -171,6 +172,7 @@ class Serve(Served):
                        "camera": "shots/camera.json", "scale": 0.5}
             good = server.ask("POST", "/v1/preview", preview | {"frame": 1}, timeout=60)
             self.assertEqual((good[0], good[1]["content-type"]), (200, "image/png"))
+            self.check_that_previews_are_confined(server.process.pid)
             if not LIBRARY:
                 return
             status, _, body = server.ask("GET", image + "2")
@@ -183,6 +185,15 @@ class Serve(Served):
             again = server.ask("POST", "/v1/preview", preview | {"frame": 1}, timeout=60)
             self.assertEqual((again[0], again[2]), (200, good[2]))
             self.assertEqual(server.ask("GET", "/readyz")[0], 200)
+
+    def check_that_previews_are_confined(self, service):
+        """Landlock demands that the process renounces privileges, which /proc shows."""
+        if ctypes.CDLL(None).syscall(444, None, 0, 1) < 1:
+            return  # the kernel has none
+        children = [file.read_text().split() for file in pathlib.Path(f"/proc/{service}/task").glob("*/children")]
+        threads = [status.read_text() for some in children for one in some
+                   for status in pathlib.Path(f"/proc/{one}/task").glob("*/status")]
+        self.assertTrue(any("NoNewPrivs:\t1" in thread for thread in threads), children)
 
     def test_a_read_that_hangs(self):
         """A frame's disk does not answer. Its job ends, the next one is done, the service manager

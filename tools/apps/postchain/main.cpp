@@ -1,9 +1,9 @@
 // postchain: the command. Each subcommand has its own file.
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -167,12 +167,15 @@ void open_standard_streams() {
     }
 }
 
-// A reader that closes the pipe at the end (`passes | head`) has what it wanted. Lines lost earlier
-// (`run --json`) and all other failures are errors.
+// A reader that closes the pipe has what it wanted: `schema | head -1`.
+bool reader_has_left() {
+    pollfd out = {STDOUT_FILENO, 0, 0};
+    return ::poll(&out, 1, 0) == 1 && (out.revents & (POLLERR | POLLHUP)) != 0;
+}
+
 bool stdout_failed() {
-    errno = 0;
     const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout);
-    return failed && errno != EPIPE;
+    return failed && !reader_has_left();
 }
 
 }  // namespace

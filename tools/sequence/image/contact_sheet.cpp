@@ -84,26 +84,46 @@ void each_covered(int from, int to, int at, const Visit& visit) {
 
 }  // namespace
 
-ImageF shrunk(const ImageF& picture, int width, int height) {
-    const size_t channels = size_t(picture.channels);
-    ImageF small(width, height, picture.channels);
-    for (int y = 0; y < height; ++y) {
-        std::vector<double> means(size_t(picture.width) * channels);  // means over the covered rows
-        each_covered(picture.height, height, y, [&](int row, double share) {
-            const float* values = picture.pixel(0, row);
-            for (size_t i = 0; i < means.size(); ++i)
-                if (std::isfinite(values[i])) means[i] += share * double(values[i]);
-        });
-        for (int x = 0; x < width; ++x) {
-            std::vector<double> sums(channels);
-            each_covered(picture.width, width, x, [&](int column, double share) {
-                for (size_t c = 0; c < channels; ++c)
-                    sums[c] += share * means[size_t(column) * channels + c];
-            });
-            for (size_t c = 0; c < channels; ++c) small.pixel(x, y)[c] = float(sums[c]);
+RowShrinker::RowShrinker(int from_width, int from_height, int channels, int width, int height)
+    : from_width_(from_width),
+      from_height_(from_height),
+      small_(width, height, channels),
+      means_(size_t(from_width) * size_t(channels)) {}
+
+void RowShrinker::add(const ImageF& rows) {
+    const double step = double(from_height_) / small_.height;
+    for (int y = 0; y < rows.height; ++y, ++row_) {
+        const float* values = rows.pixel(0, y);
+        while (done_ < small_.height) {
+            const double begin = done_ * step, end = begin + step;
+            if (row_ < int(begin)) break;
+            const double share = (std::min(end, row_ + 1.0) - std::max(begin, double(row_))) / step;
+            for (size_t i = 0; i < means_.size(); ++i)
+                if (std::isfinite(values[i])) means_[i] += share * double(values[i]);
+            if (row_ + 1 < end && row_ + 1 < from_height_) break;
+            finish_row();
         }
     }
-    return small;
+}
+
+void RowShrinker::finish_row() {
+    const size_t channels = size_t(small_.channels);
+    for (int x = 0; x < small_.width; ++x) {
+        std::vector<double> sums(channels);
+        each_covered(from_width_, small_.width, x, [&](int column, double share) {
+            for (size_t c = 0; c < channels; ++c)
+                sums[c] += share * means_[size_t(column) * channels + c];
+        });
+        for (size_t c = 0; c < channels; ++c) small_.pixel(x, done_)[c] = float(sums[c]);
+    }
+    std::ranges::fill(means_, 0.0);
+    ++done_;
+}
+
+ImageF shrunk(const ImageF& picture, int width, int height) {
+    RowShrinker shrinker(picture.width, picture.height, picture.channels, width, height);
+    shrinker.add(picture);
+    return shrinker.image();
 }
 
 std::vector<size_t> evenly_chosen(size_t count, size_t most) {

@@ -13,6 +13,21 @@ namespace postchain::io {
 // Shrinks an image: the mean over the area of each new pixel; non-finite values are read as 0.
 ImageF shrunk(const ImageF& picture, int width, int height);
 
+// shrunk() of an image whose rows come one after the other.
+class RowShrinker {
+  public:
+    RowShrinker(int from_width, int from_height, int channels, int width, int height);
+    void add(const ImageF& rows);
+    const ImageF& image() const { return small_; }  // whole after the last row
+
+  private:
+    void finish_row();
+    int from_width_, from_height_;
+    ImageF small_;
+    int row_ = 0, done_ = 0;     // rows added, and finished
+    std::vector<double> means_;  // over the rows that the next row of the image covers
+};
+
 // At most `most` of the numbers 0 .. count - 1, evenly spread, in order, with the first and the
 // last.
 std::vector<size_t> evenly_chosen(size_t count, size_t most);

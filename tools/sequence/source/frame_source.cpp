@@ -213,8 +213,11 @@ void SourceFindings::add(const SourceFindings& next) {
 Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
                                       RoleSet present, io::Keep keep, int first, int end) try {
     const int height = header.window.height();
-    const Strip rows = {std::max(0, first - kContextRows), first, end, height};
-    const int bottom = std::min(height, end + kContextRows);
+    // Edges are those of depth and motion.
+    const int context =
+        present.has(Role::inverse_depth) || present.has(Role::motion) ? kContextRows : 0;
+    const Strip rows = {std::max(0, first - context), first, end, height};
+    const int bottom = std::min(height, end + context);
     SourceStrip strip;
     const auto start = Clock::now();
     RETURN_IF_ERROR(decode(header, present, keep, rows.top, bottom, strip));

@@ -32,6 +32,7 @@ Status GlDevice::test() try {
     frame.planes = {Role::color};
     PlanOptions options;
     options.elide = false;
+    options.device = executor_->device_class();
     ASSIGN_OR_RETURN(auto plan, make_plan(chain, frame, options));
     FramePlanes planes;
     planes.emplace(Role::color, ImageF(kSide, kSide, 4, kValue));

@@ -54,10 +54,15 @@ bool send_all(int fd, std::string_view text);
 void set_limit(decltype(RLIMIT_AS) what, rlim_t most);
 // Bytes that libraries and threads need beside a frame.
 inline constexpr uint64_t kOwnMemory = uint64_t(2) << 30;
-// From now on, for this thread and those that it starts: files below `folders` and those of the
-// system are read, files below `devices` are read and written, and nothing else that Landlock
-// controls is done.
-void confine_helper(const std::vector<std::string>& folders,
-                    const std::vector<std::string>& devices = {});
+// The version of Landlock in this kernel; 0 = none.
+int landlock_version();
+// From now on, for this thread and the threads that it starts: files below `folders` and those of
+// the system are read, files below `devices` are read and written, and other processes get no
+// signal. Everything else that this version of Landlock controls fails. Without Landlock nothing
+// changes. Errors (internal): Landlock is available, but refuses.
+Status confine_helper(const std::vector<std::string>& folders,
+                      const std::vector<std::string>& devices = {});
+// Devices in /dev, without the memory that programs share there.
+std::vector<std::string> devices_of_system();
 
 }  // namespace postchain::service

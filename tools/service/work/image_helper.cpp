@@ -1,5 +1,6 @@
 #include "tools/service/work/image_helper.h"
 
+#include <malloc.h>
 #include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,6 +27,7 @@ using io::Json;
 
 constexpr auto kLongestImage = std::chrono::seconds(60);
 constexpr rlim_t kCpuSeconds = 60;
+constexpr int kKeptBytes = 1 << 29;
 constexpr size_t kMaxReply = size_t(1) << 30;
 constexpr size_t kNeedBytes = 1 + sizeof(uint64_t);  // "n" and the bytes of a frame
 constexpr const char* kNoVersion = "";               // of metadata, which images do not have
@@ -61,7 +63,7 @@ Result<std::string> image_of_task(const Json& task, const PassRegistry& registry
     // Loaded from wherever the program finds it.
     const std::string path = task.at("path");
     if (io::image_format_of(path)) (void)io::image_module(StatusCode::input);
-    confine_helper(roots.entries());
+    RETURN_IF_ERROR(confine_helper(roots.entries()));
     sequence::SourceSettings source;
     if (const std::string body = task.at("body"); !body.empty()) {
         const std::string version = kNoVersion;
@@ -126,6 +128,9 @@ int run_image_helper(const PassRegistry& registry) {
     set_limit(RLIMIT_CORE, 0);
     set_limit(RLIMIT_CPU, kCpuSeconds);
     set_limit(RLIMIT_FSIZE, 0);
+    // The buffers of each strip are those of the one before.
+    mallopt(M_MMAP_THRESHOLD, kKeptBytes);
+    mallopt(M_TRIM_THRESHOLD, kKeptBytes);
     // A line; what follows it is the answer of the service.
     std::string text;
     for (char c = 0; ::read(STDIN_FILENO, &c, 1) == 1 && c != '\n';) text += c;

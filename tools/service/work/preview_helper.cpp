@@ -126,8 +126,8 @@ class Helper {
     // The reply to a task.
     std::string answer(const Json& task) {
         if (task.contains("test")) {
-            const Status status = maker_->test();
-            confine();
+            Status status = maker_->test();
+            if (status.ok()) status = confine();
             return status.ok() ? message_of(kDone, "") : failure_of(status);
         }
         auto made = preview(task);
@@ -137,13 +137,16 @@ class Helper {
   private:
     // After the driver has opened what it needs. A GPU's driver reserves more addresses than any
     // limit would leave.
-    void confine() {
-        if (std::exchange(confined_, true)) return;
+    Status confine() {
+        if (confined_) return Status();
         if (maker_->software()) set_limit(RLIMIT_AS, rlim_t(kOwnMemory + 4 * memory_));
-        confine_helper(roots_, {"/dev"});
+        RETURN_IF_ERROR(confine_helper(roots_, devices_of_system()));
+        confined_ = true;
+        return Status();
     }
 
     Result<std::string> preview(const Json& task) {
+        RETURN_IF_ERROR(confine());
         ASSIGN_OR_RETURN(auto roots, Roots::of(roots_));
         ASSIGN_OR_RETURN(roots, roots.within(task.at("within").get<std::vector<std::string>>()));
         confine_reads(roots.entries());

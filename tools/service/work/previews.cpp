@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <future>
 #include <limits>
+#include <optional>
 
 #include "tools/measure/report/page/encode.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -12,12 +13,15 @@
 #include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/reduced_frame.h"
 #include "tools/sequence/source/sequence_reader.h"
+#include "tools/sequence/source/sequence_survey.h"
 #include "tools/service/work/preview_helper.h"
 
 namespace postchain::service {
 namespace {
 
 constexpr size_t kMaxWaiting = 64;
+constexpr uint64_t kFramesAtOnce = 4;  // that the memory for images has room for
+constexpr int kStrips = 4;  // at a time: color is a fraction of what strip_rows() expects
 constexpr auto kTestPatience = std::chrono::seconds(1);
 
 // The frame that a request names, and the settings to read it.
@@ -111,22 +115,39 @@ Result<std::string> image_of(const std::string& path, int frame,
                              const std::function<void(uint64_t bytes)>& enter) {
     ASSIGN_OR_RETURN(auto header,
                      sequence::open_source_frame(settings, {{Role::color, path}}, frame));
-    const uint64_t bytes =
-        sequence::frame_bytes(header, {Role::color}, io::Keep::nothing, header.window.height());
+    const int width = header.window.width(), height = header.window.height();
+    const double scale = std::min(1.0, double(wanted.side) / std::max(width, height));
+    const auto bytes_of_rows = [&](int rows) {
+        return sequence::frame_bytes(header, {Role::color}, io::Keep::nothing, rows);
+    };
+    // Larger frames are read in strips, so that others have room beside them.
+    const bool in_strips = scale < 1 && bytes_of_rows(height) > settings.max_memory / kFramesAtOnce;
+    const int rows = in_strips ? std::min(height, kStrips * sequence::strip_rows(header)) : height;
+    const uint64_t bytes = bytes_of_rows(rows);
     if (bytes > settings.max_memory && settings.max_memory > 0)
         return Status(StatusCode::memory,
                       concat(path, ": needs ", sequence::bytes_text(bytes),
                              " of memory; images of this service may need ",
                              sequence::bytes_text(settings.max_memory), ": render smaller"));
     enter(bytes);
-    ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
-                                                              io::Keep::nothing));
-    const ImageF& color = *source.planes.at(Role::color);
-    const double scale = std::min(1.0, double(wanted.side) / std::max(color.width, color.height));
-    if (scale == 1) return bytes_of(color, wanted.type);
-    return bytes_of(io::shrunk(color, sequence::reduced_side(color.width, scale),
-                               sequence::reduced_side(color.height, scale)),
-                    wanted.type);
+    if (scale == 1) {
+        ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
+                                                                  io::Keep::nothing));
+        return bytes_of(*source.planes.at(Role::color), wanted.type);
+    }
+    std::optional<io::RowShrinker> small;
+    RETURN_IF_ERROR(sequence::scan_source_frame(settings, header, {}, rows,
+                                                [&](const FramePlanes& planes, int) {
+                                                    const ImageF& color = planes.at(Role::color);
+                                                    if (!small)
+                                                        small.emplace(
+                                                            width, height, color.channels,
+                                                            sequence::reduced_side(width, scale),
+                                                            sequence::reduced_side(height, scale));
+                                                    small->add(color);
+                                                })
+                        .status());
+    return bytes_of(small->image(), wanted.type);
 }
 
 // -------------------------------------------------------------------------------- making them
@@ -182,7 +203,9 @@ Previews::Previews(const ServiceSettings& settings, uint64_t memory,
         helper_ = std::make_unique<PreviewHelper>(settings, memory);
 }
 
-Previews::~Previews() = default;
+Previews::~Previews() {
+    end();
+}
 
 Status Previews::begin() {
     RETURN_IF_ERROR(threads_.begin());
@@ -247,6 +270,8 @@ std::optional<Status> Previews::test() {
 
 size_t Previews::end() {
     ends_ = true;
+    // The device's objects are deleted where its context is current.
+    if (maker_) (void)threads_.run([this] { maker_->release(); });
     return threads_.end();
 }
 

@@ -62,6 +62,7 @@ class PreviewMaker {
     // Makes the device if there is none, otherwise runs a test dispatch; after a fault of it a new
     // device. Errors (gl).
     Status test();
+    void release() { made_.reset(); }
     bool software() const { return made_ && made_->software(); }
 
   private:

@@ -12,6 +12,7 @@
 #include <set>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include "chain/base/printable.h"
 #include "chain/base/text.h"
@@ -328,6 +329,7 @@ void RemoteBackend::forget(const std::string& id) {
     failures_.erase(id);
     ranks_.erase(id);
     ended_.erase(id);
+    said_.erase(id);
     const auto job = store_.job(id);
     // The messages of a job that failed stay for people.
     if (!job.ok() || (*job && (*job)->state == JobState::failed)) return;
@@ -517,6 +519,15 @@ Status RemoteBackend::follow_frames(const Job& job, const JobRequest& request,
     return enter_outputs(job, request, ended, failure_of(job.id, tasks));
 }
 
+// As ProgressEvents on one machine.
+void RemoteBackend::say_progress(const Job& job, const JobRequest& request) {
+    const auto found = progress_of_experiment(job, request, folder_of(job.id));
+    if (!found || std::exchange(said_[job.id], *found) == *found) return;
+    (void)store_.say(
+        job.id, "progress",
+        {{"what", readers_.shown_in(found->what)}, {"done", found->done}, {"total", found->total}});
+}
+
 Status RemoteBackend::follow_experiment(const Handed& handed, const ReadJob& read,
                                         const std::string& id, const Found& found) {
     const Job& job = handed.job;
@@ -543,6 +554,7 @@ Status RemoteBackend::follow_experiment(const Handed& handed, const ReadJob& rea
         }
         return store_.set_remote(job.id, concat(handed.remote.name, " ", id, " ", report));
     }
+    say_progress(job, read.request);
     const RemoteTasks& last = is_study ? found.report : found.tasks;
     if (!found.tasks.ended() || !last.ended()) return Status();
     int code = -1;

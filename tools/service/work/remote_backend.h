@@ -70,6 +70,7 @@ class RemoteBackend final : public Backend {
     // For ab, bench and study; `id`: of the array.
     Status follow_experiment(const Handed& handed, const ReadJob& read, const std::string& id,
                              const Found& found);
+    void say_progress(const Job& job, const JobRequest& request);
     Result<ExperimentTasks> frame_tasks(const Job& job, const JobRequest& request) const;
     Result<RemoteJob> remote_job(const Job& job, const ReadJob& read,
                                  const std::string& name) const;
@@ -100,6 +101,7 @@ class RemoteBackend final : public Backend {
     std::map<std::string, int> failures_;      // refusals by the queue, reports that were not made
     std::map<std::string, RemoteRank> ranks_;  // as the queue has them
     std::map<std::string, Clock::time_point> ended_;  // when the last task was seen to have ended
+    std::map<std::string, TaskProgress> said_;        // the last event of its progress
     bool idle_ = false;
     std::thread thread_;
     // 1: the thread hangs in the queue or a disk.

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
+#include "chain/base/printable.h"
 #include "config/chain_file.h"
 #include "config/text_tree.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/study/study_folder.h"
 #include "tools/measure/study/study_report.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/frame_report.h"
@@ -50,6 +54,30 @@ Result<std::string> chain_file(const experiment::NamedChain& chain, const std::s
     const std::string path = folder + "/" + fs::path(chain.name).filename().string() + ".yaml";
     RETURN_IF_ERROR(write_task_file(path, write_chain(chain.chain)));
     return path;
+}
+
+// The last "3/12, frame 7, paper, 0:10 elapsed" of a task's messages, which
+// progress_printer() of the command logs.
+std::optional<TaskProgress> logged_progress(const std::string& path) {
+    constexpr std::streamoff kMost = 4096;  // bytes
+    std::ifstream file(path, std::ios::binary | std::ios::ate);
+    const std::streamoff size = file ? std::streamoff(file.tellg()) : 0;
+    file.seekg(std::max<std::streamoff>(0, size - kMost));
+    std::optional<TaskProgress> last;
+    std::string line;
+    if (size > kMost) std::getline(file, line);  // a part of one
+    while (std::getline(file, line) && !file.eof()) {
+        TaskProgress found;
+        int at = 0;
+        if (std::sscanf(line.c_str(), "%zu/%zu, %n", &found.done, &found.total, &at) != 2 ||
+            at == 0)
+            continue;
+        const size_t end = line.rfind(", ", line.rfind(" elapsed"));
+        if (end == std::string::npos || end < size_t(at)) continue;
+        found.what = printable(line.substr(size_t(at), end - size_t(at)));
+        last = std::move(found);
+    }
+    return last;
 }
 
 // {"verdict": ...} of a report.json, wherever it is.
@@ -113,6 +141,25 @@ Result<ExperimentTasks> experiment_tasks(const Job& job, const JobRequest& reque
     const size_t count = std::min(study::tasks_of(request.study).size(), kMaxTasks);
     for (size_t i = 1; i <= count; ++i) tasks.words.push_back({concat("--chunk=", i, "/", count)});
     return tasks;
+}
+
+std::optional<TaskProgress> progress_of_experiment(const Job& job, const JobRequest& request,
+                                                   const std::string& folder) {
+    if (job.kind != JobKind::study) return logged_progress(folder + "/1.log");
+    // Reading the folder makes NFS look for new files.
+    std::set<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator at(request.study_settings.folder + "/tasks", error), end;
+         !error && at != end; at.increment(error))
+        names.insert(at->path().filename());
+    TaskProgress progress;
+    for (const study::Task& task : study::tasks_of(request.study)) {
+        ++progress.total;
+        if (!names.contains(fs::path(study::result_path(task)).filename())) continue;
+        ++progress.done;
+        progress.what = task.name + ": measured";
+    }
+    return progress.done > 0 ? std::optional(progress) : std::nullopt;
 }
 
 std::optional<WorkEnd> end_of_experiment(const Job& job, const JobRequest& request, int exit_code,

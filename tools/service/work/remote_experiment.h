@@ -33,6 +33,15 @@ Status begin_experiment(JobRequest& request, const Roots& roots);
 Result<ExperimentTasks> experiment_tasks(const Job& job, const JobRequest& request,
                                          const RemoteSettings& settings, const Roots& roots,
                                          const std::string& folder);
+// How far a job's tasks are, by their messages (ab, bench) or their results (study). No value if
+// that is not known yet. `folder`: of the messages.
+struct TaskProgress {
+    std::string what;
+    size_t done = 0, total = 0;
+    bool operator==(const TaskProgress&) const = default;
+};
+std::optional<TaskProgress> progress_of_experiment(const Job& job, const JobRequest& request,
+                                                   const std::string& folder);
 // The end of a job whose last task has ended with this code. No value if its report is not there.
 std::optional<WorkEnd> end_of_experiment(const Job& job, const JobRequest& request, int exit_code,
                                          const Roots& roots);

@@ -55,7 +55,7 @@ class Instance {
 
     void set_timing(int level) { timing_ = level; }
     // Null if no frame is finished.
-    const gl::Times* newest_times() { return objects_->clock.newest(); }
+    const Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
     // Calls no GL.
     Failure needs_of(const ChainVersion& chain, const pc_frame* given, pc_frame_needs& out);

@@ -126,7 +126,7 @@ class Instance {
     gl::Device device_;
     std::unique_ptr<Objects> objects_;
     Plans plans_{*this, kMaxPlans, "pc_prepare()"};
-    Focus::Depths focused_;  // the places of the last chain that was checked
+    Depths focused_;  // the places of the last chain that was checked
     GlState state_;
     MaxFrameSizes max_sizes_;
     uint64_t forgot_ = 0;        // plans_.frames when a run found no memory beside other plans

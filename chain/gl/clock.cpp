@@ -14,12 +14,6 @@ Clock::~Clock() {
             glDeleteQueries(GLsizei(sequence.queries.size()), sequence.queries.data());
 }
 
-double Times::milliseconds() const {
-    double sum = 0;
-    for (const Interval& interval : intervals) sum += interval.milliseconds;
-    return sum;
-}
-
 void Clock::begin(uint64_t frame, uint64_t tag) {
     current_ = (current_ + 1) % kSequences;
     sequences_[current_].times.frame = frame;
@@ -98,7 +92,9 @@ const Times* Clock::newest_of(const Wanted& wanted) {
     for (size_t back = 0; back < kSequences; ++back) {
         Sequence& sequence = sequences_[(current_ + kSequences - back) % kSequences];
         if (!wanted(sequence.times.tag) || !read(sequence)) continue;
-        add_up(sequence.times);
+        newest_.frame = sequence.times.frame;
+        newest_.tag = sequence.times.tag;
+        newest_.add_up(sequence.times.intervals);
         return &newest_;
     }
     return nullptr;
@@ -111,25 +107,6 @@ const Times* Clock::newest() {
 const Times* Clock::newest(std::span<const uint64_t> tags) {
     return newest_of(
         [&](uint64_t tag) { return std::find(tags.begin(), tags.end(), tag) != tags.end(); });
-}
-
-void Clock::add_up(const Times& times) {
-    newest_.frame = times.frame;
-    newest_.tag = times.tag;
-    size_t count = 0;
-    for (const Times::Interval& interval : times.intervals) {
-        const auto end = newest_.intervals.begin() + std::ptrdiff_t(count);
-        const auto known = std::find_if(newest_.intervals.begin(), end, [&](const auto& other) {
-            return other.pass == interval.pass && other.name == interval.name;
-        });
-        if (known != end) {
-            known->milliseconds += interval.milliseconds;
-            continue;
-        }
-        if (count == newest_.intervals.size()) newest_.intervals.emplace_back();
-        newest_.intervals[count++] = interval;
-    }
-    newest_.intervals.resize(count);
 }
 
 void Clock::cancel() {

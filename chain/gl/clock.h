@@ -7,27 +7,13 @@
 #include <chrono>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "chain/gl/device.h"
+#include "chain/plan/times.h"
 
 namespace postchain::gl {
-
-// One sequence of marks.
-struct Times {
-    struct Interval {
-        int pass = 0;
-        std::string name;
-        double milliseconds = 0;
-    };
-    uint64_t frame = 0;
-    uint64_t tag = 0;  // the caller's
-    std::vector<Interval> intervals;
-
-    double milliseconds() const;  // the sum of all intervals
-};
 
 class Clock {
   public:
@@ -67,8 +53,6 @@ class Clock {
     bool read(Sequence& sequence);
     template <class Wanted>
     const Times* newest_of(const Wanted& wanted);
-
-    void add_up(const Times& times);
 
     bool software_;
     std::array<Sequence, kSequences> sequences_;

@@ -219,7 +219,7 @@ void Executor::forget_expected() {
 
 std::vector<PassTime> Executor::pass_times() {
     std::vector<PassTime> times;
-    const gl::Times* newest = clock_.newest();
+    const Times* newest = clock_.newest();
     if (!newest || newest->frame != runs_) return times;
     for (const auto& interval : newest->intervals)
         times.push_back({interval.pass, interval.name, interval.milliseconds});

@@ -144,7 +144,7 @@ bool Budgets::undo(const ChainVersion& chain) {
 }
 
 void Budgets::Governed::take_times(gl::Clock& clock) {
-    const gl::Times* newest = clock.newest(std::span(ran).first(std::min(runs, ran.size())));
+    const Times* newest = clock.newest(std::span(ran).first(std::min(runs, ran.size())));
     if (!newest || newest->tag <= last) return;
     last = newest->tag;
     controller.add(newest->milliseconds());

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cfloat>
+#include <cmath>
 #include <cstring>
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
@@ -52,6 +53,18 @@ constexpr HostFormat kFormats[] = {
 
 float scale_of(float given) {
     return given == 0 ? 1 : given;
+}
+
+// The pixel of each place, and the radius around it.
+void set_places(const HostFrame& frame, shared::GuestUniforms& uniforms) {
+    const auto pixel = [](double fraction, int size) {
+        return int(std::clamp(std::floor(fraction * size), 0.0, size - 1.0));
+    };
+    const int radius = int(std::lround(double(frame.given->focus_radius) * frame.height));
+    for (const auto& entry : *frame.focus)
+        uniforms.focus[uniforms.focus_count++] = {pixel(entry.first[0], frame.width),
+                                                  pixel(entry.first[1], frame.height), radius, 0};
+    uniforms.focus_slot = frame.focus_slot;
 }
 
 }  // namespace
@@ -318,6 +331,7 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
         uniforms.sky_w = row(2);
         uniforms.sky_sign = to_next ? 1.0f : -1.0f;
     }
+    if (frame.focus) set_places(frame, uniforms);
     return uniforms;
 }
 

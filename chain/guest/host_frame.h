@@ -50,6 +50,8 @@ struct HostFrame {
     HostTexture color, depth, motion, mask, exposure, output;
     bool sky = false;                                // vectors of the sky are computed
     const std::map<Place, double>* focus = nullptr;  // inverse depths at the chain's places
+    // The place that a step of the plan writes this frame's inverse depths to; -1: it has none.
+    int focus_slot = -1;
 
     bool flag(uint32_t bit) const { return (given->flags & bit) != 0; }
     bool top_left() const { return flag(PC_TOP_LEFT); }

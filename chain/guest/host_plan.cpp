@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "chain/guest/followed_depths.h"
 #include "chain/pass/work_list.h"
 #include "chain/plan/hazards.h"
 
@@ -56,6 +57,7 @@ class Builder {
         }
         add_import();
         add_mask();
+        add_focus();
         const std::string& own = shared::GuestUniforms::kName;
         for (size_t i = 0; i < plan().steps.size(); ++i)
             if (plan().steps[i].uniforms_type == own) host_.own_steps.push_back(int(i));
@@ -349,6 +351,17 @@ class Builder {
                               mask_program(frame_.arrays(), frame_.halved()));
         step.bindings = {{0, host_.mask}, {0, mattes, Access::write}};
         step.taps = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
+        plan().steps.insert(plan().steps.begin(), std::move(step));
+    }
+
+    // The depths in focus are found beside the first steps, and not read by this frame.
+    void add_focus() {
+        if (frame_.focus_slot < 0) return;
+        if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
+        const TextureId found = add_texture("focus.depths", Format::work_list, true);
+        plan().textures.back().area = Area::fixed(1, 1);
+        Step step = focus_step(frame_, host_.depth, found);
+        step.pass = add_pass("focus");
         plan().steps.insert(plan().steps.begin(), std::move(step));
     }
 

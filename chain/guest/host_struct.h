@@ -11,6 +11,7 @@
 
 #include "chain/guest/failure.h"
 #include "chain/plan/program_source.h"
+#include "chain/plan/times.h"
 
 namespace postchain::guest {
 
@@ -107,9 +108,9 @@ ProgramStore store_of(const Info& info) {
 }
 
 // Copies times of a frame to a host that gives room for *count of them, and sets *count to their
-// number. `newest`: null = none yet. `Times` has a frame and intervals with name and milliseconds.
-template <class Times>
-Failure copy_times(const Times* newest, pc_time* times, uint32_t* count, uint64_t* frame_number) {
+// number. `newest`: null = none yet.
+inline Failure copy_times(const Times* newest, pc_time* times, uint32_t* count,
+                          uint64_t* frame_number) {
     if (!count || (!times && *count > 0)) return {PC_ERROR_ARGUMENT, "times or count is NULL"};
     if (!newest) return {PC_PENDING, ""};
     const uint32_t room = *count;

@@ -38,7 +38,7 @@ Failure check_loader(const pc_create_info& info) {
 std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame, const Plan& plan,
                                      DeviceClass device) {
     std::vector<ProgramKey> all = host_programs(chain, frame, plan, device);
-    if (frame.focus && frame.depth.name) all.push_back(Focus::program(frame));
+    if (frame.focus && frame.depth.name) all.push_back(focus_program(frame));
     return all;
 }
 
@@ -152,7 +152,7 @@ Failure Instance::check(const ChainVersion& chain, const pc_frame* given, HostFr
     RETURN_IF_ERROR(check_size(frame));
     RETURN_IF_ERROR(check_context());
     focused_.clear();
-    RETURN_IF_ERROR(Focus::find_places(*chain.chain, focused_));
+    RETURN_IF_ERROR(find_places(*chain.chain, focused_));
     if (!focused_.empty()) frame.focus = &objects_->focus.now(chain.id, focused_);
     return {};
 }
@@ -175,7 +175,7 @@ Failure Instance::ready_focus(const HostFrame& frame) {
 
 Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
     if (!frame.focus || frame.depth.name == 0) return {};
-    if (!objects_->programs.has(Focus::program(frame))) return plans_.not_prepared(chain, frame);
+    if (!objects_->programs.has(focus_program(frame))) return plans_.not_prepared(chain, frame);
     RETURN_IF_ERROR(ready_focus(frame));
     ++plans_.dispatches;
     return keep_state(Focus::kUsed, frame.arrays() != 0, [&] {
@@ -303,8 +303,8 @@ Failure Instance::needs_of(const ChainVersion& host_chain, const pc_frame* given
     HostFrame frame;
     RETURN_IF_ERROR(check_frame(given, frame));
     RETURN_IF_ERROR(check_size(frame));
-    Focus::Depths focused;
-    RETURN_IF_ERROR(Focus::find_places(chain, focused));
+    Depths focused;
+    RETURN_IF_ERROR(find_places(chain, focused));
     if (!focused.empty()) frame.focus = &focused;
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame, plans_.device()));
     plans_.count_needs(host.plan, max_sizes_.expected(frame),

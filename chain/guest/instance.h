@@ -55,7 +55,7 @@ class Instance {
 
     void set_timing(int level) { timing_ = level; }
     // Null if no frame is finished.
-    const gl::Times* newest_times() { return objects_->clock.newest(); }
+    const Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
     // Calls no GL.
     Failure needs_of(const ChainVersion& chain, const pc_frame* given, pc_frame_needs& out);
@@ -126,7 +126,7 @@ class Instance {
     gl::Device device_;
     std::unique_ptr<Objects> objects_;
     Plans plans_{*this, kMaxPlans, "pc_prepare()"};
-    Focus::Depths focused_;  // the places of the last chain that was checked
+    Depths focused_;  // the places of the last chain that was checked
     GlState state_;
     MaxFrameSizes max_sizes_;
     uint64_t forgot_ = 0;        // plans_.frames when a run found no memory beside other plans

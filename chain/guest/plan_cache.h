@@ -152,6 +152,7 @@ class PlanCache {
         last_.chain = version.chain;
         last_.frame = *frame.given;
         if (frame.focus) last_.focus = *frame.focus;
+        last_.focus_slot = frame.focus_slot;
         last_.debug_view = entry.key.debug_view;
         if (entry.compiled->plan().steps.empty()) return;
         dispatches += entry.compiled->plan().steps.size();
@@ -205,6 +206,7 @@ class PlanCache {
         HostFrame frame;
         if (!check_frame(&given, frame, find).ok()) return {};
         frame.focus = &last_.focus;
+        frame.focus_slot = last_.focus_slot;
         const auto host = make_host_plan(*last_.chain, frame, device_);
         return host.ok() ? json_text(plan_json(host->plan)) : std::string();
     }
@@ -225,6 +227,7 @@ class PlanCache {
         std::shared_ptr<const Chain> chain;  // null before the first frame
         pc_frame frame = {};
         std::map<Place, double> focus;
+        int focus_slot = -1;
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
     static uint64_t last_run_of(const std::unique_ptr<Entry>& entry) { return entry->last_run; }

@@ -1,6 +1,6 @@
 #include "chain/vk/clock.h"
 
-#include <algorithm>
+#include <span>
 
 namespace postchain::vk {
 
@@ -60,20 +60,11 @@ void Clock::read(Run& run) {
     if (result != VK_SUCCESS) return;
     const uint32_t bits = device_.timestamp_bits();
     const uint64_t mask = bits >= 64 ? ~uint64_t(0) : (uint64_t(1) << bits) - 1;
+    for (uint32_t i = 0; i + 1 < run.marks; ++i)
+        run.times.intervals[i].milliseconds = double((ticks_[i + 1] - ticks_[i]) & mask) *
+                                              double(device_.limits().timestampPeriod) * 1e-6;
     newest_.frame = run.times.frame;
-    newest_.intervals.clear();
-    for (uint32_t i = 0; i + 1 < run.marks; ++i) {
-        Times::Interval interval = run.times.intervals[i];
-        interval.milliseconds = double((ticks_[i + 1] - ticks_[i]) & mask) *
-                                double(device_.limits().timestampPeriod) * 1e-6;
-        const auto known = std::ranges::find_if(newest_.intervals, [&](const auto& other) {
-            return other.pass == interval.pass && other.name == interval.name;
-        });
-        if (known == newest_.intervals.end())
-            newest_.intervals.push_back(std::move(interval));
-        else
-            known->milliseconds += interval.milliseconds;
-    }
+    newest_.add_up(std::span(run.times.intervals).first(run.marks - 1));
     known_ = true;
 }
 

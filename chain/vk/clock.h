@@ -3,24 +3,14 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "chain/base/status.h"
+#include "chain/plan/times.h"
 #include "chain/vk/device.h"
 
 namespace postchain::vk {
-
-struct Times {
-    struct Interval {
-        int pass = 0;
-        std::string name;
-        double milliseconds = 0;
-    };
-    uint64_t frame = 0;
-    std::vector<Interval> intervals;  // of one pass and name, summed at the place of the first
-};
 
 class Clock {
   public:
@@ -44,7 +34,7 @@ class Clock {
     struct Run {
         VkQueryPool pool = VK_NULL_HANDLE;
         uint32_t room = 0, marks = 0;  // marks: 0 = not timed
-        Times times;                   // without milliseconds
+        Times times;
     };
     void read(Run& run);
 

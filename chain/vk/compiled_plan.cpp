@@ -98,9 +98,12 @@ Status CompiledPlan::take_programs() {
             return Status(StatusCode::internal,
                           plan().name_of(step) + ": a host's frame has one layer at most");
         ASSIGN_OR_RETURN(const auto program, objects_.programs.get(step.program));
-        Command command{program, 0, false};
-        for (const Binding& binding : step.bindings)
-            command.imports = command.imports || plan().textures[size_t(binding.texture)].imported;
+        Command command;
+        command.program = program;
+        for (const Binding& binding : step.bindings) {
+            command.imports |= plan().textures[size_t(binding.texture)].imported;
+            command.to_host |= is_to_host(binding.texture);
+        }
         if (Status s = check_units(step, *program); !s.ok()) return s.at(plan().name_of(step));
         commands_.push_back(command);
     }
@@ -114,8 +117,10 @@ Status CompiledPlan::take_images(const MaxFrameSize& max_size, uint64_t run) {
     names_.assign(count, 0);
     image_of_.assign(count, nullptr);
     storage_ = shared.numbers();
-    for (size_t t = 0; t < count; ++t)
+    for (size_t t = 0; t < count; ++t) {
         if (shared.of[t] >= 0) image_of_[t] = images_[size_t(shared.of[t])];
+        if (is_to_host(TextureId(t))) image_of_[t] = &objects_.to_host;
+    }
     find_barriers();
     return Status();
 }
@@ -180,7 +185,7 @@ void CompiledPlan::find_barriers() {
     barriers_ = 0;
     for (size_t i = 0; i < waits.size(); ++i) {
         commands_[i].waits = waits[i];
-        barriers_ += waits[i] != 0;
+        barriers_ += (waits[i] != 0) + commands_[i].to_host;
     }
 }
 
@@ -350,6 +355,10 @@ void CompiledPlan::record_step(VkCommandBuffer commands, size_t step) {
     fn.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.layout, 0, 1,
                              &sets_[slot_ * commands_.size() + step], has_block ? 1 : 0, &place);
     dispatch(commands, plan().steps[step], program);
+    if (!commands_[step].to_host) return;
+    const VkMemoryBarrier memory = barrier(VK_ACCESS_SHADER_WRITE_BIT, VK_ACCESS_HOST_READ_BIT);
+    fn.CmdPipelineBarrier(commands, kCompute, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &memory, 0, nullptr,
+                          0, nullptr);
 }
 
 void CompiledPlan::record(VkCommandBuffer commands, Clock& clock, bool by_step) {
@@ -392,7 +401,8 @@ void CompiledPlan::find_uses(int index, std::vector<Use>& uses) const {
     };
     if (index < 0) {
         for (size_t t = 0; t < image_of_.size(); ++t)
-            if (image_of_[t] && image_of_[t]->storage.format == Format::work_list)
+            if (image_of_[t] && image_of_[t]->storage.format == Format::work_list &&
+                !is_to_host(TextureId(t)))
                 add(TextureId(t), kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT);
         return;
     }

@@ -33,7 +33,8 @@ struct Objects {
     ImagePool& pool;
     Programs& programs;
     uint32_t runs_in_flight;
-    Image& unused;  // takes the place of units that the program has and the step does not
+    Image& unused;         // takes the place of units that the program has and the step does not
+    const Image& to_host;  // the work list that plans import: a buffer that the host reads
 };
 
 class CompiledPlan : public PlanValues {
@@ -65,7 +66,8 @@ class CompiledPlan : public PlanValues {
     // Records the whole run with its barriers. `clock`: its run has begun; `by_step`: an interval
     // for each step, otherwise for each pass.
     void record(VkCommandBuffer commands, Clock& clock, bool by_step);
-    // Records what comes before the first step, or a step, without barriers between them.
+    // Records what comes before the first step, or a step, without barriers between them. A step
+    // that writes for the host ends with a barrier for it.
     void record_begin(VkCommandBuffer commands);
     void record_step(VkCommandBuffer commands, size_t step);
 
@@ -86,8 +88,13 @@ class CompiledPlan : public PlanValues {
         const Program* program = nullptr;
         uint32_t waits = 0;
         bool imports = false;  // binds images of the host
+        bool to_host = false;  // writes for the host
     };
     CompiledPlan(Plan plan, const Objects& objects);
+    bool is_to_host(TextureId texture) const {
+        const PlanTexture& one = plan().textures[size_t(texture)];
+        return one.imported && one.format == Format::work_list;
+    }
     Status take_programs();
     Status take_images(const MaxFrameSize& max_size, uint64_t run);
     Status make_uniforms();
@@ -103,7 +110,7 @@ class CompiledPlan : public PlanValues {
 
     const Objects objects_;
     std::vector<Image*> images_;          // of the pool, each once
-    std::vector<const Image*> image_of_;  // of the plan's textures; null: imported, or none
+    std::vector<const Image*> image_of_;  // of the plan's textures; null: the host's, or none
     std::vector<unsigned> names_;         // of imported ones
     std::vector<int> storage_;            // number of the storage of each of them
     std::vector<Command> commands_;

@@ -74,6 +74,7 @@ Failure Instance::open() {
     RETURN_IF_ERROR(sampler_.make(device_));
     retired_.emplace(runs_in_flight());
     clock_.emplace(device_, runs_in_flight());
+    focus_.emplace(device_, runs_in_flight());
     ProgramSet set;
     if (info_.programs) {
         ASSIGN_OR_RETURN(set, ProgramSet::read({static_cast<const std::byte*>(info_.programs),
@@ -104,10 +105,29 @@ Failure Instance::check(const pc_vk_frame& given, HostImages& images) const {
     return (info_.flags & PC_VALIDATE) != 0 ? check_deeper(frame) : Failure();
 }
 
+Failure Instance::set_focus(const ChainVersion& chain, HostImages& images, bool runs) {
+    const uint64_t run = plans_.frames + 1;
+    if (runs) focus_->take_place(run);
+    places_.clear();
+    RETURN_IF_ERROR(guest::find_places(*chain.chain, places_));
+    if (places_.empty()) return {};
+    HostFrame& frame = images.frame;
+    if (frame.depth.name) {
+        RETURN_IF_ERROR(focus_->make_buffer());
+        frame.focus_slot = int(run % runs_in_flight());
+    }
+    const double distance =
+        chain.chain->camera.focus_distance.value_or(double(frame.given->focus_distance));
+    frame.focus = runs ? &focus_->follow(chain.id, places_, *frame.given, distance, run)
+                       : &focus_->now(chain.id, places_, run);
+    return {};
+}
+
 Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, bool wait) {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
     open_ = nullptr;
+    RETURN_IF_ERROR(set_focus(chain, images, false));
     const HostFrame& frame = images.frame;
     const auto list = [&](const Plan& plan) {
         return host_programs(*chain.chain, frame, plan, plans_.device());
@@ -117,9 +137,12 @@ Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, b
     values_of_cut.flags ^= PC_CAMERA_CUT;
     HostFrame cut;
     Plans::Entry* entry = nullptr;
-    if (check_frame(&values_of_cut, cut, find_format).ok())
-        (void)find_or_make(chain, cut,
-                           entry);  // if it fails, the frame is still prepared
+    if (check_frame(&values_of_cut, cut, find_format).ok()) {
+        cut.focus = frame.focus;
+        cut.focus_slot = frame.focus_slot;
+        // If it fails, the frame is still prepared.
+        (void)find_or_make(chain, cut, entry);
+    }
     return find_or_make(chain, frame, entry);
 }
 
@@ -134,7 +157,8 @@ Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame
 }
 
 Result<std::unique_ptr<CompiledPlan>> Instance::compile(Plan plan, const MaxFrameSize& max_size) {
-    const Objects objects{device_, *pool_, *programs_, runs_in_flight(), *unused_};
+    const Objects objects{device_,          *pool_,   *programs_,
+                          runs_in_flight(), *unused_, focus_->buffer()};
     auto compiled = CompiledPlan::make(std::move(plan), objects, max_size, plans_.frames);
     if (!compiled.ok()) pool_->trim(plans_.frames, plans_.frames, *retired_);
     return compiled;
@@ -146,9 +170,11 @@ void Instance::retire(std::unique_ptr<CompiledPlan> plan) {
 }
 
 Failure Instance::begin_run(const ChainVersion& chain, HostImages& images, Plans::Entry*& entry) {
+    RETURN_IF_ERROR(set_focus(chain, images, true));
     RETURN_IF_ERROR(find_or_make(chain, images.frame, entry));
     open_ = nullptr;
     ++plans_.frames;
+    if (images.frame.focus_slot >= 0) focus_->begin(plans_.frames);
     retired_->begin(plans_.frames);
     plans_.run(*entry, chain, images.frame);
     import_frame(entry->host, images.frame, *entry->compiled);
@@ -258,6 +284,7 @@ void Instance::give_up() {
     pool_->forget_layouts();
     unused_->fresh = true;
     clock_->forget_runs();
+    focus_->forget_runs();
 }
 
 Failure Instance::set_timing(int level) {
@@ -273,6 +300,12 @@ Failure Instance::needs_of(const ChainVersion& chain, const pc_vk_frame& given,
                            pc_frame_needs& out) const {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
+    guest::Depths places;
+    RETURN_IF_ERROR(guest::find_places(*chain.chain, places));
+    if (!places.empty()) {
+        images.frame.focus = &places;
+        images.frame.focus_slot = images.frame.depth.name ? 0 : -1;
+    }
     ASSIGN_OR_RETURN(auto host, make_host_plan(*chain.chain, images.frame, plans_.device()));
     plans_.count_needs(host.plan, max_size(images.frame),
                        host_programs(*chain.chain, images.frame, host.plan, plans_.device()), out);

@@ -11,6 +11,7 @@
 #include "chain/vk/clock.h"
 #include "chain/vk/compiled_plan.h"
 #include "chain/vk/device.h"
+#include "chain/vk/focus.h"
 #include "chain/vk/format.h"
 #include "chain/vk/host_images.h"
 #include "chain/vk/image_pool.h"
@@ -54,6 +55,8 @@ class Instance {
     explicit Instance(const pc_vk_create_info& info);
     guest::Failure open();
     guest::Failure check(const pc_vk_frame& given, HostImages& images) const;
+    // The depths that the frame focuses at, before its run or in it.
+    guest::Failure set_focus(const guest::ChainVersion& chain, HostImages& images, bool runs);
     // The plan of a frame whose run begins.
     guest::Failure begin_run(const guest::ChainVersion& chain, HostImages& images,
                              Plans::Entry*& entry);
@@ -88,6 +91,8 @@ class Instance {
     std::optional<Programs> programs_;
     std::optional<Retired> retired_;
     std::optional<Clock> clock_;
+    std::optional<Focus> focus_;
+    guest::Depths places_;  // of the last chain with places
     int timing_ = 0;
     // The plan of the run that begin() began last; null: no run is open.
     CompiledPlan* open_ = nullptr;

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # On a machine with a GPU: builds the core without fetching anything, runs the selftest of each pass and the
-# tests that compare pixels with their references on that device, then gpu_bench at each size. A failure
-# stops nothing. The page says what failed and gives the figures (docs/performance.md). It is written anew
-# after each stage: a driver that hangs loses none of the earlier ones. Needs CMake, Ninja, a C++20 compiler
-# and the packages epoxy, GLM and GoogleTest.
+# tests that compare pixels with their references on that device, then gpu_bench at each size. If the core
+# has Vulkan, its tests too, and gpu_bench with the same plans in Vulkan. A failure stops nothing. The page
+# says what failed and gives the figures (docs/performance.md). It is written anew after each stage: a
+# driver that hangs loses none of the earlier ones. Needs CMake, Ninja, a C++20 compiler and the packages
+# epoxy, GLM and GoogleTest; for Vulkan those of tools/install_packages.sh --tests.
 # Usage: tests/bench/gpu.sh [--sizes "1280x720 1920x1080 3840x2160"] [--only PART_OF_NAME]
 #                           [--iterations 21] [--tests REGEX] [--jobs N] [--limit SECONDS_OF_A_TEST]
 #                           [--page gpu_page.txt]
@@ -75,24 +76,31 @@ stage() {
 }
 
 run_tests() {
-    ctest --test-dir build-core -j "$jobs" --timeout "$limit" --output-on-failure --no-tests=error -R "$tests" |
+    ctest --test-dir build-core -j "$jobs" --timeout "$limit" --output-on-failure --no-tests=error -R "$1" |
         grep -vE '^\[( RUN  |       OK |-----|=====)|^ +Start ' || return "${PIPESTATUS[0]}"
 }
 
 echo "== build"
 cmake --preset core -DBUILD_TESTING=ON
-for target in gpu_bench guest_bench pass_selftest $(ctest --test-dir build-core -N -R "$tests" |
+vulkan=()
+if ctest --test-dir build-core -N -R '^vulkan_tests$' | grep ' #' >/dev/null; then vulkan=(vulkan_tests); fi
+for target in gpu_bench guest_bench pass_selftest "${vulkan[@]}" $(ctest --test-dir build-core -N -R "$tests" |
     sed -n 's/^ *Test *#[0-9]*: //p'); do
     cmake --build --preset core -j "$jobs" --target "$target" || failures+=("$target: not built")
 done
 
 stage device "$programs/gpu_bench" --size=64x64 --iterations=1 --only=copy
 stage "selftest of each pass" timeout "$limit" "$programs/pass_selftest"
-stage tests run_tests
-for size in $sizes; do
-    stage "$size" timeout "$limit" "$programs/gpu_bench" --size="$size" --iterations="$iterations" \
-        ${only:+"--only=$only"} --steps
-done
+stage tests run_tests "$tests"
+bench() {
+    timeout "$limit" "$programs/gpu_bench" --size="$1" --iterations="$iterations" \
+        ${only:+"--only=$only"} --steps "${@:2}"
+}
+for size in $sizes; do stage "$size" bench "$size"; done
+if [[ ${#vulkan[@]} -gt 0 ]]; then
+    stage "tests of Vulkan" run_tests '^vulkan_tests(_rest)?$'
+    for size in $sizes; do stage "$size in Vulkan" bench "$size" --vulkan; done
+fi
 stage "a guest's frame on the CPU" "$programs/guest_bench"
 write_page
 echo

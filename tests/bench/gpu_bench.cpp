@@ -3,20 +3,21 @@
 //   synthetic frame -> textures on the device -> { pass, copy, pass, copy, ... } -> medians
 //
 // Timing rules: docs/performance.md. Wall-clock time around glFinish on a software renderer, GL
-// timestamps on a GPU (chain/gl/clock.h). After two warm-up runs, pass and copy alternate in one
-// queue, so that both see the same load; median and quartiles are reported. The reference bandwidth
-// is measured first, with the same copy of a frame of 3840x2160.
-// B/px are the bytes that the plan moves per pixel (chain/plan/plan_bytes.h), GB/s those bytes over
-// the median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if
-// a shader exits early, as motion blur does on still tiles; for FXAA those of an edge without the
-// walk along it. MiB are the textures of one run, apart from the frame's own planes.
+// timestamps on a GPU (chain/gl/clock.h), Vulkan's timestamps with --vulkan. After two warm-up
+// runs, pass and copy alternate in one queue, so that both see the same load; median and quartiles
+// are reported. The reference bandwidth is measured first, with the same copy of a frame of
+// 3840x2160. B/px are the bytes that the plan moves per pixel (chain/plan/plan_bytes.h), GB/s those
+// bytes over the median time. A tap is a texture fetch as counted by the plan (Step::taps): an
+// upper bound if a shader exits early, as motion blur does on still tiles; for FXAA those of an
+// edge without the walk along it. MiB are the textures of one run, apart from the frame's own
+// planes.
 #include <cstdio>
 #include <map>
 
-#include "chain/egl/context.h"
 #include "chain/pass/planner.h"
 #include "chain/plan/plan_bytes.h"
 #include "passes/registry.h"
+#include "tests/bench/bench_device.h"
 #include "tests/bench/bench_frame.h"
 
 namespace {
@@ -124,48 +125,42 @@ class Sums {
 
 class Bench {
   public:
-    Bench(const Settings& settings, bool steps, const gl::Device& device)
+    Bench(const Settings& settings, bool steps, BenchDevice& device)
         : settings_(settings),
           steps_(steps),
           device_(device),
-          executor_(device),
-          frame_(make_frame(settings.width, settings.height)),
-          planes_(frame_.planes) {
-        executor_.set_timing(true, steps);
-    }
+          frame_(make_frame(settings.width, settings.height)) {}
     const BenchFrame& frame() const { return frame_; }
-    const char* timing_source() const { return executor_.timing_source(); }
     double bandwidth() const { return bandwidth_; }
 
     // GB/s of a copy of a frame too large for caches; on a software renderer, of a frame of this
     // size.
     void measure_bandwidth() {
         Plan plan;
-        plan.width = device_.software ? settings_.width : kBandwidthWidth;
-        plan.height = device_.software ? settings_.height : kBandwidthHeight;
+        plan.width = device_.software() ? settings_.width : kBandwidthWidth;
+        plan.height = device_.software() ? settings_.height : kBandwidthHeight;
         add_copy(plan, plan.width, plan.height);
         const double bytes = bytes_per_pixel(plan) * plan.width * plan.height;
         FramePlanes planes;
         planes[Role::color] = ImageF(plan.width, plan.height, 4, 0.5f);
-        DevicePlanes on_device(planes);
-        const auto inputs = on_device.inputs_of(plan);
-        repeat(plan, device_.software ? 1 : 16);
+        device_.set_planes(planes);
+        repeat(plan, device_.software() ? 1 : 16);
         std::vector<double> times;
         for (int i = 0; i < 2 + settings_.iterations; ++i) {
-            require(executor_.run(plan, inputs));
-            for (const PassTime& time : finished_times(executor_))
+            for (const PassTime& time : device_.run(plan))
                 if (i >= 2) times.push_back(time.milliseconds);
         }
+        device_.set_planes(frame_.planes);
         bandwidth_ = 1e-6 * bytes / quantile(times, 0.5);
     }
 
     // Prints a row, and one for each step.
     void run(const Case& one) {
-        Plan plan = plan_of(one, frame_, executor_.device_class());
+        Plan plan = plan_of(one, frame_, device_.device_class());
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
         double bytes_px = bytes_per_pixel(plan);
-        const double mebibytes = memory_of(plan) / (1 << 20);
+        const double mebibytes = device_.bytes_of(plan) / (1 << 20);
         add_copy(plan, settings_.width, settings_.height);
         if (one.passes.empty()) {
             taps = double(plan.steps[0].taps);
@@ -173,15 +168,13 @@ class Bench {
         }
         const Plan once = plan;
         const size_t passes = plan.passes.size();
-        repeat(plan, device_.software ? 1 : 16);
-        const auto inputs = planes_.inputs_of(plan);
-        for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs));
+        repeat(plan, device_.software() ? 1 : 16);
+        for (int i = 0; i < 2; ++i) device_.run(plan);
 
         Sums times, copies;
         std::map<std::string, Sums> by_name;
         for (int i = 0; i < settings_.iterations; ++i) {
-            require(executor_.run(plan, inputs));
-            for (const PassTime& time : finished_times(executor_)) {
+            for (const PassTime& time : device_.run(plan)) {
                 const bool copy = time.name.starts_with("copy");
                 (copy ? copies : times).add(time, passes);
                 if (steps_ && !copy)
@@ -205,13 +198,6 @@ class Bench {
     }
 
   private:
-    // Bytes of the textures of one run.
-    double memory_of(const Plan& plan) {
-        Executor executor(device_);
-        require(executor.run(plan, planes_.inputs_of(plan)));
-        return double(executor.counters().texture_bytes_peak);
-    }
-
     void print_steps(const Plan& plan, const std::map<std::string, Sums>& by_name,
                      double megapixels) {
         const std::vector<StepBytes> bytes = bytes_of_steps(plan);
@@ -230,27 +216,27 @@ class Bench {
 
     Settings settings_;
     bool steps_;
-    const gl::Device& device_;
+    BenchDevice& device_;
     double bandwidth_ = 0;
-    Executor executor_;
     BenchFrame frame_;
-    DevicePlanes planes_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    Arguments arguments(argc, argv,
-                        concat("gpu_bench ", kSettingsUsage, " [--only=PART_OF_NAME] [--steps]"));
+    Arguments arguments(
+        argc, argv,
+        concat("gpu_bench ", kSettingsUsage, " [--only=PART_OF_NAME] [--steps] [--vulkan]"));
     const Settings settings = take_settings(arguments, 11);
     const std::string only = arguments.text("--only").value_or("");
     const bool steps = arguments.flag("--steps");
+    const bool vulkan = arguments.flag("--vulkan");
     arguments.none();
-    const auto context = require(egl::Context::create());
-    Bench bench(settings, steps, context->device());
-    std::printf("%s\n", device_text(context->device()).c_str());
+    const auto device = vulkan ? vulkan_bench_device(steps) : gl_bench_device(steps);
+    Bench bench(settings, steps, *device);
+    std::printf("%s\n", device->text().c_str());
     std::printf("clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
-                bench.timing_source(), settings.width, settings.height, 100 * bench.frame().still,
+                device->clock(), settings.width, settings.height, 100 * bench.frame().still,
                 settings.iterations);
     bench.measure_bandwidth();
     std::printf("bandwidth of a copy: %.1f GB/s; share: GB/s in percent of it\n",

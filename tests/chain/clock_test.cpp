@@ -57,7 +57,7 @@ class Queries {
     const decltype(epoxy_glGetQueryObjectui64v) result_ = epoxy_glGetQueryObjectui64v;
 };
 
-std::vector<double> milliseconds_of(const gl::Times& times) {
+std::vector<double> milliseconds_of(const Times& times) {
     std::vector<double> all;
     for (const auto& interval : times.intervals) all.push_back(interval.milliseconds);
     return all;
@@ -75,7 +75,7 @@ TEST(Clock, TimesAreDifferencesOfTimestamps) {
     Queries::finished = 4;
     EXPECT_EQ(clock.newest(), nullptr) << "the last mark is not available";
     Queries::finished = 5;
-    const gl::Times* times = clock.newest();
+    const Times* times = clock.newest();
     ASSERT_NE(times, nullptr);
     EXPECT_EQ(times->frame, 7u);
     EXPECT_THAT(milliseconds_of(*times), ElementsAre(1 + 7, 3 - 0.25, 5))
@@ -91,7 +91,7 @@ TEST(Clock, TheNewestFinishedSequenceCounts) {
         clock.mark(0, "blur");
     }
     const auto newest = [&](std::initializer_list<uint64_t> tags) {
-        const gl::Times* times = clock.newest(std::vector<uint64_t>(tags));
+        const Times* times = clock.newest(std::vector<uint64_t>(tags));
         return times ? times->frame : 0;
     };
     EXPECT_EQ(newest({0, 1}), 0u);

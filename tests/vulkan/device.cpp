@@ -74,18 +74,23 @@ Vulkan::Vulkan() {
     messenger.pNext = &settings;
 #endif
     auto info = vk::info_of<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
-    info.pNext = &features;
     info.pApplicationInfo = &application;
-    info.enabledLayerCount = 1;
-    info.ppEnabledLayerNames = &layer;
-    info.enabledExtensionCount = uint32_t(extensions.size());
-    info.ppEnabledExtensionNames = extensions.data();
-    must(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance with the validation layer");
-    const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
-        vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT"));
-    messenger.pNext = nullptr;
-    VkDebugUtilsMessengerEXT made = VK_NULL_HANDLE;
-    must(create(instance, &messenger, nullptr, &made), "vkCreateDebugUtilsMessengerEXT");
+    if (with_layers) {
+        info.pNext = &features;
+        info.enabledLayerCount = 1;
+        info.ppEnabledLayerNames = &layer;
+        info.enabledExtensionCount = uint32_t(extensions.size());
+        info.ppEnabledExtensionNames = extensions.data();
+    }
+    must(vkCreateInstance(&info, nullptr, &instance),
+         with_layers ? "vkCreateInstance with the validation layer" : "vkCreateInstance");
+    if (with_layers) {
+        const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
+            vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT"));
+        messenger.pNext = nullptr;
+        VkDebugUtilsMessengerEXT made = VK_NULL_HANDLE;
+        must(create(instance, &messenger, nullptr, &made), "vkCreateDebugUtilsMessengerEXT");
+    }
 
     // The device of GL, whose bits the tests expect: a GPU if there is one, else lavapipe, which
     // has llvmpipe's compiler.

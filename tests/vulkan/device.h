@@ -1,4 +1,5 @@
-// A host's Vulkan device for tests, under the validation layers with synchronization validation.
+// A host's Vulkan device for tests, under the validation layers with synchronization validation,
+// and for benchmarks.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -13,6 +14,8 @@ namespace postchain::test {
 class Vulkan {
   public:
     static Vulkan& get();
+    // Before the first use; false for measurements.
+    static inline bool with_layers = true;
     Vulkan(const Vulkan&) = delete;
     Vulkan& operator=(const Vulkan&) = delete;
 

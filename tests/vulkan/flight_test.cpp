@@ -183,11 +183,12 @@ PFN_vkVoidFunction VKAPI_PTR counting_instance_proc(VkInstance instance, const c
     return vkGetInstanceProcAddr(instance, name);
 }
 
-// Sizes, lens, shutter, cuts and numbers change; so do the images.
+// Sizes, lens, focus, shutter, cuts and numbers change; so do the images.
 TEST(Flight, FramesOfAnySizeMakeNothing) {
     auto info = vk_info(kWidth, kHeight);
     info.get_instance_proc_addr = counting_instance_proc;
     const auto made = chain("motion_blur,fxaa,depth_of_field");
+    EXPECT_EQ(pc_chain_set_point(made.get(), 2, "focus_at", 0.5, 0.5), PC_OK);
     const auto vulkan = vk_instance(info);
     calls().clear();
     std::vector<std::unique_ptr<VkFrame>> frames;

@@ -244,12 +244,6 @@ TEST(Input, FramesAreRefusedWithASentence) {
     refused(kArgument, "debug_view: this frame's plan has no texture",
             [](F, V v) { v.debug_view = "nothing"; });
 
-    // A place in focus has to be found on the device, which only GL does.
-    const auto focus = chain("depth_of_field");
-    EXPECT_EQ(pc_chain_set_point(focus.get(), 0, "focus_at", 0.5, 0.5), PC_OK);
-    expect_error(pc_vk_prepare(subject.instance.get(), focus.get(), &good, 1), PC_ERROR_CHAIN,
-                 "set focus_distance instead");
-
     // Without pc_vk_prepare(), the member.
     pc_frame values = good_values;
     values.debug_view = "host.color";

@@ -40,8 +40,12 @@ TEST(NoCompiler, ProgramsOfTheSetAreEnough) {
     const std::string programs = programs_of("--mask motion_blur,fxaa tier:fast");
     const auto vulkan = vk_instance(info_with(programs));
     const auto canonical = canonical_frame(kWidth, kHeight);
-    for (const char* name : {"motion_blur,fxaa", "tier:fast"}) {
+    for (const auto& [name, focuses] :
+         {std::pair("motion_blur,fxaa", false), {"tier:fast", false}, {"tier:fast", true}}) {
         const auto made = chain(name);
+        if (focuses) {
+            EXPECT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.5, 0.5), PC_OK);
+        }
         for (const uint32_t flags : {0u, uint32_t(PC_HALF_PLANES)}) {
             VkFrame frame(canonical.test.planes, canonical.frame);
             frame.frame.flags |= flags;

@@ -20,7 +20,7 @@ constexpr int kWidth = 80, kHeight = 48;
 
 // What the library calls, of the functions that a loader of this test replaces.
 struct Calls {
-    int memory = 0, images = 0, barriers = 0, image_barriers = 0;
+    int memory = 0, images = 0, barriers = 0, image_barriers = 0, host_barriers = 0;
     std::set<std::string> labels, names;
 };
 Calls calls;
@@ -42,6 +42,8 @@ void VKAPI_CALL pipeline_barrier(VkCommandBuffer commands, VkPipelineStageFlags 
                                  const VkImageMemoryBarrier* of_images) {
     ++calls.barriers;
     calls.image_barriers += int(images);
+    calls.host_barriers += (to & VK_PIPELINE_STAGE_HOST_BIT) != 0 && memory == 1 &&
+                           memories->dstAccessMask == VK_ACCESS_HOST_READ_BIT;
     vkCmdPipelineBarrier(commands, from, to, flags, memory, memories, buffers, of_buffers, images,
                          of_images);
 }
@@ -121,6 +123,23 @@ TEST(Objects, ImagesChangeTheirLayoutOnce) {
     const uint64_t before = counters.barriers;
     EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
     EXPECT_EQ(uint64_t(calls.barriers), counters.barriers - before + 1);
+}
+
+// Without the barrier a device may keep the depth from the host, even in coherent memory.
+TEST(Objects, TheHostSeesTheDepthInFocus) {
+    Subject subject;
+    const auto vulkan = vk_instance(counted_info());
+    EXPECT_EQ(pc_chain_set_point(subject.chain.get(), 2, "focus_at", 0.5, 0.5), PC_OK);
+    prepare(vulkan, subject.chain, subject.frame.vk);
+    auto before = pc::make<pc_counters>(), after = before;
+    for (int i = 0; i < 2; ++i) {
+        calls = {};
+        EXPECT_EQ(pc_vk_count(vulkan.get(), &before), PC_OK);
+        EXPECT_EQ(run(vulkan, subject.chain, subject.frame.vk), PC_OK) << pc_error();
+        EXPECT_EQ(pc_vk_count(vulkan.get(), &after), PC_OK);
+        EXPECT_EQ(calls.host_barriers, 1);
+    }
+    EXPECT_EQ(uint64_t(calls.barriers), after.barriers - before.barriers + 1);
 }
 
 // The first run, which brings the images to their layout, is never submitted.

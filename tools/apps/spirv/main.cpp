@@ -1,5 +1,6 @@
 // postchain-spirv: writes the programs of chains as SPIR-V to the standard output, for
 // pc_vk_create_info.programs (docs/vulkan.md).
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -57,6 +58,11 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
     guest::HostFrame frame;
     if (const auto failure = guest::check_frame(&values, frame, vk::find_format); !failure.ok())
         return Status(StatusCode::internal, failure.text);
+    // A chain that can focus at a place may do so.
+    if (std::ranges::any_of(chain.links, [](const ChainLink& link) {
+            return link.type->parameters->find("focus_at") != nullptr;
+        }))
+        frame.focus_slot = 0;
     ASSIGN_OR_RETURN(const auto host, guest::make_host_plan(chain, frame, DeviceClass::gpu));
     for (const ProgramKey& key : guest::host_programs(chain, frame, host.plan, DeviceClass::gpu)) {
         ASSIGN_OR_RETURN(const auto source, program_source(key));

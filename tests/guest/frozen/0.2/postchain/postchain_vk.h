@@ -31,6 +31,12 @@
  * written by VK_ACCESS_SHADER_WRITE_BIT in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT and is still in
  * GENERAL; the inputs were read in that stage. Layouts of the host's images do not change. */
 
+/* Focus at a place (`focus_at`): a step of each run finds the depth there, and the library reads it
+ * when a later run takes that run's place among the runs in flight. So focus is runs_in_flight runs
+ * behind, and no call waits. While no depth is known, at first and from PC_CAMERA_CUT on, focus is
+ * at values->focus_distance, or at that of the chain's camera. If neither is set it is infinitely
+ * far at first, and stays where it was after a cut. Then it jumps to the depth. */
+
 /* Memory: images and buffers are parts of a few blocks of vkAllocateMemory(), about one for each
  * plan and 256 MiB, or of the host's own memory (allocate_memory). Images go from UNDEFINED to
  * GENERAL once, in the first run after they are made, and stay there. */
@@ -146,8 +152,8 @@ PC_API pc_result pc_vk_give_up(pc_vk_instance*);
 /* ------------------------------------------------------------------- a frame in two phases */
 /* For hosts that place barriers themselves, such as a render graph: pc_vk_begin() instead of
  * pc_vk_run() lists the frame's dispatches with what each reads and writes, and pc_vk_record()
- * records one of them, without a barrier. pc_vk_begin() counts as a run (frames in flight). The
- * host
+ * records one of them, without a barrier, except that for the host's read of the depths in focus.
+ * pc_vk_begin() counts as a run (frames in flight). The host
  *   - records dispatch 0 first ("begin": it empties work lists, and brings new images to GENERAL),
  *     and each other dispatch once, in the order of the list or in another one that keeps the order
  *     of every two that use one resource, unless both only read it;

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <bit>
 #include <cfloat>
 #include <cstring>
 #include <glm/gtc/matrix_access.hpp>
@@ -52,6 +53,14 @@ constexpr HostFormat kFormats[] = {
 
 float scale_of(float given) {
     return given == 0 ? 1 : given;
+}
+
+// Members that make `kind` another kind than the prepared one, which may have more planes.
+int differences(const FrameKind& kind, const FrameKind& prepared) {
+    return (kind.revision != prepared.revision) + std::popcount(kind.flags ^ prepared.flags) +
+           (kind.depth > prepared.depth) + (kind.motion > prepared.motion) +
+           (kind.mask > prepared.mask) + (kind.exposure != prepared.exposure) +
+           std::popcount(kind.arrays ^ prepared.arrays) + (kind.debug_view != prepared.debug_view);
 }
 
 }  // namespace
@@ -210,7 +219,9 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
                             const std::string& prepare) {
     const FrameKind* nearest = nullptr;
     for (const FrameKind& other : prepared)
-        if (other.chain == kind.chain) nearest = &other;
+        if (other.chain == kind.chain &&
+            (!nearest || differences(kind, other) <= differences(kind, *nearest)))
+            nearest = &other;
     if (!nearest) return prepare + " was not called for this chain";
     const auto given = [&](const char* member, bool now) {
         return concat(member, now ? ": given, and not" : ": not given, but", " to ", prepare);

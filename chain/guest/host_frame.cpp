@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <bit>
 #include <cfloat>
 #include <cmath>
 #include <cstring>
@@ -65,6 +66,14 @@ void set_places(const HostFrame& frame, shared::GuestUniforms& uniforms) {
         uniforms.focus[uniforms.focus_count++] = {pixel(entry.first[0], frame.width),
                                                   pixel(entry.first[1], frame.height), radius, 0};
     uniforms.focus_slot = frame.focus_slot;
+}
+
+// Members that make `kind` another kind than the prepared one, which may have more planes.
+int differences(const FrameKind& kind, const FrameKind& prepared) {
+    return (kind.revision != prepared.revision) + std::popcount(kind.flags ^ prepared.flags) +
+           (kind.depth > prepared.depth) + (kind.motion > prepared.motion) +
+           (kind.mask > prepared.mask) + (kind.exposure != prepared.exposure) +
+           std::popcount(kind.arrays ^ prepared.arrays) + (kind.debug_view != prepared.debug_view);
 }
 
 }  // namespace
@@ -223,7 +232,9 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
                             const std::string& prepare) {
     const FrameKind* nearest = nullptr;
     for (const FrameKind& other : prepared)
-        if (other.chain == kind.chain) nearest = &other;
+        if (other.chain == kind.chain &&
+            (!nearest || differences(kind, other) <= differences(kind, *nearest)))
+            nearest = &other;
     if (!nearest) return prepare + " was not called for this chain";
     const auto given = [&](const char* member, bool now) {
         return concat(member, now ? ": given, and not" : ": not given, but", " to ", prepare);

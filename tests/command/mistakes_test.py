@@ -85,7 +85,11 @@ class Options(Case):
     def test_others(self):
         said = self.said(2, "info", "--quite-another")
         self.assertIn("unknown option '--quite-another';", said)
-        self.assertIn("unexpected argument 'more'", self.said(2, "info", "more"))
+        self.assertIn("unexpected argument 'more';", self.said(2, "info", "more"))
+        self.assertIn("unexpected argument 'a.exr' (did you mean '--input a.exr'?);",
+                      self.said(2, "run", "fast", "a.exr", "b.exr"))
+        self.assertIn("unexpected argument 'b.exr' (did you mean '--output b.exr'?);",
+                      self.said(2, "run", "fast", "-i", "a.exr", "b.exr"))
         # A required option that is missing, without another mistake.
         self.assertIn("--input is required", self.said(2, "run", "fast", "-o", "b.exr"))
 

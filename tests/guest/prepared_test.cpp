@@ -186,6 +186,14 @@ TEST(Prepared, TheMessageNamesTheMember) {
     expect_error(pc_run(guest.get(), own.get(), &host.frame, nullptr), PC_ERROR_PREPARE,
                  "values were changed since pc_prepare()");
     prepare_and_run(guest, own, host.frame);
+    // Also if a frame with a flag was prepared later.
+    pc_frame flagged = host.frame;
+    flagged.flags |= PC_NO_ELISION;
+    prepare_and_run(guest, own, flagged);
+    ASSERT_EQ(pc_chain_set_text(own.get(), 0, "mode", "single"), PC_OK);
+    expect_error(pc_run(guest.get(), own.get(), &host.frame, nullptr), PC_ERROR_PREPARE,
+                 "values were changed since pc_prepare()");
+    prepare_and_run(guest, own, host.frame);
     // Fewer planes are no other kind: motion vectors at a cut.
     pc_frame cut = host.frame;
     cut.flags |= PC_CAMERA_CUT;

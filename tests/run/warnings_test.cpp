@@ -140,7 +140,6 @@ TEST_F(WarningsTest, FocusAndDepthInDifferentUnits) {
 
 TEST_F(WarningsTest, VectorsFarBelowAPixelWhileColorChanges) {
     const auto slow = HasSubstr("but the next frame's color differs: are vectors fractions");
-    chain_ = test::chain_of("motion_blur", {});
     const auto warnings = [&](float scale, int next) {
         for (const int frame : {1, 2}) {
             Planes planes = test::make_planes(48, 32, frame == 1 ? 1 : next);
@@ -152,10 +151,13 @@ TEST_F(WarningsTest, VectorsFarBelowAPixelWhileColorChanges) {
         EXPECT_TRUE(report.status.ok()) << report.status.message();
         return report.warnings;
     };
-    EXPECT_THAT(warnings(1 / 48.0f, 2), Contains(slow));
-    EXPECT_THAT(warnings(1, 2), Not(Contains(slow)));
-    EXPECT_THAT(warnings(1 / 48.0f, 1), Not(Contains(slow)));  // nothing changes
-    EXPECT_THAT(warnings(0, 2), Not(Contains(slow)));          // has a warning of its own
+    for (const char* mode : {"inverse_warp", "guertin"}) {  // reads neighbors, and not
+        chain_ = test::chain_of("motion_blur", {{"mode", mode}});
+        EXPECT_THAT(warnings(1 / 48.0f, 2), Contains(slow)) << mode;
+        EXPECT_THAT(warnings(1, 2), Not(Contains(slow))) << mode;
+        EXPECT_THAT(warnings(1 / 48.0f, 1), Not(Contains(slow))) << mode;  // nothing changes
+        EXPECT_THAT(warnings(0, 2), Not(Contains(slow))) << mode;  // has a warning of its own
+    }
 }
 
 // `focus` in the file is in meters.

@@ -75,6 +75,22 @@ class Day(OnTheService):
         self.assertNotEqual((self.path / "shots/out/sharp_balanced.0002.exr").stat().st_mtime_ns, first)
         self.browser.errors()  # the refusals
 
+    def test_the_next_version_is_above_all_jobs(self):
+        """Also above those that a list of jobs has on its second page."""
+        out = self.path / "shots/out"
+        out.mkdir(exist_ok=True)
+        for frame in (1, 2, 3):
+            (out / f"sharp_balanced.{frame:04}.exr").touch()
+        self.open_from_the_folders()
+        self.browser.run("""
+            const real = window.fetch, output = "shots/out/sharp_balanced_v006.####.exr";
+            window.fetch = (path, options) => !/jobs[?].*search=/.test(path) ? real(path, options)
+                : Promise.resolve(new Response(JSON.stringify(/before=7&/.test(path)
+                    ? { jobs: [{ about: { output } }], next: null } : { jobs: [], next: "7" })));""")
+        self.press("Submit job")
+        self.browser.wait("document.getElementById('existing').textContent.includes('_v007')")
+        self.browser.errors()  # the refusal
+
     def test_a_job_that_waits_holds_its_outputs(self):
         long = self.long_shot()
         first = self.submit(**long, output="out/held.####.exr")

@@ -284,7 +284,9 @@ TEST(Words, EveryParameterHasAGroup) {
         for (const Parameter& row : table.rows()) {
             const ParameterWords words = words_of(row);
             EXPECT_TRUE(groups.contains(words.group)) << name << "." << row.key;
-            EXPECT_EQ(words.label.find('_'), std::string::npos) << words.label;
+            const std::string all = words.label + ": " + words.unset;
+            EXPECT_EQ(all.find('_'), std::string::npos) << all;
+            EXPECT_EQ(all.find("--"), std::string::npos) << all;
             EXPECT_TRUE(labels.insert(words.label).second) << name << ": " << words.label;
         }
     };

@@ -35,7 +35,8 @@ bool asks_for(const std::string& option, const std::string& choice, int argc, ch
 }
 
 // The arguments that the subcommand does not take, in words: the first unknown option, with the
-// closest known one. Empty if there are none.
+// closest known one, or the first argument, which may be the input or the output. Empty if there
+// are none.
 std::string unexpected(const CLI::App& subcommand) {
     const std::vector<std::string> words = subcommand.remaining();
     std::vector<std::string> known;
@@ -49,6 +50,11 @@ std::string unexpected(const CLI::App& subcommand) {
                       near.empty() ? "" : " (did you mean '" + near + "'?)");
     }
     if (words.empty()) return "";
+    for (const std::string option : {"--input", "--output"})
+        if (const CLI::Option* one = subcommand.get_option_no_throw(option);
+            one && one->count() == 0)
+            return concat("unexpected argument '", words[0], "' (did you mean '", option, " ",
+                          words[0], "'?)");
     return concat("unexpected argument '", words[0], "'");
 }
 

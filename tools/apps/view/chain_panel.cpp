@@ -65,8 +65,8 @@ bool parameter_widget(const Parameter& row, const ParameterValue& set,
     ParameterValue now = set;
     if (now == ParameterValue() && row.type != ParameterType::text) {
         if (!inherited || inherited->value.index() != first_value(row, {}).index()) {
-            const std::string text = row.unset_means.empty() ? "not set" : row.unset_means;
-            if (!ImGui::Button((text + "##set").c_str(), {ImGui::GetContentRegionAvail().x, 0}))
+            if (!ImGui::Button((words_of(row).unset + "##set").c_str(),
+                               {ImGui::GetContentRegionAvail().x, 0}))
                 return false;
             value = first_value(row, inherited);
             return true;

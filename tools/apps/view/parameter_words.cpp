@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <regex>
 #include <string_view>
 
 namespace postchain::view {
@@ -95,6 +96,31 @@ const std::map<std::string_view, Row>& table() {
     return rows;
 }
 
+std::string label_of(const std::string& key) {
+    const auto found = table().find(key);
+    if (found != table().end() && *found->second.label) return found->second.label;
+    std::string label = key;
+    constexpr std::array<std::string_view, 3> kUnits = {"_px", "_mm", "_deg"};
+    for (const std::string_view unit : kUnits)
+        if (label.ends_with(unit)) label.resize(label.size() - unit.size());
+    std::replace(label.begin(), label.end(), '_', ' ');
+    return label;
+}
+
+// Without keys and options: "focus_distance decides", "from --camera".
+std::string in_words(const std::string& text) {
+    static const std::regex key("[a-z]+(_[a-z]+)+"), camera("--camera");
+    std::string words;
+    auto end = text.begin();
+    for (std::sregex_iterator one(text.begin(), text.end(), key), last; one != last; ++one) {
+        words.append(end, (*one)[0].first);
+        words += label_of(one->str());
+        end = (*one)[0].second;
+    }
+    words.append(end, text.end());
+    return std::regex_replace(words, camera, "the camera");
+}
+
 }  // namespace
 
 const std::vector<ParameterGroup>& parameter_groups() {
@@ -105,16 +131,9 @@ const std::vector<ParameterGroup>& parameter_groups() {
 }
 
 ParameterWords words_of(const Parameter& row) {
-    ParameterWords words{row.key, ""};
-    constexpr std::array<std::string_view, 3> kUnits = {"_px", "_mm", "_deg"};
-    for (const std::string_view unit : kUnits)
-        if (words.label.ends_with(unit)) words.label.resize(words.label.size() - unit.size());
-    std::replace(words.label.begin(), words.label.end(), '_', ' ');
     const auto found = table().find(row.key);
-    if (found == table().end()) return words;
-    words.group = found->second.group;
-    if (*found->second.label) words.label = found->second.label;
-    return words;
+    return {label_of(row.key), found == table().end() ? "" : found->second.group,
+            row.unset_means.empty() ? "not set" : in_words(row.unset_means)};
 }
 
 }  // namespace postchain::view

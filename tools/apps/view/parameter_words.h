@@ -11,6 +11,7 @@ namespace postchain::view {
 struct ParameterWords {
     std::string label;  // "f-stop"
     std::string group;  // one of parameter_groups(); empty: the row has no place yet
+    std::string unset;  // what a value that is not set means: "focus decides"
 };
 ParameterWords words_of(const Parameter& row);
 

@@ -48,6 +48,16 @@ export async function get_frames(id) {
     }
     return frames;
 }
+/** All jobs that a search finds, which come in pages, newest first. */
+export async function find_jobs(search) {
+    const jobs = [];
+    for (let before; before !== null;) {
+        const reply = await get(address("v1/jobs", { search, before, limit: 500 }));
+        jobs.push(...reply.jobs);
+        before = reply.next;
+    }
+    return jobs;
+}
 export const getText = async (path) => (await request("GET", path)).text();
 export const post = async (path, body) =>
     (await request("POST", path, body === undefined ? undefined : JSON.stringify(body))).json();

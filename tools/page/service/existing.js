@@ -1,6 +1,6 @@
 // Outputs that exist, or that a waiting job is going to write: what a user can do about it.
 import { h } from "../shared/dom.js";
-import { address, get } from "./api.js";
+import { address, find_jobs, get } from "./api.js";
 
 const kVersion = /_v(\d+)$/;
 
@@ -18,9 +18,9 @@ export async function next_version(output) {
     const { start, version, rest } = parts_of(output), folder = folder_of(output);
     const [here, jobs] = await Promise.all([
         get(address("v1/browse", { folder: folder.replace(/\/$/, "") || "." })).catch(() => null),
-        get(address("v1/jobs", { search: start, limit: 500 })).catch(() => null)]);
+        find_jobs(start).catch(() => [])]);
     const names = [output, ...[...here?.sequences ?? [], ...here?.folders ?? []].map((one) => one.path),
-        ...(jobs?.jobs ?? []).map((one) => one.about.output)];
+        ...jobs.map((one) => one.about.output)];
     const last = Math.max(...names.filter((name) => typeof name === "string").map(parts_of)
         .filter((one) => one.start === start).map((one) => Number(one.version ?? 1)));
     return `${start}_v${String(last + 1).padStart(version?.length ?? 3, "0")}${rest}`;

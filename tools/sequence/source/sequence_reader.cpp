@@ -223,6 +223,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
     add_neighbors(neighbors, entry.planes, entry.header.window, frame);
+    compare_slow_motion(frame);
     if (inputs.behind) RETURN_IF_ERROR(add_behind(settings_, *inputs.behind, entry.header, frame));
     if (inputs.neighbors.empty()) {
         entry.pixels.clear();
@@ -230,6 +231,31 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
         entry.is_decoded = false;
     }
     return frame;
+}
+
+// plan_warnings() compares vectors far below a pixel with the color of a neighbor that the chain
+// reads. If it reads none, the first such frame is compared here.
+void SequenceReader::compare_slow_motion(SourceFrame& frame) {
+    const double speed = frame.health.fastest_stored_px;
+    if (compared_slow_motion_ || !frame.description.planes.has(Role::motion) ||
+        doubt_of_speed(speed, 1).empty())
+        return;
+    for (const Neighbor neighbor : kNeighbors)
+        if (frame.planes.contains(role_of(neighbor, Role::color))) return;
+    const int number = frame.description.frame_number;
+    for (const Neighbor neighbor : {Neighbor::after, Neighbor::before}) {
+        if (!absence(number, neighbor).empty()) continue;
+        const int other = number + frames_to(neighbor);
+        auto color = read_color(settings_, on_disk_->at(other).at(Role::color), other);
+        if (!color.ok()) continue;
+        compared_slow_motion_ = true;
+        const double change =
+            color_change(*frame.planes.at(Role::color),
+                         io::placed(color->rgba(), color->input.window, frame.input.window));
+        if (const std::string doubt = doubt_of_speed(speed, change); !doubt.empty())
+            frame.warnings.push_back(concat(frame.input.files.color_file().path(), ": ", doubt));
+        return;
+    }
 }
 
 }  // namespace postchain::sequence

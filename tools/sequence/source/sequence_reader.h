@@ -81,6 +81,7 @@ class SequenceReader {
     void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
     std::string absence(int number, Neighbor neighbor);
     Status decode(Entry& entry);
+    void compare_slow_motion(SourceFrame& frame);
 
     SourceSettings settings_;
     io::InputSpec input_;
@@ -89,6 +90,7 @@ class SequenceReader {
     std::map<int, std::shared_ptr<Entry>> window_;  // by number
     std::shared_ptr<const FramesOnDisk> on_disk_;
     size_t decoded_ = 0;
+    bool compared_slow_motion_ = false;
 };
 
 }  // namespace postchain::sequence

@@ -203,22 +203,19 @@ class MixedPixels {
                 (others.empty() || one_depth(s.inverse_depth, depth(x, y, others.front()))))
                 others.push_back(at);
         }
-        if ((same.empty() && others.empty()) || (others.empty() && !mixed_depth)) return own;
-        const double other_depth = others.empty() ? *mixed_depth : depth(x, y, others.front());
-        const bool in_front = own.inverse_depth > other_depth;
-        const bool thin = same.empty() || others.empty();
+        const bool thin = others.empty();
+        if (same.empty() || (thin && !mixed_depth)) return own;
+        const double other_depth = thin ? *mixed_depth : depth(x, y, others.front());
+        if (other_depth <= own.inverse_depth) return own;  // the outline of the one in front
         Offset mine, theirs;
         if (thin) {
             // The one in front shows nowhere alone: its color is the one that goes farthest from
             // that behind.
-            if (!(in_front ? same : others).empty()) return own;
-            const std::vector<Offset>& behind = in_front ? others : same;
-            const std::array<double, 3> mean = mean_of(x, y, behind);
-            const auto front = farthest(x, y, in_front ? own.inverse_depth : other_depth, mean);
+            const std::array<double, 3> mean = mean_of(x, y, same);
+            const auto front = farthest(x, y, other_depth, mean);
             if (!front) return own;
-            const Offset back = closest(x, y, behind, mean.data());
-            mine = in_front ? *front : back;
-            theirs = in_front ? back : *front;
+            mine = closest(x, y, same, mean.data());
+            theirs = *front;
         } else {
             mine = closest(x, y, same, c);
             theirs = closest(x, y, others, c);
@@ -227,10 +224,9 @@ class MixedPixels {
         const Surface& other = surface(x + theirs.first, y + theirs.second);
         if (!share || !parts(surface(x + mine.first, y + mine.second), other, settings_))
             return own;
-        const bool takes = thin && !in_front && *share < 0.5;
+        const bool takes = thin && *share < 0.5;
         if (!takes && *share < 0.1) return own;
         const Offset place = takes ? theirs : mine;
-        if (place == Offset{0, 0}) return own;
         Surface result = takes ? other : own;
         result.edge = true;
         result.color_from = {double(place.first), double(place.second)};
@@ -279,14 +275,14 @@ class MixedPixels {
                 best = at;
         return best;
     }
-    // The place among the pixel and the eight around that has this depth and lies farthest from
-    // `mean` on the way to the pixel's color.
+    // The adjacent place that has this depth and lies farthest from `mean` on the way to the
+    // pixel's color.
     std::optional<Offset> farthest(int x, int y, double inverse_depth,
                                    const std::array<double, 3>& mean) const {
         std::optional<Offset> best;
         double most = -1;
-        for (int k = -1; k < 8; ++k) {
-            const Offset at = k < 0 ? Offset{0, 0} : kAround5[size_t(k)];
+        for (int k = 0; k < 8; ++k) {
+            const Offset at = kAround5[size_t(k)];
             if (!inside(x + at.first, y + at.second) || !one_depth(depth(x, y, at), inverse_depth))
                 continue;
             double along = 0;

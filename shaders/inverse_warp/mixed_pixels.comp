@@ -1,7 +1,8 @@
 #version 450 core
-// The pixels at depth edges that mix two surfaces: where the color of their own shows alone. A thin
-// surface in front shows nowhere alone: there its color is the one that differs most from the other's,
-// and a pixel that has more of it than of the other shows it, whatever its depth.
+// The pixels at depth edges whose surface is behind another one, which is mixed into them: where the color
+// of their own shows alone. Pixels of the surface in front keep their mixture: it is the antialiased outline
+// of its streak. A thin surface in front shows nowhere alone: there its color is the one that differs most
+// from the other's, and a pixel that has more of it than of the other shows it, whatever its depth.
 //
 //   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or bits kMixed and kTakes, and the place
 #include "common/finite.glsl"
@@ -76,16 +77,15 @@ void add_alone(precise inout Side side, ivec2 offset, float inverse_depth, vec3 
     side.off = off;
 }
 
-// The color of `front`, a surface that shows nowhere alone, and beside it the one of `back` that is
-// closest to its mean. False: no pixel around shows the front.
+// The color of `front`, a surface that shows nowhere alone, and beside it the one of `back`, the pixel's
+// own, that is closest to its mean. False: no adjacent pixel shows the front.
 bool find_thin(ivec2 p, vec3 own, inout Side front, inout Side back) {
     precise const vec3 mean = back.sum / back.count, way = own - mean;
     float most = -1.0;
     back.off = 3.4e38;
-    int i = -1;
+    int i = 0;
     SOFTWARE_LOOP do {
-        const ivec2 offset = i < 0 ? ivec2(0) : kOffset[i], at = p + offset,
-                    read = clamp(at, ivec2(0), uniforms.size - 1);
+        const ivec2 offset = kOffset[i], at = p + offset, read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
         const vec3 seen = color_of(read);
         precise const vec3 to = seen - mean;
@@ -124,26 +124,10 @@ uint word_of(ivec2 p) {
         if (at == read && s.edge && !is_same && mixed_depth == kNotThere) mixed_depth = s.inverse_depth;
     } while (++i < kOffsets);
 
-    if (same.reach == kNone && other.reach == kNone) return 0u;
-    const bool thin = same.reach == kNone || other.reach == kNone;
-    if (other.reach == kNone) other.inverse_depth = mixed_depth;
-    if (other.inverse_depth == kNotThere) return 0u;
-    const bool in_front = own.inverse_depth > other.inverse_depth;
-    if (thin) {
-        if ((in_front ? same.reach : other.reach) != kNone) return 0u;
-        Side front = other, back = same;
-        if (in_front) {
-            front = same;
-            back = other;
-        }
-        if (!find_thin(p, c, front, back)) return 0u;
-        same = back;
-        other = front;
-        if (in_front) {
-            same = front;
-            other = back;
-        }
-    }
+    const bool thin = other.reach == kNone;
+    if (thin) other.inverse_depth = mixed_depth;
+    if (same.reach == kNone || other.inverse_depth <= own.inverse_depth) return 0u;
+    if (thin && !find_thin(p, c, other, same)) return 0u;
     precise const vec3 way = same.color - other.color;
     const float contrast = precise_dot(way, way);
     precise const float least =
@@ -153,14 +137,12 @@ uint word_of(ivec2 p) {
     precise const float share = precise_dot(c - other.color, way) / contrast;
     precise const vec3 rest = c - other.color - share * way;
     precise const float most_rest = kRest * kRest * contrast;
-    const bool takes = thin && !in_front && share < 0.5;
+    const bool takes = thin && share < 0.5;
     const float least_share = takes ? -kBeyond : kLeastOwn;
     if (share < least_share || share > 1.0 + kBeyond || precise_dot(rest, rest) > most_rest ||
         !parts(surface_at(p + same.offset), surface_at(p + other.offset)))
         return 0u;
-    if (takes) return kMixed | kTakes | place_of(other.offset);
-    const uint place = place_of(same.offset);
-    return place == kOwnPlace ? 0u : kMixed | place;
+    return takes ? kMixed | kTakes | place_of(other.offset) : kMixed | place_of(same.offset);
 }
 
 void main() {

@@ -12,7 +12,7 @@
 
 #include "chain/base/status.h"
 #include "chain/guest/chain_handle.h"
-#include "chain/guest/focus.h"
+#include "chain/guest/followed_depths.h"
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_plan.h"
 #include "chain/plan/program_source.h"
@@ -89,10 +89,7 @@ void add_steps_of_guests(std::map<std::string, Step>& steps) {
             const auto host = guest::make_host_plan(chain, frame, DeviceClass::gpu);
             if (!host.ok()) continue;  // packed bits
             for (const Step& step : host->plan.steps) steps.emplace(step.program.text(), step);
-            Step focus;
-            focus.program = guest::Focus::program(frame);
-            focus.set_uniforms(shared::GuestUniforms{});
-            focus.bindings = {{1, 0}, {0, 1, Access::list}};
+            const Step focus = guest::focus_step(frame, 0, 1);
             steps.emplace(focus.program.text(), focus);
             if (i == 0 && view.empty())
                 for (const PlanTexture& texture : host->plan.textures) views.insert(texture.name);
@@ -185,10 +182,11 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
             EXPECT_FALSE(spirv.samples);
         }
         if (step.program.file == "inverse_warp/gather.comp" &&
-            !step.program.defines.contains("SOFTWARE_RENDERER"))
+            !step.program.defines.contains("SOFTWARE_RENDERER")) {
             for (const std::string& name : spirv.arrays)
                 EXPECT_TRUE(name == "deferred" || name == "taps")
                     << name << " is or holds an array, which a GPU may keep in memory";
+        }
         const std::set<Unit> bound = units_of(step);
         EXPECT_EQ(bound.size(), step.bindings.size()) << "two bindings of one unit";
         // Its uniforms say which of its units it uses.

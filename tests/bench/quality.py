@@ -10,7 +10,7 @@ dof and both (ground truth), camera.json and, for the rows that need them, peer_
 behind.####.exr. FRAME is 10 if none is given. SET may also
 be a file of --json, whose scenes and rows are merged with the others. A cell is PSNR (dB, after x/(1+x) and
 gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the repeats of the passes' total time, relative to the
-table's first chain. That of Blender's nodes comes from peers.####.json, if it was measured (tests/cycles/peers.py).
+table's first chain.
 
 If a scene has its ground truth in two halves too (both_a.####.exr, both_b), PSNR is that without the
 noise of the ground truth: a quarter of the halves' mean squared difference is taken off. The row "noise"
@@ -231,8 +231,6 @@ def table(options, data, frame, name, folder):
                 continue
             if needed != out:
                 out, least = filtered(options, chain, scene, frame, folder)
-            elif (settings := scene / f"peers.{frame:04d}.json").exists():
-                least = json.loads(settings.read_text("utf8")).get(chain, {}).get("ms", 0)
             psnr, hdr_flip, ssim = errors(options, scene / f"{truth}.{frame:04d}.exr", out)
             figure = {**common, "row": label, "chain": chain, "psnr": psnr, "hdr_flip": hdr_flip,
                       "ssim": ssim, "ms": least}

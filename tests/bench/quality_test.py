@@ -72,11 +72,8 @@ class Quality(unittest.TestCase):
         self.assertRegex(printed, "peer_vectorblur_best.0011.exr is missing")
         shutil.copy(self.scene / "mb.0011.exr", self.scene / "peer_vectorblur_best.0011.exr")
         printed, figures = self.run_it("--row", "Blender")
-        self.assertEqual((figures[0]["psnr"], figures[0]["ms"]), (200, 0))
+        self.assertEqual(figures[0]["psnr"], 200)
         self.assertIn("| Blender's Vector Blur", printed)
-        times = {"peer_vectorblur_best": {"ms": 70.5}}
-        (self.scene / "peers.0011.json").write_text(json.dumps(times), "utf8")
-        self.assertEqual(self.run_it("--row", "Blender")[1][0]["ms"], 70.5)
 
     def test_rows_with_the_layer_behind_need_it(self):
         row = ["--table", "both", "--row", "`best`"]

@@ -1,6 +1,4 @@
 """A frame through Blender's Vector Blur and Defocus nodes; runs inside Blender."""
-import time
-
 import bpy
 
 ORDERS = ("lens_motion", "motion_lens")
@@ -39,7 +37,7 @@ class NodeBlur:
         image.file_format, image.color_depth, image.color_mode = "OPEN_EXR", "32", "RGB"
 
     def render(self, path, order, factor=0.5, curved=False, stop=1):
-        """order: of ORDERS, or one of "lens" and "motion". path: None writes no file."""
+        """order: of ORDERS, or one of "lens" and "motion"."""
         self.blur.factor, self.blur.use_curved = factor, curved
         self.defocus.f_stop = self.thin_lens * stop
         last = self.source.outputs["Combined"]
@@ -48,16 +46,5 @@ class NodeBlur:
             self.tree.links.new(last, node.inputs["Image"])
             last = node.outputs["Image"]
         self.tree.links.new(last, self.result.inputs["Image"])
-        if path:
-            self.scene.render.filepath = path
-        bpy.ops.render.render(write_still=path is not None)
-
-    def seconds(self, **choice):
-        """The least of three times of the nodes; choice: options of render(). The image is in memory."""
-        def timed():
-            begin = time.perf_counter()
-            self.render(None, **choice)
-            return time.perf_counter() - begin
-
-        self.render(None, **choice)
-        return min(timed() for _ in range(3))
+        self.scene.render.filepath = path
+        bpy.ops.render.render(write_still=True)

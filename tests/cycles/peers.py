@@ -1,5 +1,5 @@
 """Blender's nodes with the settings that are best on the ground truth of a scene, of each kind that the
-frame has: peer_*.####.exr and peers.####.json, the settings and the time of the nodes.
+frame has: peer_*.####.exr and peers.####.json, the settings.
 
 blender -b -P tests/cycles/peers.py -- SCENE_FOLDER FRAME   (docs/scenes.md)
 """
@@ -85,8 +85,8 @@ def main():
         found["peer_both_best"] = best(blur, "peer_both_best", "both", [
             {**start, "stop": stop} for stop in node_blur.STOPS])
     with open(file("peers", "json"), "w", encoding="utf8") as out:
-        json.dump({name: {"psnr": psnr, "ms": round(1000 * blur.seconds(**choice), 1), **choice}
-                   for name, (psnr, choice) in found.items()}, out, indent=1)
+        json.dump({name: {"psnr": psnr, **choice} for name, (psnr, choice) in found.items()}, out,
+                  indent=1)
         out.write("\n")
 
 

@@ -144,13 +144,11 @@ class Render(unittest.TestCase):
                                for one in (name, "sharp"))
             self.assertAlmostEqual(found[name]["psnr"], filtered, delta=0.01)
             self.assertGreater(filtered, sharp, name)
-            self.assertGreater(found[name]["ms"], 0, name)
         for other in ("mb", "both"):
             (pathlib.Path(self.folder) / f"{other}.0011.exr").unlink()
         run_script("peers.py", self.folder, "11")
-        again = json.loads(settings.read_text("utf8"))
-        self.assertEqual(list(again), ["peer_defocus"], "the only ground truth that is left")
-        self.assertEqual(again["peer_defocus"]["stop"], found["peer_defocus"]["stop"])
+        self.assertEqual(json.loads(settings.read_text("utf8")),
+                         {"peer_defocus": found["peer_defocus"]}, "the only ground truth that is left")
 
     def depths(self, kind, frame):
         image = OpenImageIO.ImageBuf(f"{self.folder}/{kind}.{frame:04d}.exr")

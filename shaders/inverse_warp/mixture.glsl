@@ -7,14 +7,16 @@ const float kPartPx = 6.0, kLensPartPx = 3.0;
 
 bool parts(Surface s, Surface t) {
     const bool first = s.inverse_depth > t.inverse_depth;
-    const vec2 da = s.a - t.a, db = s.b - t.b;
     bool by_motion = false, by_lens = false;
     if (kShutter) {
+        const vec2 da = s.a - t.a, db = s.b - t.b;
         precise const float squared = precise_dot(da, da) + precise_dot(db, db);
         by_motion = (first ? path_of(s) : path_of(t)) > kPartPx && squared > kPartPx * kPartPx;
     }
-    if (kLens)
-        by_lens = abs(first ? s.radius : t.radius) > kLensPartPx && abs(s.radius - t.radius) > kLensPartPx;
+    if (kLens) {
+        precise const float radii = s.radius - t.radius;
+        by_lens = abs(first ? s.radius : t.radius) > kLensPartPx && abs(radii) > kLensPartPx;
+    }
     return by_motion || by_lens;
 }
 

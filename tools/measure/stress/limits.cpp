@@ -35,12 +35,6 @@ constexpr const char* kTiedSample =
     "a sample that ties: where another rounding decides for another surface, one sample of a pixel "
     "differs, and denoising spreads that over 25 of the cell's 512 pixels";
 
-constexpr const char* kSplit =
-    "pixels of two surfaces: whether an edge pixel is split, and which pixel beside it has its "
-    "color, are "
-    "decisions; where 1 % of speed or another rounding decides otherwise, the edge and its streak "
-    "differ";
-
 // Depth of field, gilham.
 constexpr const char* kOrder =
     "rows before columns: with a leak test the second pass weighs what the first has mixed";
@@ -62,9 +56,6 @@ const KnownLimits& known_limits() {
     static const KnownLimits limits = {
         {"motion_blur",
          {{"motion", "mode=inverse_warp", "/radiance/firefly", 24, kBrightPixel},
-          {"motion", "mode=inverse_warp", "/nonfinite/inf in color, clamped/fp16", 4.8, kSplit},
-          {"reference", "mode=inverse_warp", "/nonfinite/inf in color, clamped/fp32", 0.0002,
-           kSplit},
           {"motion", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 6.5, kApart},
           {"depth", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 140, kApart},
           {"motion", "", "/radiance/firefly*fp16", 26,

@@ -16,7 +16,7 @@ namespace postchain::guest {
 
 using Depths = std::map<Place, double>;  // inverse depths, 1/scene units
 
-// What the step found in a frame, in the order of the places.
+// The depths that the step found in a frame, in the order of the places.
 using FoundDepths = std::array<float, GUEST_FOCUS_PLACES>;
 
 // The program of the step.
@@ -34,7 +34,7 @@ struct Followed {
     size_t number = 0;  // among the chains, below FollowedChains::kMost
     Depths depths;
     bool known = false;  // from a frame of this shot
-    uint64_t since = 0;  // what frames before this one found does not count
+    uint64_t since = 0;  // depths that earlier frames found do not count
 
     // Moves the depths towards what was found: all the way if none is known.
     void approach(const FoundDepths& found, const pc_frame& given);
@@ -43,7 +43,8 @@ struct Followed {
 class FollowedChains {
   public:
     static constexpr size_t kMost = 64;
-    // The chain's, with these places. What was found at others before frame `next` does not count.
+    // The chain's, with these places. If they are new, depths found before frame `next` do not
+    // count.
     Followed& find(uint64_t chain, const Depths& places, uint64_t next);
 
   private:

@@ -27,7 +27,7 @@ class Focus {
     const guest::Depths& now(uint64_t chain, const guest::Depths& places, uint64_t next) {
         return chains_.find(chain, places, next).depths;
     }
-    // What the run found whose place run number `run` takes becomes known.
+    // Reads the depths of the run whose place run number `run` takes.
     void take_place(uint64_t run);
     // The chain's depths in that run. While none is known, at first and after a cut: those of
     // `distance`, in scene units, if it is > 0.

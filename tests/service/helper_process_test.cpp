@@ -1,4 +1,4 @@
-// What a confined process can still do.
+// A confined process reads its folders, and does nothing else.
 #include "tools/service/work/helper_process.h"
 
 #include <fcntl.h>

@@ -54,12 +54,12 @@ class Chain(Case):
                     self.assertAlmostEqual(value, default, places=5, msg=row)
         bpy.ops.postchain.own(name="joint_blur", key="samples")
         self.assertTrue(self.scene.postchain.joint_blur.is_property_set("samples"))
-        self.assertEqual(self.scene.postchain.joint_blur.samples, 16)  # of the chain `fast`
+        self.assertEqual(self.scene.postchain.joint_blur.samples, 15)  # of the chain `fast`
         bpy.ops.postchain.own(name="joint_blur", key="f_stop")  # no value yet
         bpy.ops.postchain.own(name="fxaa", key="preset")
         self.assertEqual(addon().properties.chain(self.scene)["passes"][1][1]["preset"], 12)
         bpy.ops.postchain.own(key="samples")  # of the whole chain
-        self.assertEqual(self.scene.postchain.samples, 16)
+        self.assertEqual(self.scene.postchain.samples, 15)
         bpy.ops.postchain.reset(key="samples")
         self.assertEqual(self.scene.postchain.samples, 0)
         bpy.ops.postchain.reset(name="joint_blur", key="samples")

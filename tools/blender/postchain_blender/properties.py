@@ -7,8 +7,8 @@ import re
 import bpy
 
 SHIPPED = {
-    "balanced": ("Balanced", "32 samples and the frames before and after, then FXAA: the lowest error for its time"),
-    "fast": ("Fast", "16 samples, each frame alone"),
+    "balanced": ("Balanced", "28 samples and the frames before and after, then FXAA: the lowest error for its time"),
+    "fast": ("Fast", "15 samples, each frame alone"),
     "best": ("Best", "128 samples, without FXAA: for renders that have little noise"),
     "paper": ("Paper", "motion blur and depth of field of published filters, for comparison only"),
     "dof_first": ("Paper, lens first", "the same in the order most engines use, for comparison only"),

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <map>
 
+#include "chain/guest/presets.h"
 #include "chain/pass/planner.h"
 #include "chain/plan/plan_bytes.h"
 #include "passes/registry.h"
@@ -25,34 +26,22 @@ namespace {
 using namespace postchain;
 using namespace postchain::bench;
 
-using Values = std::vector<std::pair<std::string, ParameterValue>>;
-
-struct PassValues {
-    std::string pass;
-    Values values;
-};
-
 struct Case {
     std::string name;
-    std::vector<PassValues> passes;  // none = the copy itself
+    std::vector<guest::Tier::Pass> passes;  // none = the copy itself
 };
 
 std::vector<Case> cases() {
     using Text = std::string;
     std::vector<Case> all = {{"copy", {}}};
-    // The shipped chains of these names (config/chains).
+    // The shipped chain of this name (config/chains), then those that are tiers too.
     all.push_back(
         {"paper",
          {{"motion_blur", {{"mode", Text("guertin")}, {"samples", int64_t(25)}}},
           {"fxaa", {{"preset", int64_t(12)}, {"hint", Text("checkerboard")}}},
           {"depth_of_field",
            {{"method", Text("gilham")}, {"downsample", int64_t(4)}, {"leak", Text("coc")}}}}});
-    const PassValues directional = {"fxaa", {{"mode", Text("directional")}}};
-    all.push_back(
-        {"fast",
-         {{"joint_blur", {{"samples", int64_t(16)}, {"neighbors", Text("none")}}}, directional}});
-    all.push_back({"balanced", {{"joint_blur", {{"samples", int64_t(32)}}}, directional}});
-    all.push_back({"best", {{"joint_blur", {{"samples", int64_t(128)}, {"starts", int64_t(8)}}}}});
+    for (const guest::Tier& tier : guest::tiers()) all.push_back({tier.name, tier.passes});
     for (const char* pass : {"motion_blur", "depth_of_field"}) all.push_back({pass, {{pass, {}}}});
     for (const char* mode : {"guertin", "single"})
         for (const int samples : {5, 9, 13, 25, 51, 101})

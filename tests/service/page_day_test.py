@@ -281,7 +281,7 @@ class Day(OnTheService):
         self.open_from_the_folders()
         text = "document.querySelector('#text textarea').value"
         # A shipped chain as its file is.
-        self.assertIn("- joint_blur: {samples: 32}", self.browser.run(f"return {text};"))
+        self.assertIn("- joint_blur: {samples: 28, starts: 6}", self.browser.run(f"return {text};"))
         self.browser.run("[...document.querySelectorAll('#entries .entry')].find((one) => "
                          "one.innerText.includes('night')).click();")
         self.browser.wait(f"{text} === args[0]", YAML)

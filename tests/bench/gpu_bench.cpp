@@ -65,7 +65,7 @@ Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device) {
     Chain chain;
     for (const auto& [name, values] : one.passes) {
         Pass* pass = chain.append(builtin_passes(), name);
-        if (!pass) fail("no pass " + name);
+        if (!pass) fail(concat("no pass ", name));
         const ParameterTable& table = *chain.links.back().type->parameters;
         for (const auto& [key, value] : values) require(table.set(pass->parameters(), key, value));
     }

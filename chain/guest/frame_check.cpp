@@ -206,7 +206,7 @@ Failure check_lens(const pc_frame& given) {
 }  // namespace
 
 bool knows_flags(uint32_t flags) {
-    return flags < 2 * PC_HALF_RESOLUTION;
+    return flags < 2 * PC_FAST_MATH;
 }
 
 Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (*find)(unsigned)) {

@@ -193,7 +193,7 @@ PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t ch
     key.chain = chain;
     key.revision = revision;
     key.max_size = max_size;
-    key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION | PC_HALF_RESOLUTION);
+    key.flags = given.flags & (PC_TOP_LEFT | kPlanFlags);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
     key.cases = {frame.color_in_place(),
@@ -216,7 +216,7 @@ PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t ch
 FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
     FrameKind kind{chain,
                    revision,
-                   frame.given->flags & (PC_HALF_PLANES | PC_NO_ELISION | PC_HALF_RESOLUTION),
+                   frame.given->flags & kPlanFlags,
                    frame.depth.name != 0,
                    frame.motion.name != 0,
                    frame.mask.name != 0,
@@ -252,6 +252,7 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
     if ((flags & PC_HALF_PLANES) != 0) return flag("PC_HALF_PLANES", PC_HALF_PLANES) + remedy;
     if ((flags & PC_HALF_RESOLUTION) != 0)
         return flag("PC_HALF_RESOLUTION", PC_HALF_RESOLUTION) + remedy;
+    if ((flags & PC_FAST_MATH) != 0) return flag("PC_FAST_MATH", PC_FAST_MATH) + remedy;
     if (flags != 0) return flag("PC_NO_ELISION", PC_NO_ELISION) + remedy;
     if (kind.exposure != nearest->exposure) return given("exposure", kind.exposure) + remedy;
     if (kind.depth && !nearest->depth) return given("depth", true) + remedy;

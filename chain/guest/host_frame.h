@@ -98,6 +98,9 @@ FrameDescription describe(const HostFrame& frame, const Chain& chain);
 glm::dmat3 clip_directions(const float (&columns)[16]);
 
 inline constexpr size_t kLongestView = 63;  // letters of a debug_view
+// Flags that choose a plan's programs or textures.
+inline constexpr uint32_t kPlanFlags =
+    PC_HALF_PLANES | PC_NO_ELISION | PC_HALF_RESOLUTION | PC_FAST_MATH;
 
 // Everything that a plan and its conversion depend on, except the frame's size, values and number.
 // Plans of equal keys have the same shape if their PlanShapes (chain/pass/planner.h) are equal.
@@ -118,7 +121,7 @@ PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t ch
 // the programs of all frames of one kind. docs/integration.md lists the members.
 struct FrameKind {
     uint64_t chain = 0, revision = 0;
-    uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION, PC_HALF_RESOLUTION
+    uint32_t flags = 0;  // those of kPlanFlags
     bool depth = false, motion = false, mask = false, exposure = false;
     uint32_t arrays = 0;  // HostFrame::arrays()
     std::array<char, kLongestView + 1> debug_view = {};

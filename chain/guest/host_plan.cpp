@@ -376,6 +376,7 @@ PlanOptions options_of(const HostFrame& frame, DeviceClass device) {
     options.precision = frame.flag(PC_HALF_PLANES) ? Precision::fp16 : Precision::fp32;
     options.elide = !frame.flag(PC_NO_ELISION);
     options.device = device;
+    options.fast_math = frame.flag(PC_FAST_MATH);
     return options;
 }
 

@@ -212,6 +212,11 @@ Plan empty_plan(const FrameDescription& frame, RoleSet planes, std::map<Role, Te
     return plan;
 }
 
+// A macro takes the qualifier out of the program's text.
+void choose_math(ProgramKey& program, const PlanOptions& options) {
+    if (options.fast_math) program.defines["precise"] = "";
+}
+
 }  // namespace
 
 bool PlanOptions::uses(const ElisionRule& rule) const {
@@ -288,6 +293,7 @@ Result<Plan> make_plan(const ResolvedChain& resolved) {
     find_lifetimes(plan, outputs);
     drop_unread_planes(plan, frame, wanted_outputs, resolved.rules());
     find_missing_neighbors(resolved, plan);
+    for (Step& step : plan.steps) choose_math(step.program, resolved.options());
     return plan;
 }
 
@@ -311,9 +317,12 @@ std::vector<ProgramKey> programs_of(const Chain& chain, const FrameDescription& 
     const bool drops_unwanted = rules.contains(kRuleUnusedStep);
     std::vector<ProgramKey> programs;
     const auto add = [&](const Plan& plan) {
-        for (const Step& step : plan.steps)
-            if (std::find(programs.begin(), programs.end(), step.program) == programs.end())
-                programs.push_back(step.program);
+        for (const Step& step : plan.steps) {
+            ProgramKey program = step.program;
+            choose_math(program, options);
+            if (std::find(programs.begin(), programs.end(), program) == programs.end())
+                programs.push_back(std::move(program));
+        }
     };
     RoleSet made;  // by earlier passes, those that run
     for (size_t i = 0; i < chain.links.size(); ++i) {

@@ -21,6 +21,7 @@ struct PlanOptions {
     // The class of the device that runs the plan: Executor::device_class(). A plan for another
     // class has the same result and takes longer.
     DeviceClass device = DeviceClass::software;
+    bool fast_math = false;  // compilers may contract and reorder the programs' arithmetic
 
     bool uses(const ElisionRule& rule) const;
     // Names of the chain's own rules and of those of its passes that are in use.

@@ -61,7 +61,7 @@ std::vector<Case> cases() {
     return all;
 }
 
-Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device) {
+Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device, bool fast_math) {
     Chain chain;
     for (const auto& [name, values] : one.passes) {
         Pass* pass = chain.append(builtin_passes(), name);
@@ -72,6 +72,7 @@ Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device) {
     PlanOptions options;
     options.elide = false;
     options.device = device;
+    options.fast_math = fast_math;
     return require(make_plan(chain, frame.description, options));
 }
 
@@ -114,9 +115,10 @@ class Sums {
 
 class Bench {
   public:
-    Bench(const Settings& settings, bool steps, BenchDevice& device)
+    Bench(const Settings& settings, bool steps, bool fast_math, BenchDevice& device)
         : settings_(settings),
           steps_(steps),
+          fast_math_(fast_math),
           device_(device),
           frame_(make_frame(settings.width, settings.height)) {}
     const BenchFrame& frame() const { return frame_; }
@@ -145,7 +147,7 @@ class Bench {
 
     // Prints a row, and one for each step.
     void run(const Case& one) {
-        Plan plan = plan_of(one, frame_, device_.device_class());
+        Plan plan = plan_of(one, frame_, device_.device_class(), fast_math_);
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
         double bytes_px = bytes_per_pixel(plan);
@@ -204,7 +206,7 @@ class Bench {
     }
 
     Settings settings_;
-    bool steps_;
+    bool steps_, fast_math_;
     BenchDevice& device_;
     double bandwidth_ = 0;
     BenchFrame frame_;
@@ -213,16 +215,17 @@ class Bench {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Arguments arguments(
-        argc, argv,
-        concat("gpu_bench ", kSettingsUsage, " [--only=PART_OF_NAME] [--steps] [--vulkan]"));
+    Arguments arguments(argc, argv,
+                        concat("gpu_bench ", kSettingsUsage,
+                               " [--only=PART_OF_NAME] [--steps] [--fast-math] [--vulkan]"));
     const Settings settings = take_settings(arguments, 11);
     const std::string only = arguments.text("--only").value_or("");
     const bool steps = arguments.flag("--steps");
+    const bool fast_math = arguments.flag("--fast-math");
     const bool vulkan = arguments.flag("--vulkan");
     arguments.none();
     const auto device = vulkan ? vulkan_bench_device(steps) : gl_bench_device(steps);
-    Bench bench(settings, steps, *device);
+    Bench bench(settings, steps, fast_math, *device);
     std::printf("%s\n", device->text().c_str());
     std::printf("clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
                 device->clock(), settings.width, settings.height, 100 * bench.frame().still,

@@ -33,6 +33,15 @@ TEST_F(Pixels, CanonicalTexturesGiveTheCommandsBits) {
     expect_equal(filtered(made(), whole), expected());
 }
 
+TEST_F(Pixels, FastMathChangesRoundingAlone) {
+    for (const char* passes : {kPasses, "joint_blur,fxaa"}) {
+        const auto made = chain(passes);
+        pc_frame fast = host().frame;
+        fast.flags |= PC_FAST_MATH;
+        EXPECT_LT(changed(filtered(made, fast), filtered(made, host().frame)), 0.01) << passes;
+    }
+}
+
 // debug_view "fill": what the frame does not show, behind the moving square and beyond the border,
 // is red.
 TEST_F(Pixels, TheFillViewIsTheFillMask) {
@@ -375,6 +384,7 @@ TEST_F(Pixels, NothingOfAFrameBeforeStays) {
         [](pc_frame& f) { f.flags |= PC_HALF_PLANES; },
         [](pc_frame& f) { f.flags &= ~uint32_t(PC_TOP_LEFT); },
         [](pc_frame& f) { f.flags |= PC_NO_ELISION; },
+        [](pc_frame& f) { f.flags |= PC_FAST_MATH; },
         [](pc_frame& f) { f.max_speed_px = 0.1f; },
         [](pc_frame& f) { f.nearest = 0.01f; },
         [](pc_frame& f) { f.depth_encoding = PC_DEPTH_LINEAR; },

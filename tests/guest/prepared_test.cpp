@@ -125,7 +125,7 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
         Random random(11);
         const auto guest = instance(0, PC_STATE_LEAVE);
         std::vector<pc_frame> kinds;
-        for (const uint32_t flags : {0u, uint32_t(PC_NO_ELISION | PC_HALF_PLANES)}) {
+        for (const uint32_t flags : {0u, uint32_t(PC_NO_ELISION | PC_HALF_PLANES | PC_FAST_MATH)}) {
             auto kind = pc::make<pc_frame>();
             kind.flags = flags;
             if (flags != 0) kind.mask = textures.mask(), kind.exposure = textures.exposure();
@@ -162,6 +162,8 @@ TEST(Prepared, TheMessageNamesTheMember) {
         void (*change)(pc_frame&, const Textures&);
     } cases[] = {{"flags: PC_HALF_PLANES, and not in pc_prepare(); call pc_prepare() with a frame",
                   [](pc_frame& frame, const Textures&) { frame.flags |= PC_HALF_PLANES; }},
+                 {"flags: PC_FAST_MATH, and not in pc_prepare(); call pc_prepare() with a frame",
+                  [](pc_frame& frame, const Textures&) { frame.flags |= PC_FAST_MATH; }},
                  {"exposure: given, and not to pc_prepare(); call",
                   [](pc_frame& frame, const Textures& of) { frame.exposure = of.exposure(); }},
                  {"mask: given, and not to pc_prepare(); call",

@@ -141,6 +141,13 @@ std::string text_of(const Unit& unit) {
     return concat(names[int(unit.kind)], unit.number);
 }
 
+Spirv spirv_of(const std::string& path) {
+    const std::string bytes = read_text(path);
+    std::vector<uint32_t> words(bytes.size() / 4);
+    std::copy_n(bytes.data(), 4 * words.size(), reinterpret_cast<char*>(words.data()));
+    return read_spirv(words);
+}
+
 TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     const TempFolder folder;
     auto steps = steps_of_programs();
@@ -171,10 +178,7 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     std::set<std::string> contracted;
     for (const auto& [text, step] : steps) {
         SCOPED_TRACE(text);
-        const std::string bytes = read_text(names[text] + ".spv");
-        std::vector<uint32_t> words(bytes.size() / 4);
-        std::copy_n(bytes.data(), 4 * words.size(), reinterpret_cast<char*>(words.data()));
-        const Spirv spirv = read_spirv(words);
+        const Spirv spirv = spirv_of(names[text] + ".spv");
         if (is_promised(step)) {
             for (const std::string& where : spirv.contracted)
                 contracted.insert(step.program.file + ": " + where);
@@ -199,6 +203,27 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
         EXPECT_EQ(spirv.blocks, block);
     }
     for (const std::string& where : contracted) ADD_FAILURE() << where << " is not precise";
+}
+
+TEST(Programs, FastMathLeavesTheRoundingToTheDevice) {
+    const TempFolder folder;
+    const std::string path = folder.path("gather.comp");
+    for (const bool fast_math : {false, true}) {
+        Chain chain;
+        append(chain, "joint_blur", {{"neighbors", std::string("none")}});
+        FrameDescription frame = random_case(0).frame;
+        frame.planes = {Role::color, Role::inverse_depth, Role::motion};
+        const auto plan = must(make_plan(chain, frame, {.fast_math = fast_math}));
+        const auto gather = std::ranges::find(plan.steps, std::string("gather"), &Step::name);
+        ASSERT_NE(gather, plan.steps.end());
+        write_text(path, must(program_source(gather->program)));
+        ASSERT_EQ(std::system(
+                      concat("glslangValidator -G -g ", path, " -o ", path, ".spv >", path, ".log")
+                          .c_str()),
+                  0)
+            << read_text(path + ".log");
+        EXPECT_EQ(spirv_of(path + ".spv").contracted.empty(), !fast_math);
+    }
 }
 
 }  // namespace

@@ -28,6 +28,7 @@ Programs of frames with and without PC_HALF_PLANES are written; options add:
   --mask             frames with a mask
   --exposure         frames with an exposure
   --half-resolution  frames with PC_HALF_RESOLUTION
+  --fast-math        frames with PC_FAST_MATH
 )";
 
 using Programs = std::map<uint64_t, std::vector<uint32_t>>;
@@ -73,14 +74,16 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
     return Status();
 }
 
-std::vector<Kind> kinds_of(bool mask, bool exposure, bool half_resolution) {
+std::vector<Kind> kinds_of(bool mask, bool exposure, bool half_resolution, bool fast_math) {
     std::vector<Kind> kinds;
     for (const uint32_t planes : {0u, uint32_t(PC_HALF_PLANES)})
         for (int m = 0; m <= int(mask); ++m)
             for (int e = 0; e <= int(exposure); ++e)
                 for (int h = 0; h <= int(half_resolution); ++h)
-                    kinds.push_back(
-                        {planes | (h ? uint32_t(PC_HALF_RESOLUTION) : 0), m != 0, e != 0});
+                    for (int f = 0; f <= int(fast_math); ++f)
+                        kinds.push_back({planes | (h ? uint32_t(PC_HALF_RESOLUTION) : 0) |
+                                             (f ? uint32_t(PC_FAST_MATH) : 0),
+                                         m != 0, e != 0});
     return kinds;
 }
 
@@ -92,7 +95,7 @@ int fail(const std::string& text, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    bool mask = false, exposure = false, half_resolution = false;
+    bool mask = false, exposure = false, half_resolution = false, fast_math = false;
     std::vector<std::string> names;
     for (int i = 1; i < argc; ++i) {
         const std::string_view word = argv[i];
@@ -103,6 +106,8 @@ int main(int argc, char** argv) {
             exposure = true;
         else if (word == "--half-resolution")
             half_resolution = true;
+        else if (word == "--fast-math")
+            fast_math = true;
         else if (word.starts_with("-"))
             return fail(concat("unknown option ", word, "; --help lists them"), 2);
         else
@@ -119,7 +124,7 @@ int main(int argc, char** argv) {
         if (!chain.ok()) return fail(chain.status().message(), 2);
         // As pc_chain_create() does: passes without a matte have the mask.
         const guest::ChainHandle handle(chain->clone());
-        for (const Kind& kind : kinds_of(mask, exposure, half_resolution))
+        for (const Kind& kind : kinds_of(mask, exposure, half_resolution, fast_math))
             if (const Status s = add(*handle.version().chain, kind, programs); !s.ok())
                 return fail(concat(name, ": ", s.message()), 1);
     }

@@ -125,7 +125,7 @@ TEST_F(BadInput, Values) {
             [](F f) { f.motion_size[0] = 32, f.motion_size[1] = 61; });
     refused(kArgument, "no texture \"nothing\"", [](F f) { f.debug_view = "nothing"; });
     refused(kArgument, "debug_view: longer than", [](F f) { f.debug_view = endless.c_str(); });
-    refused(PC_ERROR_VERSION, "pc_frame.flags: 262", [](F f) { f.flags |= 0x100; });
+    refused(PC_ERROR_VERSION, "pc_frame.flags: 518", [](F f) { f.flags |= 0x200; });
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved = 1; });
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved_2 = 1; });
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved_3[1] = 1; });

@@ -50,7 +50,7 @@ double brightness_weight(const Parameters& parameters, const Pixel& texel, const
     if (parameters.blend == Blend::stored) return 1;
     const double exposed = std::max(positive_maximum(texel), positive_maximum(center)) *
                            std::exp2(parameters.exposure_ev);
-    return 1 / (1 + std::min(exposed, kMaxLuma));
+    return 1 / std::sqrt(1 + std::min(exposed, kMaxLuma));
 }
 
 // From the pixel's a to b; a itself for weight 0 or equal texels.

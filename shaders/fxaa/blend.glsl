@@ -1,8 +1,9 @@
 // Mixing of texels. Needs uniforms.exposure; BLEND_TONEMAPPED.
 //
-// BLEND_TONEMAPPED: a pixel counts 1/(1 + m) times, m = max(0, r, g, b) of the exposed color, and a
-// texel that is mixed into it as often, or less often if it is brighter. So a bright pixel does not
-// spread, and keeps its light. Color and alpha get the same weights, so that they still belong together: over any
+// BLEND_TONEMAPPED: a pixel counts 1/sqrt(1 + m) times, m = max(0, r, g, b) of the exposed color, and
+// a texel that is mixed into it as often, or less often if it is brighter: half-way between the mean
+// of the stored values and the mean of the tone-mapped ones. So a bright pixel does not spread, and
+// keeps its light. Color and alpha get the same weights, so that they still belong together: over any
 // background, the result is the same mean of the composited texels.
 
 #include "common/finite.glsl"
@@ -16,8 +17,8 @@ float brightness_weight(vec4 texel, vec4 center) {
 #if BLEND_TONEMAPPED
     const vec3 larger = max(texel.rgb, center.rgb);
     const float largest = max(max(larger.r, larger.g), max(larger.b, 0.0)) * uniforms.exposure;
-    precise const float weight = 1.0 / (1.0 + min(largest, kMaxExposed));
-    return weight;
+    precise const float exposed = 1.0 + min(largest, kMaxExposed);
+    return inversesqrt(exposed);
 #else
     return 1.0;
 #endif

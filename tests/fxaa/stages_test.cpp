@@ -91,15 +91,15 @@ ImageF jog_image() {
 
 TEST(Filter, TonemappedBlendByHand) {
     // 3 above the border, 0 below: luma sqrt(3/4) and 0, the geometry of the endless edge, weight
-    // H = 0.05041152. In the mean of 3 both count 1/(1 + 3): 3 * 0.94958848.
+    // H = 0.05041152. In the mean of 3 both count 1/sqrt(1 + 3): 3 * 0.94958848.
     const ImageF bright = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const ImageF out = run({{"hint", "none"}}, bright);
     EXPECT_NEAR(out.at(8, 3), 2.8487654, 1e-5);
-    // In that of 0 the texel of 3 counts 1/4: 0.01260288 beside 0.94958848.
-    EXPECT_NEAR(out.at(8, 4), 0.03929430, 1e-6);
+    // In that of 0 the texel of 3 counts 1/2: 0.02520576 beside 0.94958848.
+    EXPECT_NEAR(out.at(8, 4), 0.07757256, 1e-6);
 
     // Maxima in different channels, and alpha: (3, 0, 0, 1) above (0, 1, 0, 0.5). In the mean of
-    // the darker one 0.05041152/4 beside 0.94958848/2: a share of 0.02585752 of all four
+    // the darker one 0.05041152/2 beside 0.94958848/sqrt(2): a share of 0.03618047 of all four
     // channels.
     ImageF colors(16, 8, 4);
     for (int y = 0; y < 8; ++y) {
@@ -113,10 +113,10 @@ TEST(Filter, TonemappedBlendByHand) {
     EXPECT_NEAR(mixed.at(8, 3, 0), 2.8487654, 1e-5);
     EXPECT_NEAR(mixed.at(8, 3, 1), 0.05041152, 1e-6);
     EXPECT_NEAR(mixed.at(8, 3, 3), 0.97479424, 1e-6);
-    EXPECT_NEAR(mixed.at(8, 4, 0), 3 * 0.02585752, 1e-6);
-    EXPECT_NEAR(mixed.at(8, 4, 1), 0.97414248, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 4, 0), 3 * 0.03618047, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 4, 1), 0.96381953, 1e-6);
     EXPECT_EQ(mixed.at(8, 4, 2), 0.0f);
-    EXPECT_NEAR(mixed.at(8, 4, 3), 0.51292876, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 4, 3), 0.51809024, 1e-6);
 }
 
 // A line of 40, one pixel high, on 0.1: a box of one pixel keeps all of it. Lumas 0.98773 and
@@ -127,13 +127,13 @@ TEST(Filter, LineOfLightByHand) {
     const ImageF searched = run({{"hint", "none"}}, line);
     EXPECT_NEAR(searched.at(8, 4), 0.58848 * 40 + 0.41152 * 0.1, 1e-3);
     // Beside it the endless edge.
-    const double stays = 0.94958848 / 1.1, comes = 0.05041152 / 41;
+    const double stays = 0.94958848 / std::sqrt(1.1), comes = 0.05041152 / std::sqrt(41.0);
     EXPECT_NEAR(searched.at(8, 3), (stays * 0.1 + comes * 40) / (stays + comes), 1e-5);
     EXPECT_NEAR(searched.at(8, 5), searched.at(8, 3), 1e-6);
     // Directional: weights 0.0941417, 1 and 0.0941417 across the line.
     const ImageF directional = run({{"mode", "directional"}, {"hint", "none"}}, line);
     EXPECT_NEAR(directional.at(8, 4), (40 + 0.2 * 0.0941417) / 1.1882834, 1e-4);
-    const double own = 1.0941417 / 1.1, bright = 0.0941417 / 41;
+    const double own = 1.0941417 / std::sqrt(1.1), bright = 0.0941417 / std::sqrt(41.0);
     EXPECT_NEAR(directional.at(8, 3), (own * 0.1 + bright * 40) / (own + bright), 1e-5);
     EXPECT_NEAR(directional.at(8, 5), directional.at(8, 3), 1e-6);
 }

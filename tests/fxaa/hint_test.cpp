@@ -54,14 +54,14 @@ TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
 }
 
 // A row of 1e9 below and above black; k is the weight of the pixel above. In the mean of a black
-// one the row counts 1/(1 + 1e9), in its own mean both count the same.
+// one the row counts 1/sqrt(1 + 1e9) = 3.2e-5, in its own mean both count the same.
 TEST(Checkerboard, BrightRowUnderBlackKeepsItsDigits) {
     const ImageF color = gray_image(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
     auto settings = hinted("checkerboard");
     for (auto& [key, value] : settings)
         if (key == "blend") value = "tonemapped";
     const ImageF out = run(settings, color, constant_hint(20, 10, 1, 1));
-    const double k = 400.0 / 729 * 0.75, counts = 1 / (1 + 1e9);
+    const double k = 400.0 / 729 * 0.75, counts = 1 / std::sqrt(1 + 1e9);
     for (int x = 0; x < 20; ++x) {
         EXPECT_NEAR(out.at(x, 5) / (1e9 * (1 - k)), 1, 1e-5);
         // Black under the bright row.

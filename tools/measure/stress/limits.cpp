@@ -44,6 +44,9 @@ constexpr const char* kBoxes = "boxes: the downsampled image moves in steps of i
 constexpr const char* kTies =
     "ties of FXAA 3.11: rows win over columns and the pixel above over the one below, in a turned "
     "picture others; and another rounding decides otherwise";
+constexpr const char* kEdges =
+    "light beside black: of light of 1e6 beside black FXAA leaves as much as a display shows, and "
+    "how much depends on where the edge lies";
 constexpr const char* kOnset =
     "onset at 0.5 px: above that half-velocity the blur begins, and with it FXAA's hint";
 
@@ -64,6 +67,8 @@ const KnownLimits& known_limits() {
           {"turn", "", "/radiance/both signs", 0.032, kTies},
           {"turn", "", "/crossed/", 0.0077, kTies},
           {"reference", "", "/radiance/both signs, 1e10/", 0.015, kTies},
+          {"grid", "", "/crossed/*firefly 1e10", 1.05, kEdges},
+          {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 156, kEdges},
           {"motion", "hint=checkerboard", "/speed/*0.5 px", 560, kOnset}}},
         {"depth_of_field",
          {{"turn", "leak=coc", "/crossed/", 0.03, kOrder},

@@ -160,7 +160,7 @@ wheel() {
     begin "first use: the wheel in a virtual environment of a bare Debian $1"
     bare "$1" use
     cp "$folder/$file" "$first_use/wheel.py" "$work/$1/use/try/"
-    inside "$work/$1/use" "$install_apt python3-venv python3-numpy libegl1 libegl-mesa0 libgl1-mesa-dri >/dev/null
+    inside "$work/$1/use" "$install_apt python3-venv python3-numpy libegl1 libopengl0 libegl-mesa0 libgl1-mesa-dri >/dev/null
         python3 -m venv --system-site-packages venv
         venv/bin/pip install --no-index ./$file
         venv/bin/python wheel.py"

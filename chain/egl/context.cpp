@@ -1,6 +1,7 @@
 // By EGL.
 #include "chain/egl/context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 
 #include <cstring>
@@ -75,6 +76,18 @@ Result<EGLContext> open_context(EGLDisplay display, bool debug) {
     return context;
 }
 
+// libepoxy loads them at its first call, and ends the process if it cannot. They stay loaded.
+Status check_libraries() {
+    const auto loads = [](const char* library) { return dlopen(library, RTLD_LAZY) != nullptr; };
+    const char* missing = !loads("libEGL.so.1")                              ? "libEGL.so.1"
+                          : !loads("libOpenGL.so.0") && !loads("libGL.so.1") ? "libOpenGL.so.0"
+                                                                             : nullptr;
+    if (!missing) return Status();
+    return Status(StatusCode::gl, concat(missing,
+                                         " cannot be loaded; install libglvnd (its "
+                                         "libraries EGL and OpenGL) and a GL driver"));
+}
+
 }  // namespace
 
 std::string DeviceInfo::text() const {
@@ -83,6 +96,7 @@ std::string DeviceInfo::text() const {
 
 std::vector<DeviceInfo> list_devices() {
     std::vector<DeviceInfo> infos;
+    if (!check_libraries().ok()) return infos;
     const auto found = devices();
     for (size_t i = 0; i < found.size(); ++i) infos.push_back(describe(found[i], int(i)));
     return infos;
@@ -104,6 +118,7 @@ Result<std::unique_ptr<Context>> Context::open(void* device, const ContextOption
 Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) {
     const bool automatic = options.device == ContextOptions::kAutomatic;
     const bool wants_gpu = automatic || options.device == ContextOptions::kGpu;
+    RETURN_IF_ERROR(check_libraries());
     const auto found = devices();
     std::vector<int> candidates;  // kSurfaceless, or a place in `found`
     if (options.device >= 0) {

@@ -297,7 +297,7 @@ def packages(options):
                                       ("postchain", ["libopenimageio"], ["libglfw3"]),
                                       ("postchain-service", [r"postchain \(= "], ["libglfw3"]),
                                       ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
-                                      ("python3-postchain", [r"python3\.\d+, python3-numpy"], [])):
+                                      ("python3-postchain", [r"python3\.\d+, python3-numpy", "libegl1, libopengl0"], [])):
         depends = held[package][1].lower() if package in held else ""
         for word in needs if package in held else []:
             assert re.search(word, depends), f"{package} without {word}: {depends}"

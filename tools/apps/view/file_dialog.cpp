@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "tools/apps/view/keys.h"
+
 namespace postchain::view {
 namespace {
 
@@ -64,9 +66,6 @@ void FileDialog::draw() {
     if (!ImGui::BeginPopupModal(title.c_str(), nullptr,
                                 ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings))
         return;
-    const auto pressed = [](ImGuiKey key) {
-        return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
-    };
     const bool up = ImGui::Button("Up");
     ui_.mark("dialog up");
     ImGui::SameLine();
@@ -116,13 +115,13 @@ void FileDialog::draw() {
     chooses = ImGui::Button(saves_ ? "Save" : "Open") || chooses;
     ui_.mark("dialog choose");
     ImGui::SameLine();
-    if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open_ = false;
+    if (ImGui::Button("Cancel") || is_pressed(ImGuiKey_Escape)) open_ = false;
     ui_.mark("dialog cancel");
     if (up) enters = fs::path(folder_).parent_path().string();
     if (goes) enters = typed_folder_;
     if (!enters.empty())
         enter(enters);
-    else if (open_ && (chooses || (!goes && pressed(ImGuiKey_Enter))))
+    else if (open_ && (chooses || (!goes && is_pressed(ImGuiKey_Enter))))
         choose();
     if (!open_) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();

@@ -1,12 +1,26 @@
 #include "tools/apps/view/keys.h"
 
 namespace postchain::view {
+namespace {
+
+#if IMGUI_VERSION_NUM >= 18700
+constexpr ImGuiKey kKeypadEnter = ImGuiKey_KeypadEnter;
+#else
+constexpr ImGuiKey kKeypadEnter = ImGuiKey_KeyPadEnter;
+#endif
+
+}  // namespace
+
+bool is_pressed(ImGuiKey key) {
+    return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false) ||
+           (key == ImGuiKey_Enter && ImGui::IsKeyPressed(ImGui::GetKeyIndex(kKeypadEnter), false));
+}
 
 void take_keys(const std::vector<KeyAction>& actions) {
     const ImGuiIO& io = ImGui::GetIO();
     for (const KeyAction& action : actions)
         if (action.ctrl == io.KeyCtrl && action.shift == io.KeyShift && !io.KeyAlt &&
-            ImGui::IsKeyPressed(action.key, action.repeats))
+            ImGui::IsKeyPressed(ImGuiKey(action.key), action.repeats))
             action.act();
 }
 
@@ -41,7 +55,7 @@ void draw_key_list(UiContext& ui, const std::vector<KeyAction>& actions, bool& o
         }
         ImGui::EndTable();
     }
-    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) open = false;
+    if (is_pressed(ImGuiKey_Escape)) open = false;
     ImGui::End();
     ui.places["keys"] = {0, 0, 0, 0};
 }

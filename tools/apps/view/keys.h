@@ -17,6 +17,8 @@ struct KeyAction {
     bool ctrl = false, shift = false, repeats = false;
 };
 
+// Whether the key went down; Enter: also that of the keypad.
+bool is_pressed(ImGuiKey key);
 // Does what the keys that went down ask for.
 void take_keys(const std::vector<KeyAction>& actions);
 // The list, as a window that Escape and `?` close. `open` becomes false then.

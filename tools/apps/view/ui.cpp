@@ -436,12 +436,8 @@ void Ui::draw_question(float width, float height) {
     if (document.keys_changed())
         ImGui::Text("The focus keys are not saved; their camera file: %s",
                     save_.camera_path().c_str());
-    const auto pressed = [](ImGuiKey key) {
-        return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
-    };
     bool goes_on = false;
-    if (ImGui::Button(closes ? "Save and close" : "Save and open") || pressed(ImGuiKey_Enter) ||
-        pressed(ImGuiKey_KeyPadEnter)) {
+    if (ImGui::Button(closes ? "Save and close" : "Save and open") || is_pressed(ImGuiKey_Enter)) {
         goes_on = (!document.changed() || save_.save_chain()) &&
                   (!document.keys_changed() || save_.save_keys());
         asking_ = false;
@@ -456,7 +452,7 @@ void Ui::draw_question(float width, float height) {
     }
     ui_.mark("close without saving");
     ImGui::SameLine();
-    if (ImGui::Button("Stay") || pressed(ImGuiKey_Escape)) asking_ = false;
+    if (ImGui::Button("Stay") || is_pressed(ImGuiKey_Escape)) asking_ = false;
     ui_.mark("stay");
     ui_.tip("Escape");
     if (goes_on && closes) close_ = true;

@@ -221,6 +221,22 @@ TEST_F(SurvivalTest, NoUsableGl) {
     EXPECT_EQ(filter("fxaa", {"--device", "software"}).code, 0);
 }
 
+// A file that is no library stands in its way.
+TEST_F(SurvivalTest, NoLibraryOfGl) {
+    write_sequence(at(""), {1});
+    for (const auto& [folder, missing] :
+         {std::pair("egl", std::vector{"libEGL.so.1"}),
+          std::pair("gl", std::vector{"libOpenGL.so.0", "libGL.so.1"})}) {
+        std::filesystem::create_directory(at(folder));
+        for (const char* library : missing) write_text(at(concat(folder, "/", library)), "");
+        const Launch launch{.environment = {{"LD_LIBRARY_PATH", at(folder)}}};
+        expect_ends(filter("fxaa", {}, launch), 6,
+                    {concat(missing[0], " cannot be loaded"), "install libglvnd"});
+        EXPECT_TRUE(outputs().empty());
+        EXPECT_EQ(run({"info"}, launch).code, 6);
+    }
+}
+
 TEST_F(SurvivalTest, TheCpuIsNotTakenForAGpu) {
     const Json found = json_lines(run({"info", "--json"}).out).at(0);
     if (!found["gl"]["software"].get<bool>()) GTEST_SKIP() << "skipped: there is a GPU";

@@ -9,24 +9,11 @@ bool is_finite(vec4 v) {
     return is_finite(v.x) && is_finite(v.y) && is_finite(v.z) && is_finite(v.w);
 }
 
-vec4 limited_color(vec4 texel) {
-    const uvec4 bits = floatBitsToUint(texel), size = bits & 0x7fffffffu;
+// The color of a texel as passes read it (shared/color_limits.h).
+vec4 finite_color(vec4 texel) {
+    const uvec4 bits = floatBitsToUint(texel);
+    const uvec4 size = bits & 0x7fffffffu;
     const vec4 limit = uintBitsToFloat((bits & 0x80000000u) | floatBitsToUint(kMaxHalf));
     const vec4 limited = mix(texel, limit, greaterThan(size, uvec4(floatBitsToUint(kMaxColor))));
     return mix(limited, vec4(0.0), greaterThan(size, uvec4(0x7f800000u)));
-}
-
-// The color of a texel as passes read it (shared/color_limits.h).
-vec4 finite_color(vec4 texel) {
-#ifdef SOFTWARE_RENDERER
-    return limited_color(texel);
-#else
-    // Nearly no texel goes through the branch. A negative number has the bits of a large one.
-    const uvec4 bits = floatBitsToUint(texel);
-    vec4 color = texel;
-    if (max(max(bits.x, bits.y), max(bits.z, bits.w)) > floatBitsToUint(kMaxColor)) {
-        color = limited_color(texel);
-    }
-    return color;
-#endif
 }

@@ -106,7 +106,7 @@ TEST_F(BrowseTest, ChainsWithTheirValues) {
     ASSERT_GE(shipped.size(), 5u);
     for (const Json& one : shipped)
         if (one["name"] == "balanced") {
-            EXPECT_EQ(one["chain"]["passes"][0]["joint_blur"]["samples"], 32);
+            EXPECT_EQ(one["chain"]["passes"][0]["joint_blur"]["samples"], 28);
         }
     const Json own = json(chains_of("shots/own.yaml", roots({"root"})))["chains"];
     EXPECT_EQ(own[0]["chain"], Json({{"postchain", 1}, {"passes", {"fxaa"}}}));

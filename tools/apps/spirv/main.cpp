@@ -74,17 +74,14 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
     return Status();
 }
 
-std::vector<Kind> kinds_of(bool mask, bool exposure, bool half_resolution, bool fast_math) {
-    std::vector<Kind> kinds;
-    for (const uint32_t planes : {0u, uint32_t(PC_HALF_PLANES)})
-        for (int m = 0; m <= int(mask); ++m)
-            for (int e = 0; e <= int(exposure); ++e)
-                for (int h = 0; h <= int(half_resolution); ++h)
-                    for (int f = 0; f <= int(fast_math); ++f)
-                        kinds.push_back({planes | (h ? uint32_t(PC_HALF_RESOLUTION) : 0) |
-                                             (f ? uint32_t(PC_FAST_MATH) : 0),
-                                         m != 0, e != 0});
-    return kinds;
+// Adds each kind once more, changed.
+template <class Change>
+void add_kinds(std::vector<Kind>& kinds, Change change) {
+    for (size_t i = 0, count = kinds.size(); i < count; ++i) {
+        Kind kind = kinds[i];
+        change(kind);
+        kinds.push_back(kind);
+    }
 }
 
 int fail(const std::string& text, int code) {
@@ -95,19 +92,19 @@ int fail(const std::string& text, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    bool mask = false, exposure = false, half_resolution = false, fast_math = false;
+    std::vector<Kind> kinds = {{}, {PC_HALF_PLANES}};
     std::vector<std::string> names;
     for (int i = 1; i < argc; ++i) {
         const std::string_view word = argv[i];
         if (word == "--help" || word == "-h") return std::fputs(kUsage, stdout), 0;
         if (word == "--mask")
-            mask = true;
+            add_kinds(kinds, [](Kind& kind) { kind.mask = true; });
         else if (word == "--exposure")
-            exposure = true;
+            add_kinds(kinds, [](Kind& kind) { kind.exposure = true; });
         else if (word == "--half-resolution")
-            half_resolution = true;
+            add_kinds(kinds, [](Kind& kind) { kind.flags |= PC_HALF_RESOLUTION; });
         else if (word == "--fast-math")
-            fast_math = true;
+            add_kinds(kinds, [](Kind& kind) { kind.flags |= PC_FAST_MATH; });
         else if (word.starts_with("-"))
             return fail(concat("unknown option ", word, "; --help lists them"), 2);
         else
@@ -124,7 +121,7 @@ int main(int argc, char** argv) {
         if (!chain.ok()) return fail(chain.status().message(), 2);
         // As pc_chain_create() does: passes without a matte have the mask.
         const guest::ChainHandle handle(chain->clone());
-        for (const Kind& kind : kinds_of(mask, exposure, half_resolution, fast_math))
+        for (const Kind& kind : kinds)
             if (const Status s = add(*handle.version().chain, kind, programs); !s.ok())
                 return fail(concat(name, ": ", s.message()), 1);
     }

@@ -80,12 +80,17 @@ const KnownLimits& known_limits() {
            "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}},
         {"joint_blur",
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
-          {"motion", "", "/paths/apart, nothing found/fp32", 5.3, kApart},
-          {"depth", "", "/paths/apart, nothing found/fp32", 142, kApart},
-          {"reference", "", "/paths/apart, nothing found/fp32", 1.2e-4, kApart},
+          {"motion", "starts=6", "/paths/apart, nothing found/fp32", 5.3, kApart},
+          {"depth", "starts=5", "/paths/apart, nothing found/fp32", 142, kApart},
+          {"depth", "starts=6", "/paths/apart, nothing found/fp32", 142, kApart},
+          {"depth", "starts=8", "/paths/apart, nothing found/fp32", 142, kApart},
+          {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},
+          {"reference", "starts=5", "/paths/apart, nothing found/fp32", 1.2e-4, kApart},
           {"reference", "denoise=true", "/crossed/*both signs, 65504, f/0.1 at the near plane/fp32",
            3e-4, kTiedSample},
-          {"depth", "", "/lens/f/0.", 10, kSteepLens},
+          {"depth", "starts=5", "/lens/f/0.", 10, kSteepLens},
+          {"depth", "starts=6", "/lens/f/0.", 10, kSteepLens},
+          {"depth", "", "/lens/f/0.", 8, kSteepLens},
           {"depth", "", "/crossed/*f/0.1 at the near plane", 230, kSteepLens}}}};
     return limits;
 }

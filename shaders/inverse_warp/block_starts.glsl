@@ -22,15 +22,25 @@ Surface start_surface(int number) {
     return start;
 }
 #else
-shared uvec4 block_starts[STARTS];
+// Unpacked once: a search reads one of them after almost every step.
+shared vec4 start_paths[STARTS];  // a, b
+shared vec3 start_rest[STARTS];   // inverse depth, straight, radius
 
 void load_starts(ivec2 block) {
     const int i = int(gl_LocalInvocationIndex);
-    if (i < STARTS) block_starts[i] = start_texel(block, i);
+    if (i < STARTS) {
+        const Surface start = unpack_surface(start_texel(block, i));
+        start_paths[i] = vec4(start.a, start.b);
+        start_rest[i] = vec3(start.inverse_depth, start.straight, start.radius);
+    }
     barrier();
 }
 
+// Without its flags, which no search reads.
 Surface start_surface(int number) {
-    return unpack_surface(block_starts[clamp(number, 0, STARTS - 1)]);
+    const int i = clamp(number, 0, STARTS - 1);
+    const vec4 paths = start_paths[i];
+    const vec3 rest = start_rest[i];
+    return Surface(rest.x, false, false, paths.xy, paths.zw, rest.y, rest.z);
 }
 #endif

@@ -17,7 +17,7 @@ void require(const Status& status) {
     if (!status.ok()) fail(status.message());
 }
 
-BenchFrame make_frame(int width, int height) {
+BenchFrame make_frame(int width, int height, double pan_px) {
     ImageF color(width, height, 4, 1), inverse_depth(width, height, 1), motion(width, height, 2);
     const double radius = 0.3 * height, turn = 60 / radius;
     size_t still = 0;
@@ -26,17 +26,17 @@ BenchFrame make_frame(int width, int height) {
             const double dx = x - 0.5 * width, dy = y - 0.55 * height;
             const double wave = 0.5 + 0.3 * std::sin(0.05 * x + 0.02 * y) * std::cos(0.07 * y);
             const bool bar = (x + 2 * y) % 47 < 9;
-            double w = 0, vx = 0, vy = 0;
+            double w = 0, vx = pan_px, vy = 0;
             std::array<double, 3> tint = {0.3, 0.5, 0.9};
             if (std::hypot(dx, dy) < radius) {
                 const bool spoke = std::fmod(std::atan2(dy, dx) + 7, 0.5) < 0.2;
                 w = 0.5;
-                vx = -turn * dy;
+                vx += -turn * dy;
                 vy = turn * dx;
                 tint = spoke ? std::array<double, 3>{0.1, 0.9, 0.2} : tint;
             } else if (y > height / 4) {
                 w = 0.1 * y / height;
-                vx = x > width / 2 ? 24 : 0;
+                vx += x > width / 2 ? 24 : 0;
                 tint = {0.8, 0.6, 0.3};
             }
             for (int c = 0; c < 3; ++c) {

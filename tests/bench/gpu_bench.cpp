@@ -61,7 +61,7 @@ std::vector<Case> cases() {
     return all;
 }
 
-Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device, bool fast_math) {
+Plan plan_of(const Case& one, const BenchFrame& frame, const PlanOptions& options) {
     Chain chain;
     for (const auto& [name, values] : one.passes) {
         Pass* pass = chain.append(builtin_passes(), name);
@@ -69,10 +69,6 @@ Plan plan_of(const Case& one, const BenchFrame& frame, DeviceClass device, bool 
         const ParameterTable& table = *chain.links.back().type->parameters;
         for (const auto& [key, value] : values) require(table.set(pass->parameters(), key, value));
     }
-    PlanOptions options;
-    options.elide = false;
-    options.device = device;
-    options.fast_math = fast_math;
     return require(make_plan(chain, frame.description, options));
 }
 
@@ -90,6 +86,8 @@ void repeat(Plan& plan, int times) {
     for (PlanTexture& texture : plan.textures)
         if (texture.last_step >= 0) texture.last_step += (times - 1) * int(steps.size());
 }
+
+constexpr double kPanPx = 12;  // a frame, with --moving
 
 // GL guarantees larger textures.
 constexpr int kBandwidthWidth = 3840, kBandwidthHeight = 2160;
@@ -115,12 +113,13 @@ class Sums {
 
 class Bench {
   public:
-    Bench(const Settings& settings, bool steps, bool fast_math, BenchDevice& device)
+    Bench(const Settings& settings, BenchFrame frame, const PlanOptions& options, bool steps,
+          BenchDevice& device)
         : settings_(settings),
+          options_(options),
           steps_(steps),
-          fast_math_(fast_math),
           device_(device),
-          frame_(make_frame(settings.width, settings.height)) {}
+          frame_(std::move(frame)) {}
     const BenchFrame& frame() const { return frame_; }
     double bandwidth() const { return bandwidth_; }
 
@@ -147,7 +146,7 @@ class Bench {
 
     // Prints a row, and one for each step.
     void run(const Case& one) {
-        Plan plan = plan_of(one, frame_, device_.device_class(), fast_math_);
+        Plan plan = plan_of(one, frame_, options_);
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
         double bytes_px = bytes_per_pixel(plan);
@@ -206,7 +205,8 @@ class Bench {
     }
 
     Settings settings_;
-    bool steps_, fast_math_;
+    PlanOptions options_;
+    bool steps_;
     BenchDevice& device_;
     double bandwidth_ = 0;
     BenchFrame frame_;
@@ -217,18 +217,26 @@ class Bench {
 int main(int argc, char** argv) {
     Arguments arguments(argc, argv,
                         concat("gpu_bench ", kSettingsUsage,
-                               " [--only=PART_OF_NAME] [--steps] [--fast-math] [--vulkan]"));
+                               " [--only=PART_OF_NAME] [--steps] [--moving] [--halves] "
+                               "[--fast-math] [--vulkan]"));
     const Settings settings = take_settings(arguments, 11);
     const std::string only = arguments.text("--only").value_or("");
     const bool steps = arguments.flag("--steps");
-    const bool fast_math = arguments.flag("--fast-math");
+    const double pan_px = arguments.flag("--moving") ? kPanPx : 0;
+    PlanOptions options;
+    options.elide = false;
+    if (arguments.flag("--halves")) options.precision = Precision::fp16;
+    options.fast_math = arguments.flag("--fast-math");
     const bool vulkan = arguments.flag("--vulkan");
     arguments.none();
     const auto device = vulkan ? vulkan_bench_device(steps) : gl_bench_device(steps);
-    Bench bench(settings, steps, fast_math, *device);
+    options.device = device->device_class();
+    Bench bench(settings, make_frame(settings.width, settings.height, pan_px), options, steps,
+                *device);
     std::printf("%s\n", device->text().c_str());
-    std::printf("clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
-                device->clock(), settings.width, settings.height, 100 * bench.frame().still,
+    std::printf("clock: %s; %dx%d, %s, %.0f %% of the pixels still; median of %d\n",
+                device->clock(), settings.width, settings.height,
+                options.precision == Precision::fp16 ? "fp16" : "fp32", 100 * bench.frame().still,
                 settings.iterations);
     bench.measure_bandwidth();
     std::printf("bandwidth of a copy: %.1f GB/s; share: GB/s in percent of it\n",

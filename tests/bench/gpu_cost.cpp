@@ -292,6 +292,7 @@ int main(int argc, char** argv) {
     if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
         fail("glslangValidator is not installed", kSkipped);
     PlanOptions options;
+    options.device = DeviceClass::gpu;
     if (halves) options.precision = Precision::fp16;
 
     const auto context = require(egl::Context::create({}));

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "chain/pass/planner.h"
 #include "config/chain_find.h"
+#include "shaders/shared/color_limits.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
@@ -59,6 +61,19 @@ TEST(Forms, AmongEquallyLongPathsChooseTheSame) {
     });
     frame.description.bounds = describe(frame.planes).bounds;
     for (const char* pass : {"motion_blur", "joint_blur"})
+        expect_equal_bits(chain_of(pass), frame, pass);
+}
+
+// A GPU checks the four texels of a mean together. Larger and smaller than each limit, and NaN and
+// infinities beside texels whose weight is 0.
+TEST(Forms, OfColorsBeyondTheLimitsComputeTheSameBits) {
+    const float most = shared::kMaxColor, infinite = std::numeric_limits<float>::infinity();
+    const float odd[] = {std::nanf(""), -infinite,    infinite, most,
+                         -most,         1.01f * most, -1e37f,   std::numeric_limits<float>::max()};
+    TestFrame frame = whole_frame(kWidth, kHeight);
+    ImageF& color = frame.planes.at(Role::color);
+    for (int i = 0; i < 40; ++i) color.at(7 + 37 * i % 131, 5 + 2 * i, i % 4) = odd[i % 8];
+    for (const char* pass : {"motion_blur", "depth_of_field", "joint_blur"})
         expect_equal_bits(chain_of(pass), frame, pass);
 }
 

@@ -152,6 +152,7 @@ Costs costs_of(const std::string& name, const Frame& frame, const PlanOptions& o
     const Chain chain = chain_of(name);
     FrameDescription description = frame.description;
     description.bounds = {};
+    description.bounds.color_is_half = options.precision == Precision::fp16;
     find_depths(chain, frame.planes, description);
     costs.plan = require(make_plan(chain, description, options));
     const Plan& plan = costs.plan;

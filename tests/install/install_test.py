@@ -6,6 +6,7 @@ ctest; `tree` installs the built tree for the others, and `packages` makes the D
 import argparse
 import os
 import pathlib
+import platform
 import re
 import shutil
 import subprocess
@@ -268,8 +269,12 @@ def packages(options):
     call("cpack", "-G", "DEB", "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=none", "--config",
          options.build / "CPackConfig.cmake", "-B", folder)
     held = {}
+    system = platform.freedesktop_os_release()
+    version = f"{options.version}+{system['ID'].replace('debian', 'deb')}{system['VERSION_ID']}"
     for deb in folder.glob("*.deb"):
         package = call("dpkg-deb", "-f", deb, "Package").strip()
+        fields = call("dpkg-deb", "-f", deb, "Version", "Source")
+        assert fields.splitlines() == [f"Version: {version}", f"Source: postchain ({options.version})"], fields
         held[package] = (call("dpkg-deb", "-c", deb), call("dpkg-deb", "-f", deb, "Depends"))
     so = soversion(options)
     has = {f"libpostchain{so}": f"libpostchain.so.{options.version}",
@@ -288,7 +293,7 @@ def packages(options):
     for package, file in has.items():
         for other, (files, _) in held.items():
             assert (f"/{file}\n" in files) == (package == other), f"{file} in {other}"
-    library, plan = f"libpostchain{so}", rf"libpostchain-plan{so} \(= "
+    library, plan = f"libpostchain{so}", rf"libpostchain-plan{so} \(= {re.escape(version)}\)"
     for package, needs, needs_not in ((library, [plan, "libepoxy0"], ["yaml", "openimageio", "openexr"]),
                                       (f"libpostchain-plan{so}", [], ["libepoxy0", "libgl", "libegl"]),
                                       ("libpostchain-dev", [plan, rf"{library} \(= "], []),

@@ -231,11 +231,15 @@ TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
         ASSERT_TRUE(users->reload().ok());
         EXPECT_FALSE(users->with_token(former));
         EXPECT_FALSE(users->in_session(session));
+        EXPECT_FALSE(users->has_session(session)) << "its streams of events end";
         ASSERT_TRUE(users->with_token(token));
         EXPECT_EQ(users->with_token(token)->name, several ? "ann" : "");
         write_hashes(token, "");
         EXPECT_THAT(users->reload().message(), testing::HasSubstr(several ? "users:4:" : "token"));
         EXPECT_TRUE(users->with_token(token)) << "the users stay";
+        write_both(token, former);
+        ASSERT_TRUE(users->reload().ok());
+        EXPECT_FALSE(users->in_session(session)) << "it has ended";
     }
 }
 

@@ -33,8 +33,8 @@ vec4 fetch(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
     return plane.is_color ? finite_color(texel) : texel;
 }
 
-// Would finite_color() return the texels that have this mean? `size`: their largest components, in which a
-// NaN may be lost; the mean keeps it.
+// Does finite_color() change none of the texels of a mean? `size`: their largest components by magnitude. A
+// NaN may be lost in them, but not in the mean.
 bool are_finite_colors(vec4 size, vec4 mean) {
     const float largest = max(max(size.x, size.y), max(size.z, size.w));
     precise const float sum = mean.x + mean.y + mean.z + mean.w;

@@ -21,24 +21,11 @@ struct Plane {
 
 const Plane kColor = Plane(true, 0);
 
-vec4 fetch_unchecked(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
+vec4 fetch(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
 #ifdef LAYERS
     if (!plane.is_color) return texelFetch(layers, ivec3(at, plane.layer), 0);
 #endif
-    return texelFetch(color, at, 0);
-}
-
-vec4 fetch(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
-    const vec4 texel = fetch_unchecked(WIDE(color, layers), plane, at);
-    return plane.is_color ? finite_color(texel) : texel;
-}
-
-// Does finite_color() change none of the texels of a mean? `size`: their largest components by magnitude. A
-// NaN may be lost in them, but not in the mean.
-bool are_finite_colors(vec4 size, vec4 mean) {
-    const float largest = max(max(size.x, size.y), max(size.z, size.w));
-    precise const float sum = mean.x + mean.y + mean.z + mean.w;
-    return largest <= kMaxColor && is_finite(sum);
+    return finite_color(texelFetch(color, at, 0));
 }
 
 // Between a texel, those beside and below it, and the one across. By differences: equal texels give their
@@ -72,17 +59,9 @@ Corners corners_of(vec2 at) {
 // Not by a sampler: devices round its weights to 8 bits.
 vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
     const Corners corners = corners_of(at);
-    const ivec2 a = corners.nearest, d = corners.across, b = ivec2(d.x, a.y), c = ivec2(a.x, d.y);
-#ifndef SOFTWARE_RENDERER
-    const vec4 texel = fetch_unchecked(WIDE(color, layers), plane, a);
-    const vec4 beside = fetch_unchecked(WIDE(color, layers), plane, b);
-    const vec4 below = fetch_unchecked(WIDE(color, layers), plane, c);
-    const vec4 across = fetch_unchecked(WIDE(color, layers), plane, d);
-    const vec4 mean = bilinear(texel, beside, below, across, corners.f);
-    const vec4 size = max(max(abs(texel), abs(beside)), max(abs(below), abs(across)));
-    if (are_finite_colors(size, mean)) return mean;
-#endif
-    return bilinear(fetch(WIDE(color, layers), plane, a), fetch(WIDE(color, layers), plane, b),
-                    fetch(WIDE(color, layers), plane, c), fetch(WIDE(color, layers), plane, d),
-                    corners.f);
+    const ivec2 a = corners.nearest, b = corners.across;
+    return bilinear(fetch(WIDE(color, layers), plane, a),
+                    fetch(WIDE(color, layers), plane, ivec2(b.x, a.y)),
+                    fetch(WIDE(color, layers), plane, ivec2(a.x, b.y)),
+                    fetch(WIDE(color, layers), plane, b), corners.f);
 }

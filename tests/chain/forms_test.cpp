@@ -73,7 +73,7 @@ TEST(Forms, OfColorsBeyondTheLimitsComputeTheSameBits) {
     TestFrame frame = whole_frame(kWidth, kHeight);
     ImageF& color = frame.planes.at(Role::color);
     for (int i = 0; i < 40; ++i) color.at(7 + 37 * i % 131, 5 + 2 * i, i % 4) = odd[i % 8];
-    for (const char* pass : {"motion_blur", "depth_of_field", "joint_blur"})
+    for (const char* pass : {"motion_blur", "depth_of_field", "joint_blur", "fxaa"})
         expect_equal_bits(chain_of(pass), frame, pass);
 }
 

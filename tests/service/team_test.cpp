@@ -84,6 +84,28 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     EXPECT_TRUE(fs::exists(root("out/o.0001.exr"))) << "outputs stay";
 }
 
+// Within the service's folders, whose reads are confined to them, but outside the user's.
+TEST_F(Team, FilesThatLinkToOtherFoldersOfTheServiceAreNotRead) {
+    use(kTwoUsers);
+    test::write_sequence(root("bob"), {1, 2, 3, 4, 5, 6}, 24, 16);
+    hold();
+    std::string own = held_body();
+    own.replace(own.find("in.####"), 0, "bob/");
+    own.replace(own.find("out/"), 0, "bob/");
+    const std::string id = submit(own, "bob");
+    ASSERT_TRUE(waits());
+    fs::remove(root("bob/in.0006.exr"));
+    fs::create_symlink(root("in.0006.exr"), root("bob/in.0006.exr"));
+    test::HeldPass::held = false;
+    EXPECT_EQ(ended(id).state, JobState::failed);
+    EXPECT_THAT(frames(id)[5].message, HasSubstr("links outside"));
+    const std::string sidecar = root("bob/out/o.0001.exr.json");
+    EXPECT_NE(test::got(service_->frame(id, 1)).sidecar, "");
+    fs::rename(sidecar, root("out/other.json"));
+    fs::create_symlink(root("out/other.json"), sidecar);
+    EXPECT_EQ(test::got(service_->frame(id, 1)).sidecar, "");
+}
+
 TEST_F(Team, TheNewestPreviewOfASessionWins) {
     hold();
     const auto asked = [&](const std::string& session,

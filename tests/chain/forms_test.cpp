@@ -64,8 +64,7 @@ TEST(Forms, AmongEquallyLongPathsChooseTheSame) {
         expect_equal_bits(chain_of(pass), frame, pass);
 }
 
-// A GPU checks the four texels of a mean together. Larger and smaller than each limit, and NaN and
-// infinities beside texels whose weight is 0.
+// A GPU checks the components of a color together.
 TEST(Forms, OfColorsBeyondTheLimitsComputeTheSameBits) {
     const float most = shared::kMaxColor, infinite = std::numeric_limits<float>::infinity();
     const float odd[] = {std::nanf(""), -infinite,    infinite, most,

@@ -270,7 +270,9 @@ def packages(options):
          options.build / "CPackConfig.cmake", "-B", folder)
     held = {}
     system = platform.freedesktop_os_release()
-    version = f"{options.version}+{system['ID'].replace('debian', 'deb')}{system['VERSION_ID']}"
+    version = options.version
+    if "VERSION_ID" in system:  # not in Debian's testing
+        version += f"+{system['ID'].replace('debian', 'deb')}{system['VERSION_ID']}"
     for deb in folder.glob("*.deb"):
         package = call("dpkg-deb", "-f", deb, "Package").strip()
         fields = call("dpkg-deb", "-f", deb, "Version", "Source")

@@ -31,7 +31,7 @@ struct BenchFrame {
 
 // Still sky, ground of which the right half moves, and a disc in front, in focus, that turns by 60
 // px a frame at its rim. All surfaces have waves and bars, so that FXAA finds edges. Color values
-// fit in half, like those of most files. The camera's pan adds `pan_px` to all vectors.
+// fit in half, like those of most files. The camera's pan adds `pan_px` to x of all vectors.
 BenchFrame make_frame(int width, int height, double pan_px = 0);
 
 struct Settings {

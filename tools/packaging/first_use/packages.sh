@@ -9,7 +9,8 @@ apt-get update -q=2
 apt-get install -q=2 -y --no-install-recommends ./*.deb libgl1-mesa-dri libegl-mesa0 gcc libc6-dev pkg-config >/dev/null
 dpkg-query -W -f '${Package} ${Version} ${Installed-Size} KiB\n' '*postchain*'
 . /etc/os-release
-[[ $(dpkg-query -W -f '${Version}' postchain) == *+deb$VERSION_ID ]]
+[[ $(dpkg-query -W -f '${Version}' postchain) == *+deb$VERSION_ID ]] ||
+    { echo "the version of postchain does not end in +deb$VERSION_ID" >&2; exit 1; }
 
 while read -r line; do  # the context of host.c needs a driver
     echo "+ $line"

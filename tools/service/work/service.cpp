@@ -492,11 +492,11 @@ Answer<std::vector<JobFrame>> Service::frames(const std::string& id, size_t from
 Answer<JobFrame> Service::frame(const std::string& id, int number) const {
     return answer([&] {
         JobFrame frame = state_->known(id, number);
-        // Others may look, but only at what its owner may read.
-        const auto reader = state_->readers.of(state_->known(id).owner);
-        if (reader.ok() &&
-            (frame.state == FrameState::written || frame.state == FrameState::skipped))
-            frame.sidecar = sidecar_of(frame.output, reader->roots());
+        if (frame.state == FrameState::written || frame.state == FrameState::skipped) {
+            // Everyone may look, but only at what the job's owner may read.
+            const auto reader = state_->readers.of(state_->known(id).owner);
+            if (reader.ok()) frame.sidecar = sidecar_of(frame.output, reader->roots());
+        }
         frame.output = state_->settings.roots.shown(frame.output);
         return frame;
     });

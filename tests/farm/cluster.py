@@ -177,7 +177,10 @@ MpiDefault=none
 
     def requeue(self, job, task):
         self.ask("scontrol", "requeue", f"{job}_{task}")
-        # Otherwise it waits for two minutes.
+        self.start_now(job, task)
+
+    def start_now(self, job, task):
+        """Otherwise a requeued task waits for two minutes. Slurm refuses this until the task has ended."""
         self.ask("scontrol", "update", f"JobId={job}_{task}", "StartTime=now", check=False)
 
     def kill_node(self, name="node1"):

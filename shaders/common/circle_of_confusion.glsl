@@ -2,10 +2,9 @@
 // has its members. Equations: passes/common/circle_of_confusion.h. COC_LENS or COC_PLANES is
 // defined.
 
+// w: finite; negative counts as sky.
 float radius_px(float w) {
-    // NaN and negative count as sky; an infinite w (d = 0) as the largest number, so that no
-    // product below is 0 times infinity.
-    w = w > 0.0 ? min(w, 3.0e38) : 0.0;
+    w = max(w, 0.0);
 #if defined(COC_LENS)
     precise float radius = uniforms.gain_px * (uniforms.focus_inverse - w);
 #elif defined(COC_PLANES)

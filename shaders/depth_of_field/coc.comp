@@ -46,15 +46,16 @@ const float kStored = 1.0;
 shared vec2 ranges[kThreads];  // smallest and largest |R| of each thread's pixels
 #endif
 
+// NaN and negative count as sky, an infinite one (of distance 0) as the largest number.
 float depth_at(ivec2 p) {
-    return texelFetch(inverse_depth, p, 0).x;
+    const float w = texelFetch(inverse_depth, p, 0).x;
+    return w > 0.0 ? min(w, 3.0e38) : 0.0;
 }
 
 #if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
 float guide_of(ivec2 p) {
 #ifdef GUIDE_DEPTH
-    const float w = depth_at(p);
-    return w > 0.0 ? min(w, 1.0e37) : 0.0;  // the mean of 16 stays finite
+    return min(depth_at(p), 1.0e37);  // the mean of 16 stays finite
 #else
     return abs(radius_px(depth_at(p)));
 #endif

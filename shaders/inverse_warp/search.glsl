@@ -217,13 +217,13 @@ Search search(Pixel pixel, Sample now, inout uvec4 begin) {
     Search s = begin_search(pixel, first);
     SearchState state = begin_state(first, now);
     bool more = true;
-#ifdef VULKAN
-    // Mesa's lavapipe 22.3 mixes up visits in this loop if it tests at its end.
-    while (more) more = search_on(s, state, pixel, now, begin);
-#else
+#ifdef SOFTWARE_RENDERER
     SOFTWARE_LOOP do {
         more = search_on(s, state, pixel, now, begin);
     } while (more);
+#else
+    // Mesa's lavapipe 22.3 mixes up visits in this loop if it tests at its end.
+    while (more) more = search_on(s, state, pixel, now, begin);
 #endif
     s.shows_behind = s.far.inverse_depth * now.depth_ratio < state.first_depth;
     return s;

@@ -177,10 +177,7 @@ MpiDefault=none
 
     def requeue(self, job, task):
         self.ask("scontrol", "requeue", f"{job}_{task}")
-        self.start_now(job, task)
-
-    def start_now(self, job, task):
-        """Otherwise a requeued task waits for two minutes. Slurm refuses this until the task has ended."""
+        # Otherwise it waits for two minutes.
         self.ask("scontrol", "update", f"JobId={job}_{task}", "StartTime=now", check=False)
 
     def kill_node(self, name="node1"):

@@ -14,7 +14,7 @@ cd "$(dirname "$0")/../.."
 sizes="1280x720 1920x1080 3840x2160"
 only=""
 iterations=21
-tests='^(executor|motion_blur|fxaa|depth_of_field|joint_blur|conformance|elision|layers|guest)_tests$'
+tests='^(executor|motion_blur|fxaa|depth_of_field|joint_blur|conformance|elision|layers|guest)_tests(_rest)?$'
 jobs=$(nproc)
 limit=900
 page=gpu_page.txt
@@ -85,7 +85,7 @@ cmake --preset core -DBUILD_TESTING=ON
 vulkan=()
 if ctest --test-dir build-core -N -R '^vulkan_tests$' | grep ' #' >/dev/null; then vulkan=(vulkan_tests); fi
 for target in gpu_bench guest_bench pass_selftest "${vulkan[@]}" $(ctest --test-dir build-core -N -R "$tests" |
-    sed -n 's/^ *Test *#[0-9]*: //p'); do
+    sed -nE 's/^ *Test *#[0-9]+: (.*_tests)(_rest)?$/\1/p' | sort -u); do
     cmake --build --preset core -j "$jobs" --target "$target" || failures+=("$target: not built")
 done
 

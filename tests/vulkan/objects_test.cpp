@@ -82,7 +82,7 @@ PFN_vkVoidFunction VKAPI_CALL loader_without_labels(VkInstance instance, const c
 }
 
 struct Subject {
-    pc::Chain chain = test::chain("motion_blur,fxaa,depth_of_field");
+    pc::Chain chain = test::chain("fxaa,depth_of_field");
     HostFrameTextures canonical = canonical_frame(kWidth, kHeight);
     VkFrame frame{canonical.test.planes, canonical.frame};
     ImageF expected = filtered(vk_instance(kWidth, kHeight), chain, frame);
@@ -129,7 +129,7 @@ TEST(Objects, ImagesChangeTheirLayoutOnce) {
 TEST(Objects, TheHostSeesTheDepthInFocus) {
     Subject subject;
     const auto vulkan = vk_instance(counted_info());
-    EXPECT_EQ(pc_chain_set_point(subject.chain.get(), 2, "focus_at", 0.5, 0.5), PC_OK);
+    EXPECT_EQ(pc_chain_set_point(subject.chain.get(), 1, "focus_at", 0.5, 0.5), PC_OK);
     prepare(vulkan, subject.chain, subject.frame.vk);
     auto before = pc::make<pc_counters>(), after = before;
     for (int i = 0; i < 2; ++i) {
@@ -261,7 +261,7 @@ TEST(Objects, HaveNames) {
     pc_vk_create_info info = counted_info();
     info.flags = PC_LABELS;
     subject.expect_filters(vk_instance(info));
-    EXPECT_THAT(calls.labels, Contains("motion_blur.gather"));
+    EXPECT_THAT(calls.labels, Contains("depth_of_field.gather"));
     EXPECT_THAT(calls.names, Contains(::testing::HasSubstr(".comp")));
     EXPECT_THAT(calls.names, Contains(::testing::StartsWith("postchain ")));
     calls = {};

@@ -19,7 +19,7 @@ packages=(
 case ${1:-} in
     --tests | --full)
         packages+=(
-            libgtest-dev libgmock-dev clang-format glslang-tools spirv-tools
+            libgtest-dev libgmock-dev mold clang-format glslang-tools spirv-tools
             glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers python3 sqlite3
         )
         ;;

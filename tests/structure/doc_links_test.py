@@ -58,7 +58,8 @@ def fault_of(page, target):
     if is_external(target):
         return ""
     file, (_, mark, anchor) = file_of(page, target), target.partition("#")
-    if not (files.ROOT / file).exists():
+    is_folder = (files.ROOT / file).is_dir()
+    if not is_folder and (target.split("#")[0].endswith("/") or not (files.ROOT / file).exists()):
         return f"leads to {file}, which does not exist"
     if mark and (file not in pages() or anchor not in pages()[file].anchors):
         return f"{file} has no heading for #{anchor}"
@@ -91,7 +92,7 @@ class DocLinks(files.Case):
 
     def test_faults_are_seen(self):
         self.assertEqual(anchor_of("What `run` does, and why (1/d)"), "what-run-does-and-why-1d")
-        for bad in ("docs/no-such-page.md", "docs/frame.md#nowhere"):
+        for bad in ("docs/no-such-page.md", "docs/frame.md/", "docs/frame.md#nowhere"):
             self.assertNotEqual(fault_of("README.md", bad), "", bad)
         for good in ("../README.md#try-it", "#depth", "https://example.org/x.md"):
             self.assertEqual(fault_of("docs/frame.md", good), "", good)

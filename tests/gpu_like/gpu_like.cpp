@@ -1,45 +1,38 @@
 // A library for LD_PRELOAD that makes llvmpipe behave as GPUs may. POSTCHAIN_GPU_LIKE lists the
 // behaviors by name, separated by commas:
 //
-//   weights   a sampler's filter has weights of 8 bits
-//   ulp       what a sampler has filtered is one ulp too large
 //   half      stores to half floats round toward zero
 //   nan       textures that programs write are NaN when a frame begins
 //   align     uniform blocks begin at multiples of 256 bytes
 //   limits    GL 4.5's smallest limits: 8 image units, 8 storage blocks, 16 textures in a program
 //   late      the device finishes later than it is asked to: a fence passes at the 8th question,
-//   when
-//             it is waited for, or with a later one. The renderer is none that computes on the CPU
+//             when it is waited for, or with a later one. The renderer is none that computes on the
+//             CPU
 //   order     what llvmpipe does in order by chance has to be asked for: a texture or list that a
 //             dispatch wrote is used after glMemoryBarrier with the bit of that use, and written
 //             over after one if a dispatch read it; buffers that stay mapped are filled again after
 //             a fence, and pixels that are read back are NaN until theirs has passed. Nothing waits
 //             as on a renderer that computes on the CPU
 //   reverse   the last work group and the last invocation of each come first
-//   contract  products that feed sums are fused with them, as far as `precise` allows, in half of
-//             all programs: POSTCHAIN_GPU_LIKE_SEED chooses which
+//
+// Filters of samplers and fused products differ too, but no program has any (tests/programs).
 //
 // libepoxy calls GL through a variable for each function. The ones below are replaced. What a
 // device would refuse ends the program. POSTCHAIN_GPU_LIKE_TRACE names a file that gets a line for
-// each upload, dispatch, reading and wait: microseconds, and what.
+// each upload, dispatch, reading and wait.
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <regex>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "chain/base/status.h"
-#include "tests/gpu_like/contract.h"
 #include "tests/gpu_like/order.h"
-#include "tests/gpu_like/spirv_of.h"
 
 namespace postchain::test {
 namespace {
@@ -62,20 +55,13 @@ void refuse(bool refused, const char* why, long value) {
     std::abort();
 }
 
-__attribute__((format(printf, 1, 2))) void trace(const char* what, ...) {
+void trace(const char* what) {
     static FILE* const file = [] {
         const char* name = std::getenv("POSTCHAIN_GPU_LIKE_TRACE");
         return name ? std::fopen(name, "w") : nullptr;
     }();
     if (!file) return;
-    static const auto start = std::chrono::steady_clock::now();
-    const std::chrono::duration<double, std::micro> now = std::chrono::steady_clock::now() - start;
-    std::fprintf(file, "%.0f ", now.count());
-    va_list values;
-    va_start(values, what);
-    std::vfprintf(file, what, values);
-    va_end(values);
-    std::fputc('\n', file);
+    std::fprintf(file, "%s\n", what);
     std::fflush(file);
 }
 
@@ -86,34 +72,6 @@ __attribute__((format(printf, 1, 2))) void trace(const char* what, ...) {
             reinterpret_cast<decltype(epoxy_##name)>(eglGetProcAddress(#name)); \
         return driver;                                                          \
     }())
-
-constexpr const char* kFilters = R"(
-vec4 gpu_like_mixed(vec4 texels[4], vec2 f) {
-    if (kGpuLikeWeights) f = floor(f * 256.0 + 0.5) / 256.0;
-    const vec4 mean = mix(mix(texels[0], texels[1], f.x), mix(texels[2], texels[3], f.x), f.y);
-    if (!kGpuLikeUlp) return mean;
-    return uintBitsToFloat(floatBitsToUint(mean) + uvec4(notEqual(mean, vec4(0.0))));
-}
-vec4 gpu_like_lod(sampler2D image, vec2 at, float lod) {
-    const ivec2 last = textureSize(image, 0) - 1;
-    const vec2 texel = at * vec2(last + 1) - 0.5, base = floor(texel);
-    vec4 texels[4];
-    for (int i = 0; i < 4; ++i)
-        texels[i] = texelFetch(image, clamp(ivec2(base) + ivec2(i & 1, i >> 1), ivec2(0), last), 0);
-    return gpu_like_mixed(texels, texel - base);
-}
-vec4 gpu_like_lod(sampler2DArray image, vec3 at, float lod) {
-    const ivec2 last = textureSize(image, 0).xy - 1;
-    const vec2 texel = at.xy * vec2(last + 1) - 0.5, base = floor(texel);
-    vec4 texels[4];
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 p = clamp(ivec2(base) + ivec2(i & 1, i >> 1), ivec2(0), last);
-        texels[i] = texelFetch(image, ivec3(p, int(at.z + 0.5)), 0);
-    }
-    return gpu_like_mixed(texels, texel - base);
-}
-#define textureLod gpu_like_lod
-)";
 
 constexpr const char* kHalfStores = R"(
 layout(location = 100) uniform int gpu_like_half;  // a bit for each image unit whose format is half floats
@@ -147,10 +105,6 @@ std::string reversed(std::string source) {
 std::string with_behaviors(std::string source) {
     if (behaves("reverse")) source = reversed(std::move(source));
     std::string prelude;
-    if ((behaves("weights") || behaves("ulp")) && source.find("textureLod(") != std::string::npos)
-        prelude += std::string("const bool kGpuLikeWeights = ") +
-                   (behaves("weights") ? "true" : "false") +
-                   ", kGpuLikeUlp = " + (behaves("ulp") ? "true" : "false") + ";" + kFilters;
     if (behaves("half") && source.find("imageStore(") != std::string::npos) {
         static const std::regex declared(
             R"(layout\(binding = (\w+)\) (?:coherent )?writeonly uniform u?image2D(?:Array)? (\w+);)");
@@ -166,13 +120,6 @@ std::string with_behaviors(std::string source) {
 }
 
 std::map<GLuint, std::string> sources;  // by shader
-// By program: the one that was compiled from its source. SPIR-V has no names to ask for.
-std::map<GLuint, GLuint> named;
-
-GLuint named_program(GLuint program) {
-    const auto found = named.find(program);
-    return found == named.end() ? program : found->second;
-}
 
 std::string source_of(GLuint program) {
     GLuint shader = 0;
@@ -180,39 +127,6 @@ std::string source_of(GLuint program) {
     glGetAttachedShaders(program, 1, &shaders, &shader);
     const auto found = sources.find(shaders == 1 ? shader : 0);
     return found == sources.end() ? "" : found->second;
-}
-
-bool contracts(const std::string& source) {
-    const char* seed = std::getenv("POSTCHAIN_GPU_LIKE_SEED");
-    return std::hash<std::string>()(source + (seed ? seed : "")) & 1;
-}
-
-// Replaces the program's compute shader by its SPIR-V. All programs are: Mesa makes other
-// operations of the same source.
-void take_spirv(GLuint program) {
-    GLuint shader = 0;
-    GLsizei shaders = 0;
-    glGetAttachedShaders(program, 1, &shaders, &shader);
-    GLint type = 0, compiled = 0;
-    if (shaders == 1) {
-        glGetShaderiv(shader, GL_SHADER_TYPE, &type);
-        glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-    }
-    if (type != GL_COMPUTE_SHADER || !compiled || !sources.contains(shader)) return;
-    const GLuint from_source = glCreateProgram();
-    glAttachShader(from_source, shader);
-    REAL(glLinkProgram)(from_source);
-    const std::string& source = sources.at(shader);
-    std::vector<uint32_t> module = spirv_of(source);
-    if (contracts(source)) module = contracted(module);
-    const GLuint binary = glCreateShader(GL_COMPUTE_SHADER);
-    glShaderBinary(1, &binary, GL_SHADER_BINARY_FORMAT_SPIR_V, module.data(),
-                   GLsizei(4 * module.size()));
-    glSpecializeShader(binary, "main", 0, nullptr, nullptr);
-    glDetachShader(program, shader);
-    glAttachShader(program, binary);
-    glDeleteShader(binary);
-    named[program] = from_source;
 }
 
 void APIENTRY shader_source(GLuint shader, GLsizei count, const GLchar* const* texts,
@@ -226,16 +140,10 @@ void APIENTRY shader_source(GLuint shader, GLsizei count, const GLchar* const* t
     REAL(glShaderSource)(shader, 1, &text, nullptr);
 }
 
-bool is_image(GLint type) {
-    return type == GL_IMAGE_2D || type == GL_IMAGE_2D_ARRAY || type == GL_UNSIGNED_INT_IMAGE_2D;
-}
-
 void APIENTRY link_program(GLuint program) {
-    trace("link %u", program);
-    const std::string source = source_of(program);
-    if (behaves("contract")) take_spirv(program);
+    trace("link");
     REAL(glLinkProgram)(program);
-    if (behaves("order")) order::linked(program, named_program(program), source);
+    if (behaves("order")) order::linked(program, source_of(program));
     if (!behaves("limits")) return;
     GLint uniforms = 0, lists = 0, images = 0, textures = 0;
     glGetProgramInterfaceiv(program, GL_UNIFORM, GL_ACTIVE_RESOURCES, &uniforms);
@@ -244,9 +152,8 @@ void APIENTRY link_program(GLuint program) {
         const GLenum what = GL_TYPE;
         GLint type = 0;
         glGetProgramResourceiv(program, GL_UNIFORM, GLuint(i), 1, &what, 1, nullptr, &type);
-        images += is_image(type);
-        textures += type == GL_SAMPLER_2D || type == GL_SAMPLER_2D_ARRAY ||
-                    type == GL_UNSIGNED_INT_SAMPLER_2D;
+        images += order::is_image(type);
+        textures += order::texture_binding(type) != GL_NONE;
     }
     refuse(images > kImages, "images of a program", images);
     refuse(textures > kTextures, "textures of a program", textures);
@@ -254,35 +161,13 @@ void APIENTRY link_program(GLuint program) {
 }
 
 void APIENTRY get_program(GLuint program, GLenum name, GLint* value) {
-    const bool link = name == GL_LINK_STATUS || name == GL_INFO_LOG_LENGTH;
-    if (link) trace("status %u", program);
-    REAL(glGetProgramiv)(link ? program : named_program(program), name, value);
-}
-
-GLint APIENTRY uniform_location(GLuint program, const GLchar* name) {
-    return REAL(glGetUniformLocation)(named_program(program), name);
-}
-
-void APIENTRY get_block(GLuint program, GLuint block, GLenum name, GLint* value) {
-    REAL(glGetActiveUniformBlockiv)(named_program(program), block, name, value);
-}
-
-void APIENTRY block_name(GLuint program, GLuint block, GLsizei size, GLsizei* length,
-                         GLchar* name) {
-    REAL(glGetActiveUniformBlockName)(named_program(program), block, size, length, name);
+    if (name == GL_LINK_STATUS || name == GL_INFO_LOG_LENGTH) trace("status");
+    REAL(glGetProgramiv)(program, name, value);
 }
 
 void APIENTRY use_program(GLuint program) {
     if (behaves("order")) order::step_begins();
     REAL(glUseProgram)(program);
-}
-
-void APIENTRY delete_program(GLuint program) {
-    if (const auto found = named.find(program); found != named.end()) {
-        REAL(glDeleteProgram)(found->second);
-        named.erase(found);
-    }
-    REAL(glDeleteProgram)(program);
 }
 
 void APIENTRY delete_shader(GLuint shader) {
@@ -336,7 +221,7 @@ GLsizeiptr bytes_of(GLenum format, GLenum type, GLsizeiptr texels) {
 
 void APIENTRY texture_sub_image_2d(GLuint texture, GLint level, GLint x, GLint y, GLsizei width,
                                    GLsizei height, GLenum format, GLenum type, const void* pixels) {
-    trace("upload %u, %d rows", texture, height);
+    trace("upload");
     storages[texture].written = false;
     if (behaves("order")) {
         order::writes_texture(texture);
@@ -348,7 +233,7 @@ void APIENTRY texture_sub_image_2d(GLuint texture, GLint level, GLint x, GLint y
 void APIENTRY texture_sub_image_3d(GLuint texture, GLint level, GLint x, GLint y, GLint z,
                                    GLsizei width, GLsizei height, GLsizei depth, GLenum format,
                                    GLenum type, const void* pixels) {
-    trace("upload %u, %d rows", texture, height);
+    trace("upload");
     storages[texture].written = false;
     if (behaves("order")) {
         order::writes_texture(texture);
@@ -388,7 +273,7 @@ void APIENTRY flush_mapped(GLuint buffer, GLintptr offset, GLsizeiptr size) {
 void APIENTRY get_texture(GLuint texture, GLint level, GLint x, GLint y, GLint z, GLsizei width,
                           GLsizei height, GLsizei depth, GLenum format, GLenum type, GLsizei bytes,
                           void* pixels) {
-    trace("read %u, %d rows", texture, height);
+    trace("read");
     if (behaves("order")) order::reads_texture(texture);
     REAL(glGetTextureSubImage)
     (texture, level, x, y, z, width, height, depth, format, type, bytes, pixels);
@@ -541,11 +426,7 @@ __attribute__((constructor)) void replace() {
     epoxy_glShaderSource = shader_source;
     epoxy_glLinkProgram = link_program;
     epoxy_glGetProgramiv = get_program;
-    epoxy_glGetUniformLocation = uniform_location;
-    epoxy_glGetActiveUniformBlockiv = get_block;
-    epoxy_glGetActiveUniformBlockName = block_name;
     epoxy_glUseProgram = use_program;
-    epoxy_glDeleteProgram = delete_program;
     epoxy_glDeleteShader = delete_shader;
     epoxy_glTextureStorage2D = texture_storage_2d;
     epoxy_glTextureStorage3D = texture_storage_3d;

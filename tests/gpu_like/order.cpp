@@ -58,24 +58,6 @@ struct Program {
 };
 std::map<GLuint, Program> programs;
 
-GLenum texture_binding(GLint type) {
-    switch (type) {
-        case GL_SAMPLER_2D:
-        case GL_UNSIGNED_INT_SAMPLER_2D:
-            return GL_TEXTURE_BINDING_2D;
-        case GL_SAMPLER_2D_ARRAY:
-        case GL_UNSIGNED_INT_SAMPLER_2D_ARRAY:
-            return GL_TEXTURE_BINDING_2D_ARRAY;
-        default:
-            return GL_NONE;
-    }
-}
-
-bool is_image(GLint type) {
-    return type == GL_IMAGE_2D || type == GL_IMAGE_2D_ARRAY || type == GL_UNSIGNED_INT_IMAGE_2D ||
-           type == GL_UNSIGNED_INT_IMAGE_2D_ARRAY;
-}
-
 GLuint resources(GLuint program, GLenum interface) {
     GLint count = 0;
     glGetProgramInterfaceiv(program, interface, GL_ACTIVE_RESOURCES, &count);
@@ -126,29 +108,47 @@ void need_unused(GLuint buffer, GLintptr begin, GLsizeiptr bytes) {
 
 }  // namespace
 
-void linked(GLuint program, GLuint named, const std::string& source) {
+GLenum texture_binding(GLint type) {
+    switch (type) {
+        case GL_SAMPLER_2D:
+        case GL_UNSIGNED_INT_SAMPLER_2D:
+            return GL_TEXTURE_BINDING_2D;
+        case GL_SAMPLER_2D_ARRAY:
+        case GL_UNSIGNED_INT_SAMPLER_2D_ARRAY:
+            return GL_TEXTURE_BINDING_2D_ARRAY;
+        default:
+            return GL_NONE;
+    }
+}
+
+bool is_image(GLint type) {
+    return type == GL_IMAGE_2D || type == GL_IMAGE_2D_ARRAY || type == GL_UNSIGNED_INT_IMAGE_2D ||
+           type == GL_UNSIGNED_INT_IMAGE_2D_ARRAY;
+}
+
+void linked(GLuint program, const std::string& source) {
     Program made;
-    for (GLuint i = 0; i < resources(named, GL_UNIFORM); ++i) {
-        const GLint type = property(named, GL_UNIFORM, i, GL_TYPE);
+    for (GLuint i = 0; i < resources(program, GL_UNIFORM); ++i) {
+        const GLint type = property(program, GL_UNIFORM, i, GL_TYPE);
         const GLenum binding = texture_binding(type);
         if (binding == GL_NONE && !is_image(type)) continue;
         GLint unit = 0;
-        glGetUniformiv(named, property(named, GL_UNIFORM, i, GL_LOCATION), &unit);
+        glGetUniformiv(program, property(program, GL_UNIFORM, i, GL_LOCATION), &unit);
         if (binding == GL_NONE)
             made.images.push_back(GLuint(unit));
         else
             made.textures.push_back({GLuint(unit), binding});
     }
-    for (GLuint i = 0; i < resources(named, GL_SHADER_STORAGE_BLOCK); ++i) {
+    for (GLuint i = 0; i < resources(program, GL_SHADER_STORAGE_BLOCK); ++i) {
         char name[256] = {};
-        glGetProgramResourceName(named, GL_SHADER_STORAGE_BLOCK, i, sizeof(name), nullptr, name);
+        glGetProgramResourceName(program, GL_SHADER_STORAGE_BLOCK, i, sizeof(name), nullptr, name);
         const std::string readonly = std::string("readonly buffer ") + name + " ";
         made.lists.push_back(
-            {GLuint(property(named, GL_SHADER_STORAGE_BLOCK, i, GL_BUFFER_BINDING)),
+            {GLuint(property(program, GL_SHADER_STORAGE_BLOCK, i, GL_BUFFER_BINDING)),
              source.find(readonly) != source.npos});
     }
-    for (GLuint i = 0; i < resources(named, GL_UNIFORM_BLOCK); ++i)
-        made.blocks.push_back(GLuint(property(named, GL_UNIFORM_BLOCK, i, GL_BUFFER_BINDING)));
+    for (GLuint i = 0; i < resources(program, GL_UNIFORM_BLOCK); ++i)
+        made.blocks.push_back(GLuint(property(program, GL_UNIFORM_BLOCK, i, GL_BUFFER_BINDING)));
     programs[program] = std::move(made);
 }
 

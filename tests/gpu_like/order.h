@@ -9,8 +9,12 @@
 
 namespace postchain::test::order {
 
-// `named`: the program whose resources have names (SPIR-V has none).
-void linked(GLuint program, GLuint named, const std::string& source);
+// Types of uniforms: glGet's name for the texture of a sampler, or GL_NONE, and whether it is an
+// image.
+GLenum texture_binding(GLint type);
+bool is_image(GLint type);
+
+void linked(GLuint program, const std::string& source);
 void step_begins();  // dispatches of one step work on different pixels
 void dispatches(GLuint program, bool indirect);
 void passes_barrier(GLbitfield bits);

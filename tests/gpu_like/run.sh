@@ -11,7 +11,7 @@ case $slice in
 esac
 
 as_gpu() {
-    LD_PRELOAD=$library POSTCHAIN_GPU_LIKE=$behaviors POSTCHAIN_GPU_LIKE_SEED=1 "$@"
+    LD_PRELOAD=$library POSTCHAIN_GPU_LIKE=$behaviors "$@"
 }
 as_gpu "$postchain" selftest --only "$pass"
 as_gpu "$conformance" --gtest_brief=1 --gtest_filter="$properties"

@@ -1,14 +1,11 @@
 // A host with a compatibility profile, as older engines and toolkits make it.
 #include <epoxy/gl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/guest/host.h"
 
 namespace postchain::test::compatibility_test {
 namespace {
-
-using ::testing::HasSubstr;
 
 class Compatibility : public ::testing::Test {
   protected:
@@ -26,20 +23,19 @@ TEST_F(Compatibility, TexturesAreValidated) {
     const auto made = chain("motion_blur,fxaa");
     GLint before = 0, after = 0;
     glGetIntegerv(GL_TEXTURE_BINDING_3D, &before);
-    prepare(guest, made, host.frame);
-    run(guest, made, host.frame);
+    prepare_and_run(guest, made, host.frame);
     pc_frame frame = host.frame;
     frame.color_slice.target = GL_TEXTURE_2D_ARRAY;
     prepare(guest, made, frame);
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("is a GL_TEXTURE_2D; set color_slice.target to it"));
+    expect_error(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT,
+                 "is a GL_TEXTURE_2D; set color_slice.target to it");
     GLuint volume = 0;
     glCreateTextures(GL_TEXTURE_3D, 1, &volume);
     glTextureStorage3D(volume, 1, GL_RGBA32F, 40, 24, 2);
     frame = host.frame;
     frame.color.name = volume;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("is a GL_TEXTURE_3D; only GL_TEXTURE_2D and"));
+    expect_error(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT,
+                 "is a GL_TEXTURE_3D; only GL_TEXTURE_2D and");
     glDeleteTextures(1, &volume);
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     glGetIntegerv(GL_TEXTURE_BINDING_3D, &after);

@@ -13,12 +13,6 @@ namespace {
 
 constexpr int kWidth = 96, kHeight = 60;
 
-pc::Chain focused(double x, double y) {
-    pc::Chain made = chain("depth_of_field");
-    EXPECT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", x, y), PC_OK) << pc_error();
-    return made;
-}
-
 // The frame with one inverse depth left and another right of the middle.
 HostTexture two_depths(float left, float right) {
     return HostTexture(GL_R32F, make_image(kWidth, kHeight, 1, [&](int x, int, int) {
@@ -142,7 +136,7 @@ TEST(Focus, RegionsTakeTheMedian) {
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
 }
 
-// Two chains on one instance keep their own focus, and a place that is set begins anew.
+// Two chains on one instance keep their own focus.
 TEST(Focus, EachChainHasItsOwn) {
     const Scene scene;
     const auto guest = instance();
@@ -150,15 +144,11 @@ TEST(Focus, EachChainHasItsOwn) {
     pc_frame frame = scene.frame;
     frame.focus_seconds = 100;
     frame.frame_seconds = 0.01f;
-    for (const auto* made : {&left, &right})
-        ASSERT_EQ(pc_prepare(guest.get(), made->get(), &frame, 1), PC_OK) << pc_error();
+    for (const auto* made : {&left, &right}) prepare(guest, *made, frame);
     for (int i = 0; i < 3; ++i) {
         expect_focus(filtered(guest, left, frame), at_distance(guest, frame, 0.25));
         expect_focus(filtered(guest, right, frame), at_distance(guest, frame, double(0.05f)));
     }
-    ASSERT_EQ(pc_chain_set_point(left.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
-    frame.flags |= PC_CAMERA_CUT;
-    expect_focus(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
 }
 
 // With 8 chains the focus once stood still, with 9 it jumped.
@@ -171,7 +161,7 @@ TEST(Focus, ManyChainsInTurnAreFollowed) {
         std::vector<pc::Chain> chains;
         for (size_t i = 0; i < number; ++i) {
             chains.push_back(focused(0.2, 0.5));
-            ASSERT_EQ(pc_prepare(guest.get(), chains.back().get(), &frame, 1), PC_OK);
+            prepare(guest, chains.back(), frame);
         }
         // Half of the way in each frame; a depth counts from the next frame on.
         frame.frame_seconds = 1;

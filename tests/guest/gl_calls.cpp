@@ -9,9 +9,8 @@
 namespace postchain::test {
 namespace {
 
-bool counting = false, silent = false, silent_dispatches = false, refuses_storage = false,
-     tells_loss = false, is_lost = false, fills_textures = false;
-std::function<void()> before_dispatch;
+bool counting = false, silent = false;
+GlFaults faults;
 GLbitfield newest_barrier = 0;
 
 // Compared as types, because with sanitizers a comparison of addresses is not a constant
@@ -36,23 +35,23 @@ struct Counted<kVariable> {
         if (silent) return R();
         if constexpr (is_same<kVariable, &epoxy_glDispatchCompute> ||
                       is_same<kVariable, &epoxy_glDispatchComputeIndirect>) {
-            if (silent_dispatches) return;
+            if (faults.silent_dispatches) return;
             // Its own dispatches, if there are any, are not seen.
-            if (const auto call_first = std::exchange(before_dispatch, nullptr)) {
+            if (const auto call_first = std::exchange(faults.before_dispatch, nullptr)) {
                 call_first();
-                before_dispatch = call_first;
+                faults.before_dispatch = call_first;
             }
         }
         if constexpr (is_same<kVariable, &epoxy_glTextureStorage2D>) {
-            if (refuses_storage) return glEnable(0xffff);  // an error, as GL would leave one
+            if (faults.refuses_storage) return glEnable(0xffff);  // an error, as GL would leave one
         } else if constexpr (is_same<kVariable, &epoxy_glGetIntegerv>) {
             const auto [name, value] = std::tuple(arguments...);
-            if (tells_loss && name == GL_RESET_NOTIFICATION_STRATEGY) {
+            if (faults.tells_loss && name == GL_RESET_NOTIFICATION_STRATEGY) {
                 *value = GL_LOSE_CONTEXT_ON_RESET;
                 return;
             }
         } else if constexpr (is_same<kVariable, &epoxy_glGetGraphicsResetStatus>) {
-            if (is_lost) return GL_UNKNOWN_CONTEXT_RESET;
+            if (faults.is_lost) return GL_UNKNOWN_CONTEXT_RESET;
         }
         // The first call of a function makes epoxy look it up by its variable.
         const struct Again {
@@ -60,7 +59,7 @@ struct Counted<kVariable> {
             ~Again() { install(); }
         } again;
         if constexpr (is_same<kVariable, &epoxy_glTextureStorage2D>)
-            return fills_textures ? make_filled(arguments...) : original(arguments...);
+            return faults.fills_textures ? make_filled(arguments...) : original(arguments...);
         else
             return original(arguments...);
     }
@@ -201,30 +200,9 @@ void silence_gl(bool on) {
     silent = on;
 }
 
-void silence_dispatches(bool on) {
+GlFaults& gl_faults() {
     install();
-    silent_dispatches = on;
-}
-
-void before_dispatches(std::function<void()> call) {
-    install();
-    before_dispatch = std::move(call);
-}
-
-void fill_new_textures(bool fill) {
-    install();
-    fills_textures = fill;
-}
-
-void refuse_texture_storage(bool refuse) {
-    install();
-    refuses_storage = refuse;
-}
-
-void report_loss(bool tells, bool lost) {
-    install();
-    tells_loss = tells;
-    is_lost = lost;
+    return faults;
 }
 
 }  // namespace postchain::test

@@ -24,15 +24,16 @@ class GlCalls {
 // From now on these functions are only counted and not forwarded: GL does nothing, and its queries
 // leave their output unchanged.
 void silence_gl(bool silent);
-// Likewise of dispatches alone: everything but the pixels is as it would be.
-void silence_dispatches(bool silent);
-// Called before each dispatch; null: nothing.
-void before_dispatches(std::function<void()> call);
-// New textures hold bits that are all 1.
-void fill_new_textures(bool fill);
-// Makes the next calls of glTextureStorage2D fail as if memory had run out.
-void refuse_texture_storage(bool refuse);
-// Whether the context claims to report its loss, and whether it is lost.
-void report_loss(bool tells, bool lost);
+
+// What these functions do otherwise than GL.
+struct GlFaults {
+    bool silent_dispatches = false;  // everything but the pixels is as it would be
+    std::function<void()> before_dispatch;
+    bool fills_textures = false;   // new ones hold bits that are all 1
+    bool refuses_storage = false;  // glTextureStorage2D fails as if memory had run out
+    bool tells_loss = false;       // the context claims to report its loss
+    bool is_lost = false;
+};
+GlFaults& gl_faults();
 
 }  // namespace postchain::test

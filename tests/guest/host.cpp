@@ -81,15 +81,6 @@ ImageF with_y_up(ImageF motion) {
     return motion;
 }
 
-void set_camera(pc_frame& frame, const Camera& camera) {
-    frame.focal_length_mm = float(camera.focal_length_mm.value_or(0));
-    frame.sensor_width_mm = float(camera.sensor_width_mm.value_or(0));
-    frame.f_stop = float(camera.f_stop.value_or(0));
-    frame.focus_distance = float(camera.focus_distance.value_or(0));
-    frame.meters_per_unit = float(camera.meters_per_unit.value_or(0));
-    frame.shutter_frames = float(camera.shutter_frames.value_or(0));
-}
-
 HostFrameTextures canonical_frame(int width, int height, uint32_t seed) {
     TestFrame test = layered_frame(width, height, {9.5f, -4}, {-3, 1}, seed);
     // A host passes floats, so values are rounded to float.
@@ -107,7 +98,12 @@ HostFrameTextures canonical_frame(int width, int height, uint32_t seed) {
     frame.depth = depth;
     frame.motion = motion;
     frame.depth_encoding = PC_DEPTH_INVERSE;
-    set_camera(frame, camera);
+    frame.focal_length_mm = float(camera.focal_length_mm.value_or(0));
+    frame.sensor_width_mm = float(camera.sensor_width_mm.value_or(0));
+    frame.f_stop = float(camera.f_stop.value_or(0));
+    frame.focus_distance = float(camera.focus_distance.value_or(0));
+    frame.meters_per_unit = float(camera.meters_per_unit.value_or(0));
+    frame.shutter_frames = float(camera.shutter_frames.value_or(0));
     return {std::move(test), std::move(color), std::move(depth), std::move(motion), frame};
 }
 
@@ -137,6 +133,12 @@ pc::Chain paper_chain(const char* passes) {
 void set(const pc::Chain& chain, uint32_t pass, const char* key, double value) {
     EXPECT_EQ(pc_chain_set_number(chain.get(), pass, key, value), PC_OK)
         << pc_chain_error(chain.get());
+}
+
+pc::Chain focused(double x, double y) {
+    pc::Chain made = chain("depth_of_field");
+    EXPECT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", x, y), PC_OK) << pc_error();
+    return made;
 }
 
 ImageF by_executor(const TestFrame& frame, const Chain& chain, Precision precision, Role plane) {
@@ -186,6 +188,14 @@ pc_counters count(const pc::Instance& instance) {
     auto counters = pc::make<pc_counters>();
     EXPECT_EQ(pc_count(instance.get(), &counters), PC_OK) << pc_error();
     return counters;
+}
+
+void expect_nothing_made(const pc_counters& before, const pc_counters& after) {
+    EXPECT_EQ(after.plans_made, before.plans_made);
+    EXPECT_EQ(after.texture_allocations, before.texture_allocations);
+    EXPECT_EQ(after.textures_alive, before.textures_alive);
+    EXPECT_EQ(after.texture_bytes, before.texture_bytes);
+    EXPECT_EQ(after.programs, before.programs);
 }
 
 std::unique_ptr<SharedScene::Shared> SharedScene::shared_;

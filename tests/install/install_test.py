@@ -174,11 +174,6 @@ def examples(options):
         programs.append(folder / f"{name}_by_flags")
         call(*compiler, *WARNINGS, HERE / "program" / source, "-o", programs[-1],
              *flags_of(module + ("-static" if "static" in name else ""), library_folder))
-    if not options.core:
-        shipped = folder / "shipped"
-        call(c, "-std=c11", *WARNINGS, "-DSHIPPED", HERE / "program/hashes.c", "-o", shipped,
-             *flags_of("postchain", library_folder), *flags_of("postchain-config", library_folder))
-        assert call(folder / "hashes") == call(shipped), "hashes.c has other chains than those that are shipped"
     for program in programs:
         expect_runs(program)
         shared = "libpostchain_plan.so" in call("ldd", program)
@@ -194,9 +189,7 @@ def samples(options):
              f"-DCMAKE_PREFIX_PATH={options.prefix}")
         if name != "ogre":
             call("cmake", "--build", folder, "-j", "2")
-            loaded = call("ldd", folder / f"{name}_host")
-            assert "libpostchain_plan.so" in loaded, name
-            assert name != "vulkan" or not re.search(r"libpostchain\.so|lib(epoxy|E?GL)", loaded), loaded
+            assert "libpostchain_plan.so" in call("ldd", folder / f"{name}_host"), name
 
 
 USE_MODULE = """

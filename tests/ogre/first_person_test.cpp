@@ -2,7 +2,6 @@
 // two sizes of one view look alike.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 
 #include "tests/ogre/truth.h"
@@ -39,12 +38,6 @@ class View {
     host::Host host_;
 };
 
-// POSTCHAIN_PICTURES names a folder for the images.
-void keep_picture(const ImageF& image, const std::string& name) {
-    if (const char* folder = std::getenv("POSTCHAIN_PICTURES"))
-        write_picture(image, std::string(folder) + "/first_person_" + name + ".png");
-}
-
 // Share of the weapon's pixels whose color differs.
 double changed_weapon(const ImageF& a, const ImageF& b, const ImageF& mask) {
     double pixels = 0, changed = 0;
@@ -72,9 +65,6 @@ TEST(FirstPerson, MaskKeepsTheWeapon) {
     EXPECT_EQ(changed_weapon(drawn, masked, mask), 0);
     EXPECT_GT(changed_weapon(drawn, blurred, mask), 0.5);
     EXPECT_LT(psnr(masked, drawn), 35) << "the world is not blurred";
-    keep_picture(drawn, "drawn");
-    keep_picture(blurred, "unmasked");
-    keep_picture(masked, "masked");
 }
 
 // Focus goes from the sails to the wall in some frames, and ends where a lens that is set to the
@@ -128,8 +118,6 @@ TEST(FirstPerson, FocusIsPulled) {
         }
     }
     EXPECT_GT(before, 60);
-    keep_picture(begin, "focus_near");
-    keep_picture(last, "focus_far");
 }
 
 // Means of 2 x 2 pixels.
@@ -155,7 +143,6 @@ TEST(FirstPerson, TwoSizesLookAlike) {
         {
             View view(240, 135);
             small = view.draw_moving(chain.c_str());
-            keep_picture(view.draw_moving(kJoint), "small");
         }
         return psnr(halved(large), small);
     };

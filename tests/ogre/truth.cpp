@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <postchain/chain_from_text.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -85,18 +84,6 @@ ImageF read_texture(const Ogre::TexturePtr& texture) {
     texture->getBuffer()->blitToMemory(Ogre::PixelBox(
         width, height, 1, depth ? Ogre::PF_DEPTH32F : Ogre::PF_FLOAT32_RGBA, image.data.data()));
     return image;
-}
-
-void write_picture(const ImageF& linear, const std::string& path) {
-    Image<unsigned char> shown(linear.width, linear.height, 3);
-    for (size_t i = 0; i < shown.data.size(); ++i) {
-        const double x = std::max(0.0f, linear.data[i / 3 * size_t(linear.channels) + i % 3]);
-        shown.data[i] = (unsigned char)(std::lround(255 * std::pow(x / (1 + x), 1 / 2.2)));
-    }
-    Ogre::Image image;
-    image.loadDynamicImage(shown.data.data(), uint32_t(shown.width), uint32_t(shown.height), 1,
-                           Ogre::PF_BYTE_RGB);
-    image.save(path);
 }
 
 Image<unsigned char> read_window(host::Host& host) {

@@ -27,8 +27,6 @@ pc_chain* set_chain(host::PostchainPass& guest, const char* text);
 
 // A whole texture: RGBA, or only depth; rows as stored.
 ImageF read_texture(const Ogre::TexturePtr& texture);
-// As PNG, after (x/(1+x))^(1/2.2).
-void write_picture(const ImageF& linear, const std::string& path);
 // The window with the overlay, 8 bits a channel, RGB, row 0 at the top.
 Image<unsigned char> read_window(host::Host& host);
 // dB, after (x/(1+x))^(1/2.2).

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <map>
 
+#include "tests/support/random.h"
+
 namespace postchain::test {
 
 namespace {
@@ -72,6 +74,18 @@ VkFrame::VkFrame(const FramePlanes& planes, const pc_frame& values)
     vk.output = output;
 }
 
+std::unique_ptr<VkFrame> random_frame(int max_width, int max_height, uint32_t seed) {
+    Random random(seed);
+    const int width = random.whole(17, max_width), height = random.whole(17, max_height);
+    const auto canonical = canonical_frame(width, height, seed);
+    auto frame = std::make_unique<VkFrame>(canonical.test.planes, canonical.frame);
+    frame->frame.frame_number = seed;
+    frame->frame.focus_distance = float(random.whole(1, 9));
+    frame->frame.shutter_frames = 0.1f * float(random.whole(1, 9));
+    if (seed % 5 == 4) frame->frame.flags |= PC_CAMERA_CUT;
+    return frame;
+}
+
 void prepare(const VkInstanceOfChain& instance, const pc::Chain& chain, const pc_vk_frame& frame) {
     EXPECT_EQ(pc_vk_prepare(instance.get(), chain.get(), &frame, 1), PC_OK) << pc_error();
 }
@@ -83,6 +97,12 @@ pc_result run(const VkInstanceOfChain& instance, const pc::Chain& chain, const p
         result = pc_vk_run(instance.get(), chain.get(), &frame, commands);
     });
     return result;
+}
+
+pc_counters count(const VkInstanceOfChain& instance) {
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_vk_count(instance.get(), &counters), PC_OK) << pc_error();
+    return counters;
 }
 
 void expect_as_gl(const ImageF& found, const ImageF& expected) {

@@ -30,9 +30,13 @@ struct VkFrame {
     VkFrame(const VkFrame&) = delete;
 };
 
+// A frame whose planes, size (at most this), lens, shutter and number are its own.
+std::unique_ptr<VkFrame> random_frame(int max_width, int max_height, uint32_t seed);
+
 void prepare(const VkInstanceOfChain& instance, const pc::Chain& chain, const pc_vk_frame& frame);
 // Records, submits and waits.
 pc_result run(const VkInstanceOfChain& instance, const pc::Chain& chain, const pc_vk_frame& frame);
+pc_counters count(const VkInstanceOfChain& instance);
 // Vulkan filters as GL does. Lavapipe and llvmpipe have one compiler and give the same bits; the
 // two compilers of a GPU's driver round differently.
 void expect_as_gl(const ImageF& found, const ImageF& expected);

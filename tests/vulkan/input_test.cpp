@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <limits>
 #include <map>
 #include <thread>
 
@@ -44,60 +43,54 @@ struct Subject {
 
 void expect_refused(const pc_vk_create_info& info, pc_result code, const char* text) {
     auto* made = reinterpret_cast<pc_vk_instance*>(&code);
-    EXPECT_EQ(pc_vk_create(&info, &made), code) << text;
+    expect_error(pc_vk_create(&info, &made), code, text);
     EXPECT_EQ(made, nullptr);
-    EXPECT_THAT(pc_error(), HasSubstr(text));
 }
 
 TEST(Input, CreationIsRefusedWithASentence) {
     const pc_vk_create_info good = vk_info(kWidth, kHeight);
-    const auto with = [&](const std::function<void(pc_vk_create_info&)>& change) {
+    pc_vk_instance* made = nullptr;
+    EXPECT_EQ(pc_vk_create(&good, nullptr), PC_ERROR_ARGUMENT);
+    expect_error(pc_vk_create(nullptr, &made), PC_ERROR_ARGUMENT, "pc_vk_create_info is NULL");
+    constexpr pc_result kArgument = PC_ERROR_ARGUMENT, kVersion = PC_ERROR_VERSION;
+    const struct {
+        pc_result code;
+        const char* text;
+        void (*change)(pc_vk_create_info&);
+    } cases[] = {
+        {kVersion, "pc_vk_create_info.struct_size is 4", [](auto& info) { info.struct_size = 4; }},
+        {kVersion, "api_version 2.0", [](auto& info) { info.api_version = 0x00020000; }},
+        {kVersion, "pc_vk_create_info.flags: 4", [](auto& info) { info.flags = PC_OWN_CONTEXT; }},
+        {kArgument, "runs_in_flight: 65", [](auto& info) { info.runs_in_flight = 65; }},
+        {kArgument, "get_instance_proc_addr is NULL",
+         [](auto& info) { info.get_instance_proc_addr = nullptr; }},
+        {kArgument, "get_instance_proc_addr knows no vk",
+         [](auto& info) {
+             info.get_instance_proc_addr = [](VkInstance, const char*) {
+                 return PFN_vkVoidFunction();
+             };
+         }},
+        {kArgument, "instance is NULL", [](auto& info) { info.instance = nullptr; }},
+        {kArgument, "physical_device is NULL", [](auto& info) { info.physical_device = nullptr; }},
+        {kArgument, "device is NULL", [](auto& info) { info.device = nullptr; }},
+        {kArgument, "queue_family: 7", [](auto& info) { info.queue_family = 7; }},
+        {kArgument, "max_width, max_height: 0x24", [](auto& info) { info.max_width = 0; }},
+        {kArgument, "max_width, max_height: 40x1048576",
+         [](auto& info) { info.max_height = 1u << 20; }}};
+    for (const auto& [code, text, change] : cases) {
         pc_vk_create_info info = good;
         change(info);
-        return info;
-    };
-    EXPECT_EQ(pc_vk_create(&good, nullptr), PC_ERROR_ARGUMENT);
-    pc_vk_instance* made = nullptr;
-    EXPECT_EQ(pc_vk_create(nullptr, &made), PC_ERROR_ARGUMENT);
-    EXPECT_STREQ(pc_error(), "pc_vk_create_info is NULL");
-    expect_refused(with([](auto& info) { info.struct_size = 4; }), PC_ERROR_VERSION,
-                   "pc_vk_create_info.struct_size is 4; set it to sizeof");
-    expect_refused(with([](auto& info) { info.api_version = 0x00020000; }), PC_ERROR_VERSION,
-                   "api_version 2.0");
-    expect_refused(with([](auto& info) { info.flags = PC_OWN_CONTEXT; }), PC_ERROR_VERSION,
-                   "pc_vk_create_info.flags: 4");
-    expect_refused(with([](auto& info) { info.runs_in_flight = 65; }), PC_ERROR_ARGUMENT,
-                   "runs_in_flight: 65 is more than 64");
-    expect_refused(with([](auto& info) { info.get_instance_proc_addr = nullptr; }),
-                   PC_ERROR_ARGUMENT, "get_instance_proc_addr is NULL");
-    expect_refused(with([](auto& info) { info.instance = nullptr; }), PC_ERROR_ARGUMENT,
-                   "instance is NULL");
-    expect_refused(with([](auto& info) { info.physical_device = nullptr; }), PC_ERROR_ARGUMENT,
-                   "physical_device is NULL");
-    expect_refused(with([](auto& info) { info.device = nullptr; }), PC_ERROR_ARGUMENT,
-                   "device is NULL");
-    expect_refused(with([](auto& info) { info.queue_family = 7; }), PC_ERROR_ARGUMENT,
-                   "queue_family: 7 is no queue family with VK_QUEUE_COMPUTE_BIT");
-    expect_refused(with([](auto& info) { info.max_width = 0; }), PC_ERROR_ARGUMENT,
-                   "max_width, max_height: 0x24; give the largest frame");
-    expect_refused(with([](auto& info) { info.max_height = 1u << 20; }), PC_ERROR_ARGUMENT,
-                   "max_width, max_height: 40x1048576");
-    expect_refused(with([](auto& info) {
-                       info.get_instance_proc_addr = [](VkInstance, const char*) {
-                           return PFN_vkVoidFunction();
-                       };
-                   }),
-                   PC_ERROR_ARGUMENT, "get_instance_proc_addr knows no vk");
+        expect_refused(info, code, text);
+    }
     // Members of a newer header, if they are 0.
     struct {
         pc_vk_create_info info;
         uint64_t more = 0;
     } newer{good};
     newer.info.struct_size = sizeof(newer);
-    EXPECT_EQ(pc_vk_create(&newer.info, &made), PC_OK) << pc_error();
-    pc_vk_destroy(made);
+    vk_instance(newer.info);
     newer.more = 1;
-    expect_refused(newer.info, PC_ERROR_VERSION, "a member that this library does not know");
+    expect_refused(newer.info, kVersion, "a member that this library does not know");
 }
 
 TEST(Input, DevicesBelowTheLimitsOfTheProgramsAreRefused) {
@@ -123,67 +116,62 @@ TEST(Input, DevicesBelowTheLimitsOfTheProgramsAreRefused) {
         weak_limits = nullptr;
     }
     // Just the limits that are needed.
-    pc_vk_instance* made = nullptr;
     VkPhysicalDeviceLimits least = properties.limits;
     least.maxComputeWorkGroupInvocations = 256;
     least.maxComputeSharedMemorySize = 32768;
     least.maxPerStageDescriptorStorageImages = 8;
     weak_limits = &least;
-    EXPECT_EQ(pc_vk_create(&info, &made), PC_OK) << pc_error();
+    vk_instance(info);
     weak_limits = nullptr;
-    pc_vk_destroy(made);
 }
 
 TEST(Input, HandlesAreChecked) {
     Subject subject;
+    pc_vk_instance* const good = subject.instance.get();
+    pc_chain* const chain = subject.chain.get();
+    const pc_vk_frame* const frame = &subject.frame.vk;
     auto needs = pc::make<pc_frame_needs>();
     auto counters = pc::make<pc_counters>();
     size_t size = 0;
     const auto commands = reinterpret_cast<VkCommandBuffer>(&size);  // not looked at
-    const auto all = [&](pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
-                         bool of_instance) {
-        const auto expect = [](pc_result code) {
-            EXPECT_EQ(code, PC_ERROR_ARGUMENT);
-            EXPECT_STRNE(pc_error(), "");
-        };
-        expect(pc_vk_prepare(instance, chain, frame, 1));
-        expect(pc_vk_run(instance, chain, frame, commands));
-        expect(pc_vk_query_frame(instance, chain, frame, &needs));
-        if (!of_instance) return;
-        expect(pc_vk_count(instance, &counters));
-        expect(pc_vk_explain(instance, nullptr, &size));
-        EXPECT_STREQ(pc_vk_last_error(instance), "no such instance");
-        pc_vk_destroy(instance);
+    const auto refuses = [](std::initializer_list<pc_result> codes) {
+        for (const pc_result code : codes) EXPECT_EQ(code, PC_ERROR_ARGUMENT);
+        EXPECT_STRNE(pc_error(), "");
     };
-    pc_vk_instance* const good = subject.instance.get();
-    pc_chain* const chain = subject.chain.get();
-    all(nullptr, chain, &subject.frame.vk, true);
-    all(reinterpret_cast<pc_vk_instance*>(chain), chain, &subject.frame.vk, true);
-    all(good, nullptr, &subject.frame.vk, false);
-    all(good, reinterpret_cast<pc_chain*>(good), &subject.frame.vk, false);
-    all(good, chain, nullptr, false);
-    // An instance of GL is none of Vulkan, and the other way round.
+    const auto refuses_frames = [&](pc_vk_instance* instance, pc_chain* of,
+                                    const pc_vk_frame* one) {
+        refuses({pc_vk_prepare(instance, of, one, 1), pc_vk_run(instance, of, one, commands),
+                 pc_vk_query_frame(instance, of, one, &needs)});
+    };
     const auto gl = instance();
-    all(reinterpret_cast<pc_vk_instance*>(gl.get()), chain, &subject.frame.vk, true);
-    auto gl_counters = pc::make<pc_counters>();
-    EXPECT_EQ(pc_count(reinterpret_cast<pc_instance*>(good), &gl_counters), PC_ERROR_ARGUMENT);
-    EXPECT_EQ(pc_vk_run(good, chain, &subject.frame.vk, nullptr), PC_ERROR_ARGUMENT);
-    EXPECT_STREQ(pc_vk_last_error(good), "command_buffer is NULL");
-    EXPECT_EQ(pc_vk_query_frame(good, chain, &subject.frame.vk, nullptr), PC_ERROR_ARGUMENT);
-    EXPECT_EQ(pc_vk_count(good, nullptr), PC_ERROR_ARGUMENT);
-    EXPECT_EQ(pc_vk_explain(good, nullptr, nullptr), PC_ERROR_ARGUMENT);
-    pc_vk_instance* const destroyed = subject.instance.release();
+    pc_vk_instance* const destroyed = vk_instance(kWidth, kHeight).release();
     pc_vk_destroy(destroyed);
-    all(destroyed, chain, &subject.frame.vk, true);
+    for (pc_vk_instance* none :
+         {static_cast<pc_vk_instance*>(nullptr), reinterpret_cast<pc_vk_instance*>(chain),
+          reinterpret_cast<pc_vk_instance*>(gl.get()), destroyed}) {
+        refuses_frames(none, chain, frame);
+        refuses({pc_vk_count(none, &counters), pc_vk_explain(none, nullptr, &size)});
+        EXPECT_STREQ(pc_vk_last_error(none), "no such instance");
+        pc_vk_destroy(none);
+    }
+    refuses_frames(good, nullptr, frame);
+    refuses_frames(good, reinterpret_cast<pc_chain*>(good), frame);
+    refuses_frames(good, chain, nullptr);
+    refuses({pc_count(reinterpret_cast<pc_instance*>(good), &counters),
+             pc_vk_query_frame(good, chain, frame, nullptr), pc_vk_count(good, nullptr),
+             pc_vk_explain(good, nullptr, nullptr)});
+    expect_error(pc_vk_run(good, chain, frame, nullptr), PC_ERROR_ARGUMENT,
+                 "command_buffer is NULL");
+    EXPECT_STREQ(pc_vk_last_error(good), pc_error());
 }
 
-// Every mistake in a frame: the result, the member in the text, the output as it was, and no
-// command recorded, so that the run after it is right.
+// A mistake in a frame: the result, the member in the text, the output as it was, and no command
+// recorded, so that the run after it is right. Textures of GL have the same checks of sizes and
+// values (tests/guest/bad_input_test.cpp).
 TEST(Input, FramesAreRefusedWithASentence) {
     Subject subject;
     const pc_vk_frame good = subject.frame.vk;
     const pc_frame good_values = subject.frame.frame;
-    const HostImage single(VK_FORMAT_R32_SFLOAT, kWidth, kHeight);
     const auto refused = [&](pc_result code, const char* text,
                              const std::function<void(pc_vk_frame&, pc_frame&)>& change) {
         pc_vk_frame frame = good;
@@ -192,8 +180,7 @@ TEST(Input, FramesAreRefusedWithASentence) {
         change(frame, values);
         EXPECT_EQ(pc_vk_prepare(subject.instance.get(), subject.chain.get(), &frame, 1), code)
             << text;
-        EXPECT_EQ(run(subject.instance, subject.chain, frame), code) << text;
-        EXPECT_THAT(pc_error(), HasSubstr(text));
+        expect_error(run(subject.instance, subject.chain, frame), code, text);
         EXPECT_STREQ(pc_error(), pc_vk_last_error(subject.instance.get()));
     };
     constexpr pc_result kInput = PC_ERROR_INPUT, kArgument = PC_ERROR_ARGUMENT,
@@ -206,7 +193,6 @@ TEST(Input, FramesAreRefusedWithASentence) {
     refused(kVersion, "pc_vk_frame.flags: 2147483648 has a bit that this library does not know",
             [](F f, V) { f.flags = 1u << 31; });
     refused(kArgument, "pc_vk_frame.values is NULL", [](F f, V) { f.values = nullptr; });
-    refused(kVersion, "pc_frame.flags: 2147483648", [](F, V v) { v.flags = 1u << 31; });
     refused(kArgument, "values: motion is a GL texture", [](F, V v) { v.motion.name = 3; });
     refused(kArgument, "values: barriers is not 0", [](F, V v) { v.barriers = 8; });
     refused(kArgument, "values: a pc_slice is not 0", [](F, V v) { v.depth_slice.layer = 1; });
@@ -215,8 +201,6 @@ TEST(Input, FramesAreRefusedWithASentence) {
             [](F f, V) { f.output.view = VK_NULL_HANDLE; });
     refused(kInput, "motion.format: VkFormat 105 is not one of",
             [](F f, V) { f.motion.format = VK_FORMAT_R32G32B32_SINT; });
-    refused(kInput, "color: VK_FORMAT_R32_SFLOAT has fewer than the 3 channels",
-            [&](F f, V) { f.color = single; });
     refused(kInput, "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written",
             [](F f, V) { f.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
     refused(kInput, "output.layout: VkImageLayout 5",
@@ -229,29 +213,21 @@ TEST(Input, FramesAreRefusedWithASentence) {
         f.output = f.color;
         f.color.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
     });
-    refused(kInput, "color: its size is 0x24",
-            [](F f, V v) { f.color.width = 0, v.width = kWidth; });
-    refused(kInput, "the frame is 0x24", [](F f, V) { f.color.width = 0; });
     refused(kInput, "output: a frame of 40x24 at 1, 0 is not inside its 40x24 texels",
             [](F f, V) { f.output.x = 1; });
-    refused(kInput, "is not inside its",
-            [](F f, V) { f.depth.y = std::numeric_limits<int32_t>::min(); });
     refused(kInput, "the frame is 41x24; pc_vk_create_info states 40x24 at most", [](F f, V) {
         for (pc_vk_image* image : {&f.color, &f.depth, &f.motion, &f.output})
             image->width = kWidth + 1;
     });
     refused(PC_ERROR_CHAIN, "near_clip is nan", [](F, V v) { v.near_clip = std::nanf(""); });
-    refused(kArgument, "debug_view: this frame's plan has no texture",
-            [](F, V v) { v.debug_view = "nothing"; });
 
     // Without pc_vk_prepare(), the member.
     pc_frame values = good_values;
     values.debug_view = "host.color";
     pc_vk_frame frame = good;
     frame.values = &values;
-    EXPECT_EQ(run(subject.instance, subject.chain, frame), PC_ERROR_PREPARE);
-    EXPECT_THAT(pc_error(),
-                HasSubstr("debug_view: pc_vk_prepare() was not called with \"host.color\""));
+    expect_error(run(subject.instance, subject.chain, frame), PC_ERROR_PREPARE,
+                 "debug_view: pc_vk_prepare() was not called with \"host.color\"");
 
     ImageF untouched = subject.frame.output.read();
     for (const float value : untouched.data) ASSERT_EQ(value, 0);
@@ -265,15 +241,8 @@ TEST(Input, ValidationRefusesSingularMatrices) {
     info.flags = PC_VALIDATE;
     const auto strict = vk_instance(info);
     subject.frame.frame.view_projection[0] = subject.frame.frame.other_view_projection[0] = 1;
-    EXPECT_EQ(pc_vk_prepare(strict.get(), subject.chain.get(), &subject.frame.vk, 1),
-              PC_ERROR_INPUT);
-    EXPECT_STREQ(pc_error(),
-                 "view_projection: is singular; give world to clip space, columns first");
-    VkFrame contradicts(subject.canonical.test.planes, subject.canonical.frame);
-    contradicts.frame.nearest = 5;
-    contradicts.frame.farthest = 2;
-    expect_error(pc_vk_prepare(strict.get(), subject.chain.get(), &contradicts.vk, 1),
-                 PC_ERROR_CHAIN, "nearest: 5 is beyond farthest, 2");
+    expect_error(pc_vk_prepare(strict.get(), subject.chain.get(), &subject.frame.vk, 1),
+                 PC_ERROR_INPUT, "view_projection: is singular");
 }
 
 // Two threads on one instance: one of them is refused.
@@ -295,8 +264,7 @@ TEST(Input, OneCallAtATime) {
     EXPECT_EQ(pc_vk_run(shared, subject.chain.get(), &subject.frame.vk, nullptr),
               PC_ERROR_ARGUMENT);
     EXPECT_EQ(other, PC_ERROR_ARGUMENT);
-    auto counters = pc::make<pc_counters>();
-    EXPECT_EQ(pc_vk_count(shared, &counters), PC_OK) << pc_error();
+    EXPECT_EQ(count(logging).frames, 0u);
 }
 
 // Sizes of 1 and the device's limit.
@@ -321,7 +289,6 @@ TEST(Input, TheSmallestAndTheLargestSize) {
 // SPIR-V of a store is used; damaged bytes are not.
 TEST(Input, ProgramsAreStored) {
     static std::map<std::string, std::string> all;
-    static int loads = 0;
     all.clear();
     auto info = vk_info(kWidth, kHeight);
     info.store_program = [](void*, const char* key, const void* bytes, size_t size) {
@@ -330,20 +297,16 @@ TEST(Input, ProgramsAreStored) {
     info.load_program = [](void*, const char* key, void* bytes, size_t room) {
         const auto found = all.find(key);
         if (found == all.end()) return size_t(0);
-        if (room >= found->second.size()) {
+        if (room >= found->second.size())
             std::copy(found->second.begin(), found->second.end(), static_cast<char*>(bytes));
-            ++loads;
-        }
         return found->second.size();
     };
     Subject subject;
     const auto loaded = [&](ImageF& result) {
         const auto vulkan = vk_instance(info);
         result = filtered(vulkan, subject.chain, subject.frame);
-        auto counters = pc::make<pc_counters>();
-        EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
-        EXPECT_EQ(counters.programs, all.size());
-        return counters.programs_loaded;
+        EXPECT_EQ(count(vulkan).programs, all.size());
+        return count(vulkan).programs_loaded;
     };
     ImageF first, second;
     EXPECT_EQ(loaded(first), 0u);
@@ -372,10 +335,8 @@ TEST(Input, PreparationNeedNotWait) {
     }
     EXPECT_EQ(code, PC_OK) << pc_error();
     EXPECT_EQ(uint32_t(pending), needs.programs);
-    auto counters = pc::make<pc_counters>();
-    EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
-    EXPECT_EQ(counters.textures_alive, needs.textures);
-    EXPECT_EQ(counters.texture_bytes, needs.texture_bytes);
+    EXPECT_EQ(count(vulkan).textures_alive, needs.textures);
+    EXPECT_EQ(count(vulkan).texture_bytes, needs.texture_bytes);
     size_t size = 0;
     EXPECT_EQ(run(vulkan, subject.chain, subject.frame.vk), PC_OK);
     EXPECT_EQ(pc_vk_explain(vulkan.get(), nullptr, &size), PC_ERROR_ARGUMENT);
@@ -384,25 +345,11 @@ TEST(Input, PreparationNeedNotWait) {
     EXPECT_THAT(text, HasSubstr("\"gather\""));
 }
 
-// That the layers are at work, with synchronization: otherwise no test above means anything.
+// That the layers are at work. Those of synchronization: Steps.WithoutBarriersTheLayersComplain.
 TEST(Layers, SeeMistakes) {
     Subject subject("motion_blur");
     auto& messages = Vulkan::get().messages;
-    // The host uses the output in its command buffer, and forgets the barrier.
-    Vulkan::get().run([&](VkCommandBuffer commands) {
-        full_barrier(commands);
-        EXPECT_EQ(
-            pc_vk_run(subject.instance.get(), subject.chain.get(), &subject.frame.vk, commands),
-            PC_OK);
-        const VkClearColorValue black = {};
-        const VkImageSubresourceRange all = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-        vkCmdClearColorImage(commands, subject.frame.output.handle(), VK_IMAGE_LAYOUT_GENERAL,
-                             &black, 1, &all);
-    });
-    ASSERT_FALSE(messages.empty());
-    EXPECT_THAT(messages[0], HasSubstr("SYNC-HAZARD-WRITE-AFTER-WRITE"));
-    messages.clear();
-    // It states a layout in which the image is not.
+    // The host states a layout in which the image is not.
     subject.frame.vk.motion.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
     EXPECT_EQ(run(subject.instance, subject.chain, subject.frame.vk), PC_OK);
     ASSERT_FALSE(messages.empty());

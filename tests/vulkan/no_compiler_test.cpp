@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 
 #include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tests/vulkan/frames.h"
 
 namespace postchain::test {
@@ -23,8 +22,7 @@ std::string programs_of(const std::string& words) {
                            " >" + file)
                               .c_str()),
               0);
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    return read_text(file);
 }
 
 pc_vk_create_info info_with(const std::string& programs) {
@@ -56,8 +54,7 @@ TEST(NoCompiler, ProgramsOfTheSetAreEnough) {
             EXPECT_FALSE(equal_bits(filtered(vulkan, made, frame), frame.color.read())) << name;
         }
     }
-    auto counters = pc::make<pc_counters>();
-    EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
+    const pc_counters counters = count(vulkan);
     EXPECT_GT(counters.programs, 10u);
     EXPECT_EQ(counters.programs_loaded, counters.programs);
     // A chain that was not named.

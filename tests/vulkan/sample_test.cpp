@@ -4,9 +4,9 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 
 #include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tests/vulkan/device.h"
 
 namespace postchain::test::sample_test {
@@ -20,8 +20,7 @@ TEST(Sample, WritesABlurredImage) {
         "ASAN_OPTIONS=detect_leaks=0 VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation " +
         std::string(VULKAN_HOST) + " 2 " + image + " >" + log + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0);
-    std::ifstream text(log);
-    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(text), {}), "2 frames of 640x360\n");
+    EXPECT_EQ(read_text(log), "2 frames of 640x360\n");
     std::ifstream in(image, std::ios::binary);
     std::string kind;
     int width = 0, height = 0, most = 0;
@@ -50,8 +49,7 @@ TEST(Sample, LinksNoGl) {
     const TempFolder folder;
     const std::string list = folder.path("libraries");
     ASSERT_EQ(std::system(("ldd " + std::string(VULKAN_HOST) + " >" + list).c_str()), 0);
-    std::ifstream in(list);
-    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const std::string text = read_text(list);
     EXPECT_NE(text.find("libvulkan.so"), text.npos) << text;
     for (const char* library : {"libepoxy", "libGL", "libEGL", "libOpenGL"})
         EXPECT_EQ(text.find(library), text.npos) << text;

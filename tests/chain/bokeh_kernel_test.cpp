@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "chain/pass/chain.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
@@ -26,16 +27,7 @@ std::vector<float> table_of(const std::function<double(double, double)>& light) 
 }
 
 BokehKernel image_of(const std::function<double(double, double)>& light) {
-    const auto image = BokehKernel::make(table_of(light));
-    EXPECT_TRUE(image.ok()) << image.status().message();
-    return image.ok() ? *image : BokehKernel();
-}
-
-std::string refused(std::vector<float> values) {
-    const auto image = BokehKernel::make(std::move(values));
-    EXPECT_FALSE(image.ok());
-    EXPECT_EQ(image.status().code(), StatusCode::input);
-    return image.status().message();
+    return test::must(BokehKernel::make(table_of(light)));
 }
 
 // A coarse pattern without any symmetry, with dark and bright patches: counts in 16 x 16 squares
@@ -94,10 +86,9 @@ TEST(BokehKernel, AWhiteOneIsADisc) {
 TEST(BokehKernel, OneBrightCellHoldsAllPoints) {
     std::vector<float> values(kSide * kSide);
     values[20 * kSide + 70] = 1e-30f;
-    const auto image = BokehKernel::make(values);
-    ASSERT_TRUE(image.ok());
+    const BokehKernel image = test::must(BokehKernel::make(values));
     for (const double share : {0.0, 0.5, 1.0}) {
-        const auto [x, y] = image->point(share, share);
+        const auto [x, y] = image.point(share, share);
         EXPECT_NEAR(x, 70.5 / 64 - 1, 0.02);
         EXPECT_NEAR(y, 20.5 / 64 - 1, 0.02);
     }
@@ -105,6 +96,11 @@ TEST(BokehKernel, OneBrightCellHoldsAllPoints) {
 
 TEST(BokehKernel, RefusesWhatIsNoAperture) {
     using testing::HasSubstr;
+    const auto refused = [](std::vector<float> values) {
+        const auto image = BokehKernel::make(std::move(values));
+        EXPECT_EQ(image.status().code(), StatusCode::input);
+        return test::error_of(image);
+    };
     EXPECT_THAT(refused({}), HasSubstr("128 x 128 values, not 0"));
     std::vector<float> values(kSide * kSide, 1);
     for (const float bad : {-0.5f, NAN, INFINITY}) {
@@ -122,30 +118,23 @@ TEST(BokehKernel, IsComparedByItsValues) {
     const BokehKernel b = *BokehKernel::make(values, "b.png");
     const BokehKernel other = image_of([](double x, double) { return x < 0; });
     EXPECT_EQ(a, b);
-    EXPECT_EQ(a.hash(), b.hash());
     EXPECT_NE(a, other);
-    EXPECT_NE(a.hash(), other.hash());
-    EXPECT_EQ(a.file(), "a.png");
-    EXPECT_TRUE(a && a.is_read());
     const BokehKernel named("a.png");
-    EXPECT_TRUE(named && !named.is_read());
+    EXPECT_TRUE(a.is_read() && !named.is_read());
     EXPECT_EQ(named, BokehKernel("a.png"));
     EXPECT_NE(named, BokehKernel("b.png"));
     EXPECT_NE(named, a);
     EXPECT_FALSE(BokehKernel());
-}
-
-TEST(BokehKernel, AChainsHashIsThatOfTheValues) {
-    const auto values = table_of([](double x, double) { return x > 0; });
+    // And so is a chain.
     Chain chain;
     const uint64_t without = chain.hash();
-    chain.camera.aperture_image = *BokehKernel::make(values, "a.png");
-    const uint64_t hash = chain.hash();
-    EXPECT_NE(hash, without);
-    chain.camera.aperture_image = *BokehKernel::make(values, "b.png");
-    EXPECT_EQ(chain.hash(), hash);
-    chain.camera.aperture_image = image_of([](double x, double) { return x < 0; });
-    EXPECT_NE(chain.hash(), hash);
+    const auto hash_with = [&](const BokehKernel& image) {
+        chain.camera.aperture_image = image;
+        return chain.hash();
+    };
+    EXPECT_EQ(hash_with(a), hash_with(b));
+    EXPECT_NE(hash_with(a), hash_with(other));
+    EXPECT_NE(hash_with(a), without);
     EXPECT_EQ(chain.clone().camera, chain.camera);
 }
 

@@ -238,29 +238,22 @@ TEST(Convert, BoundsOfColor) {
     }
 }
 
-TEST(Convert, NothingIsKnownOfAFrameThatNobodyLookedAt) {
-    const FrameBounds bounds;
-    EXPECT_EQ(bounds.max_speed_px, FrameBounds::kUnknown);
-    EXPECT_EQ(bounds.max_inverse_depth, FrameBounds::kUnknown);
-    EXPECT_EQ(bounds.min_inverse_depth, 0);
-    EXPECT_FALSE(bounds.one_color);
-    // The caller's word on a cut stays.
+TEST(Convert, OnlyWhatIsThereIsKnown) {
     FramePlanes planes = {{Role::color, ImageF(2, 2, 4)}};
     FrameDescription frame = frame_of(2, 2);
     frame.bounds.camera_cut = true;
     ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
-    EXPECT_TRUE(frame.bounds.camera_cut);
-    EXPECT_EQ(frame.bounds.max_speed_px, FrameBounds::kUnknown);  // there is no motion
+    EXPECT_TRUE(frame.bounds.camera_cut) << "the caller's word";
+    EXPECT_EQ(frame.bounds.max_speed_px, FrameBounds::kUnknown);
+    EXPECT_EQ(frame.bounds.max_inverse_depth, FrameBounds::kUnknown);
 }
 
 TEST(Convert, PlanesOfOneFrameHaveOneSize) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(2, 2, 4);
-    planes[Role::inverse_depth] = ImageF(3, 2, 1);
-    FrameDescription frame;
-    EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input);
-    planes[Role::inverse_depth] = ImageF(2, 2, 3);
-    EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input);
+    for (const ImageF& depth : {ImageF(3, 2, 1), ImageF(2, 2, 3)}) {
+        FramePlanes planes = {{Role::color, ImageF(2, 2, 4)}, {Role::inverse_depth, depth}};
+        FrameDescription frame;
+        EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input);
+    }
 }
 
 }  // namespace

@@ -10,25 +10,32 @@
 namespace postchain::depth_at_test {
 namespace {
 
-FrameDescription frame_of(const ImageF& depth, int display_width, int display_height) {
+FrameDescription frame_of(const ImageF& depth, int display_width, int origin_x = 0) {
     FrameDescription frame;
     frame.width = depth.width;
-    frame.height = depth.height;
+    frame.height = frame.display_height = depth.height;
     frame.display_width = display_width;
-    frame.display_height = display_height;
+    frame.origin_x = origin_x;
     return frame;
 }
 
-// 1/x of each column.
-ImageF ramp(int width, int height) {
-    return test::make_image(width, height, 1, [](int x, int, int) { return 1.0f / float(x + 1); });
-}
-
-TEST(DepthAt, IsThatOfThePlace) {
-    const ImageF depth = ramp(40, 20);
-    const FrameDescription frame = frame_of(depth, 40, 20);
-    EXPECT_FLOAT_EQ(float(inverse_depth_at(depth, frame, {0.5, 0.5})), 1.0f / 21);
-    EXPECT_FLOAT_EQ(float(inverse_depth_at(depth, frame, {0.26, 1})), 1.0f / 11);
+// The place is one of the display window; the planes may be less of it or more.
+TEST(DepthAt, IsThatOfThePlaceInTheDataWindow) {
+    const ImageF depth =
+        test::make_image(40, 20, 1, [](int x, int, int) { return 1.0f / float(x + 1); });
+    const struct {
+        int display_width, origin_x;
+        Place place;
+        float column;
+    } rows[] = {{40, 0, {0.5, 0.5}, 21},
+                {40, 0, {0.26, 1}, 11},
+                {100, 30, {0.5, 0.5}, 21},
+                {100, -30, {0, 0.5}, 31},
+                {100, 80, {0, 0}, 2}};  // beyond the planes the nearest pixels
+    for (const auto& [display_width, origin_x, place, column] : rows)
+        EXPECT_FLOAT_EQ(
+            float(inverse_depth_at(depth, frame_of(depth, display_width, origin_x), place)),
+            1 / column);
 }
 
 // A thin thing across the window, and a pixel that is no number, do not move it.
@@ -37,25 +44,12 @@ TEST(DepthAt, IsTheMedianAround) {
     for (int y = 0; y < 21; ++y) depth.at(10, y) = 4;
     depth.at(9, 9) = std::numeric_limits<float>::quiet_NaN();
     depth.at(11, 9) = std::numeric_limits<float>::infinity();
-    EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21, 21), {0.5, 0.5}), 0.25);
+    EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), {0.5, 0.5}), 0.25);
 }
 
 TEST(DepthAt, SkyIsInfinitelyFar) {
     const ImageF sky(8, 8, 1, 0);
-    EXPECT_EQ(inverse_depth_at(sky, frame_of(sky, 8, 8), {0.5, 0.5}), 0);
-}
-
-// The place is one of the display window; the planes may be less of it or more.
-TEST(DepthAt, KnowsWhereTheDataWindowIs) {
-    const ImageF depth = ramp(40, 20);
-    FrameDescription frame = frame_of(depth, 100, 20);
-    frame.origin_x = 30;
-    EXPECT_FLOAT_EQ(float(inverse_depth_at(depth, frame, {0.5, 0.5})), 1.0f / 21);
-    frame.origin_x = -30;
-    EXPECT_FLOAT_EQ(float(inverse_depth_at(depth, frame, {0, 0.5})), 1.0f / 31);
-    // Beyond the planes the nearest pixels.
-    frame.origin_x = 80;
-    EXPECT_FLOAT_EQ(float(inverse_depth_at(depth, frame, {0, 0})), 1.0f / 2);
+    EXPECT_EQ(inverse_depth_at(sky, frame_of(sky, 8), {0.5, 0.5}), 0);
 }
 
 }  // namespace

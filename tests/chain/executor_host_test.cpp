@@ -63,27 +63,6 @@ TEST_F(Execute, AFrameMayTakeTheResultOfTheLast) {
     EXPECT_EQ(must(gl::Transfers().download(result, {Format::rgba32f, 8, 8})).at(0, 7), 1);
 }
 
-// An engine has the frame before at hand, and never the one after.
-TEST_F(Execute, RunTakesThePlanesOfAPreviousFrame) {
-    const Chain chain = test::chain_of("echo");
-    FrameDescription frame;
-    frame.width = frame.display_width = 20;
-    frame.height = frame.display_height = 10;
-    frame.planes = {Role::color, Role::color_before};
-    const Plan plan = must(make_plan(chain, frame));
-    EXPECT_EQ(plan.reads, frame.planes);
-    const HostTexture color(20, 10, {1, 0.5f, 0, 1}), before(20, 10, {0, 0.5f, 4, 1});
-    Executor& executor = test::executor();
-    const auto out = must(
-        executor.run(plan, {{Role::color, color.name()}, {Role::color_before, before.name()}}));
-    const ImageF pixels =
-        must(gl::Transfers().download(out.at(Role::color), {Format::rgba32f, 20, 10}));
-    EXPECT_EQ(pixels.at(19, 9, 0), 1.5f);
-    EXPECT_EQ(pixels.at(19, 9, 1), 0.625f);
-    EXPECT_EQ(pixels.at(19, 9, 2), -1.0f);
-    EXPECT_FALSE(executor.run(plan, {{Role::color, color.name()}}).ok());
-}
-
 // Neither where it allocates nor in the steady state.
 TEST_F(Execute, AnErrorThatAHostLeftPendingDoesNotFailARun) {
     const HostTexture color(12, 3);

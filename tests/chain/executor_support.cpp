@@ -65,6 +65,14 @@ void main() {
 }
 )";
 
+Plan plan_of_pass(const char* pass, int width, int height) {
+    Plan plan;
+    plan.width = width;
+    plan.height = height;
+    plan.passes = {{pass, "", false}};
+    return plan;
+}
+
 }  // namespace
 
 std::unique_ptr<TempFolder> Execute::folder_;
@@ -100,10 +108,7 @@ std::unique_ptr<Executor> Execute::make_executor(const ExecutorOptions& options,
 }
 
 Plan Execute::two_steps(int width, int height, Format format) {
-    Plan plan;
-    plan.width = width;
-    plan.height = height;
-    plan.passes = {{"scale", "", false}};
+    Plan plan = plan_of_pass("scale", width, height);
     plan.reads = {Role::color};
     plan.textures = {{{Format::rgba32f, width, height}, "input.color", true, Role::color, 0, 0},
                      {{format, width, height}, "0.scale.a", false, Role::color, 0, 1},
@@ -123,10 +128,7 @@ Plan Execute::two_steps(int width, int height, Format format) {
 
 Plan Execute::sorted(int width, int height) {
     const auto blocks = groups_for(width, height);
-    Plan plan;
-    plan.width = width;
-    plan.height = height;
-    plan.passes = {{"sort", "", false}};
+    Plan plan = plan_of_pass("sort", width, height);
     plan.reads = {Role::color};
     const int most = blocks[0] * blocks[1];
     plan.textures = {{{Format::rgba32f, width, height}, "input.color", true, Role::color, 0, 0},
@@ -153,10 +155,7 @@ Plan Execute::sorted(int width, int height) {
 }
 
 Plan Execute::counted(uint64_t group_taps) {
-    Plan plan;
-    plan.width = 7 * 16;
-    plan.height = 5 * 16;
-    plan.passes = {{"count", "", false}};
+    Plan plan = plan_of_pass("count", 7 * 16, 5 * 16);
     plan.textures = {
         {{Format::rgba32f, plan.width, plan.height}, "0.count.result", false, Role::color, 0, 1}};
     Step step;

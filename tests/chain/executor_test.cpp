@@ -134,17 +134,15 @@ TEST_F(Execute, TextureAboveTheLimitIsAnErrorThatNamesIt) {
     Plan plan = two_steps(4, 4);
     plan.textures[1].width = 1 << 20;
     const FramePlanes in = {{Role::color, test::noise_image(4, 4, 4, 3)}};
-    const auto out = executor_->filter(plan, in);
-    ASSERT_FALSE(out.ok());
-    EXPECT_EQ(out.status().code(), StatusCode::gl);
-    EXPECT_THAT(out.status().message(), HasSubstr("0.scale.a"));
-    EXPECT_THAT(out.status().message(), HasSubstr("limit"));
+    const Status status = executor_->filter(plan, in).status();
+    EXPECT_EQ(status.code(), StatusCode::gl);
+    EXPECT_THAT(status.message(), AllOf(HasSubstr("0.scale.a"), HasSubstr("limit")));
     EXPECT_TRUE(executor_->filter(two_steps(4, 4), in).ok()) << "works again afterwards";
 }
 
 TEST_F(Execute, MissingInputIsAnError) {
-    const auto out = executor_->filter(two_steps(4, 4), {});
-    EXPECT_EQ(out.status().code(), StatusCode::internal);
+    EXPECT_EQ(executor_->filter(two_steps(4, 4), {}).status().code(), StatusCode::internal);
+    EXPECT_EQ(executor_->run(two_steps(4, 4), {}).status().code(), StatusCode::internal);
 }
 
 TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
@@ -156,7 +154,6 @@ TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
     const auto before = executor_->counters();
     const FramePlanes out = must(executor_->filter(must(make_plan(Chain(), frame)), in));
     EXPECT_TRUE(test::equal_bits(out.at(Role::color), in.at(Role::color)));
-    EXPECT_EQ(executor_->counters().dispatches, before.dispatches);
     EXPECT_EQ(executor_->counters().texture_allocations, before.texture_allocations);
 }
 

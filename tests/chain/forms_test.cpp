@@ -1,9 +1,12 @@
-// Plans for a software renderer and for a GPU compute the same bits.
+// Plans for a software renderer and for a GPU compute the same bits; so do textures that are read
+// as images, and those that are sampled.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "chain/gl/device.h"
+#include "chain/gl/image_reads.h"
 #include "chain/pass/planner.h"
 #include "config/chain_find.h"
 #include "shaders/shared/color_limits.h"
@@ -23,18 +26,22 @@ TestFrame whole_frame(int width, int height) {
     return frame;
 }
 
+void expect_equal_bits(const FramePlanes& a, const FramePlanes& b, const TestFrame& frame,
+                       const std::string& name) {
+    ASSERT_EQ(a.size(), b.size());
+    for (const auto& [role, plane] : a)
+        EXPECT_TRUE(equal_bits(plane, b.at(role))) << name << ", " << name_of(role);
+    EXPECT_FALSE(equal_bits(a.at(Role::color), frame.planes.at(Role::color))) << name;
+}
+
 void expect_equal_bits(const Chain& chain, const TestFrame& frame, const std::string& name) {
     const auto plan_for = [&](DeviceClass device) {
         return must(make_plan(chain, frame.description, {.device = device}));
     };
     const Plan software = plan_for(DeviceClass::software), gpu = plan_for(DeviceClass::gpu);
     EXPECT_NE(software, gpu) << name << " has one form";
-    const FramePlanes a = must(executor().filter(software, frame.planes));
-    const FramePlanes b = must(executor().filter(gpu, frame.planes));
-    ASSERT_EQ(a.size(), b.size());
-    for (const auto& [role, plane] : a)
-        EXPECT_TRUE(equal_bits(plane, b.at(role))) << name << ", " << name_of(role);
-    EXPECT_FALSE(equal_bits(a.at(Role::color), frame.planes.at(Role::color))) << name;
+    expect_equal_bits(must(executor().filter(software, frame.planes)),
+                      must(executor().filter(gpu, frame.planes)), frame, name);
 }
 
 // Neither a multiple of a block nor of the squares of several blocks.
@@ -83,6 +90,40 @@ TEST(Forms, OfFxaaComputeTheSameBits) {
             append(chain, "fxaa", {{"mode", std::string(mode)}, {"hint", std::string(hint)}});
             expect_equal_bits(chain, whole_frame(101, 67), concat(mode, ", ", hint));
         }
+}
+
+gl::Device with_image_units(int count) {
+    executor();  // a GL context
+    gl::Device device = gl::describe_current();
+    device.software = true;
+    device.limits.image_units = count;
+    return device;
+}
+
+TEST(ImageReads, AreOfSoftwareRenderersWithRoom) {
+    gl::Device device = with_image_units(32);
+    EXPECT_EQ(device.device_class(), DeviceClass::software);
+    device.software = false;
+    EXPECT_EQ(device.device_class(), DeviceClass::gpu);
+    EXPECT_EQ(with_image_units(8).device_class(), DeviceClass::gpu);  // OpenGL's least
+    EXPECT_EQ(gl::best_reads(DeviceClass::software), gl::Reads::images);
+    EXPECT_EQ(gl::best_reads(DeviceClass::gpu), gl::Reads::textures);
+}
+
+TEST(ImageReads, GiveTheBitsOfTextures) {
+    executor();
+    if (gl::describe_current().limits.image_units < 32)
+        GTEST_SKIP() << "the device has no image units for all textures of a step";
+    Executor images(with_image_units(32)), textures(with_image_units(8));
+    const TestFrame frame = whole_frame(kWidth, kHeight);
+    for (const std::string& name : shipped_chains()) {
+        const Chain chain = must(load_chain(name, every_pass())).chain;
+        for (const Precision precision : {Precision::fp32, Precision::fp16}) {
+            const Plan plan = must(make_plan(chain, frame.description, {.precision = precision}));
+            expect_equal_bits(must(images.filter(plan, frame.planes)),
+                              must(textures.filter(plan, frame.planes)), frame, name);
+        }
+    }
 }
 
 }  // namespace

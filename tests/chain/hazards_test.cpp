@@ -10,7 +10,9 @@
 
 #include "chain/pass/planner.h"
 #include "chain/plan/storage.h"
-#include "passes/registry.h"
+#include "tests/support/images.h"
+#include "tests/support/plans.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
@@ -152,41 +154,19 @@ void expect_ordered(const Plan& plan, const std::vector<int>& storage) {
         }
 }
 
-Plan plan_of(std::initializer_list<const char*> types,
-             std::initializer_list<std::array<const char*, 3>> values = {},
-             bool neighbors = false) {
-    Chain chain;
-    for (const char* type : types) chain.append(builtin_passes(), type);
-    for (const auto& [type, key, value] : values)
-        for (auto& link : chain.links)
-            if (link.type->name == type) {
-                const Status status =
-                    link.type->parameters->set(link.pass->parameters(), key, std::string(value));
-                EXPECT_TRUE(status.ok()) << status.message();
-            }
-    FrameDescription frame;
-    frame.width = frame.display_width = 320;
-    frame.height = frame.display_height = 200;
-    frame.planes = {Role::color, Role::inverse_depth, Role::motion};
-    if (neighbors)
-        for (const Neighbor neighbor : kNeighbors)
-            for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
-                frame.planes.add(role_of(neighbor, role));
-    frame.camera.focal_length_mm = 50;
-    frame.camera.sensor_width_mm = 36;
-    frame.camera.f_stop = 2;
-    frame.camera.focus_distance = 4;
-    auto plan = make_plan(chain, frame);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    return std::move(*plan);
+// Of a frame of which nothing is known.
+Plan plan_of(const Chain& chain, bool neighbors = false) {
+    test::TestFrame frame = test::layered_frame(32, 20, {0, 0}, {0, 0});
+    if (neighbors) test::add_neighbors(frame);
+    frame.description.bounds = {};
+    return test::must(make_plan(chain, frame.description));
 }
 
 Plan papers() {
-    return plan_of({"motion_blur", "fxaa", "depth_of_field"},
-                   {{"motion_blur", "mode", "guertin"},
-                    {"fxaa", "hint", "checkerboard"},
-                    {"depth_of_field", "method", "gilham"},
-                    {"depth_of_field", "leak", "coc"}});
+    Chain chain = test::chain_of("motion_blur", {{"mode", "guertin"}});
+    test::append(chain, "fxaa", {{"hint", "checkerboard"}});
+    test::append(chain, "depth_of_field", {{"method", "gilham"}, {"leak", "coc"}});
+    return plan_of(chain);
 }
 
 std::vector<int> own_storage(const Plan& plan) {
@@ -234,10 +214,13 @@ std::map<std::pair<std::string, TextureId>, std::multiset<std::string>> writers_
 }
 
 TEST(Hazards, OfPlansOfTheBuiltInPasses) {
+    using test::chain_of;
     for (Plan plan :
-         {plan_of({"motion_blur"}), plan_of({"fxaa"}), plan_of({"depth_of_field"}),
-          plan_of({"joint_blur", "fxaa"}), plan_of({"depth_of_field", "motion_blur", "fxaa"}),
-          plan_of({"motion_blur", "motion_blur"}), plan_of({"joint_blur"}, {}, true), papers()}) {
+         {plan_of(chain_of({"motion_blur"})), plan_of(chain_of({"fxaa"})),
+          plan_of(chain_of({"depth_of_field"})), plan_of(chain_of({"joint_blur", "fxaa"})),
+          plan_of(chain_of({"depth_of_field", "motion_blur", "fxaa"})),
+          plan_of(chain_of({"motion_blur", "motion_blur"})),
+          plan_of(chain_of({"joint_blur"}), true), papers()}) {
         expect_ordered(plan, own_storage(plan));
         expect_shared(plan);
         EXPECT_EQ(waiting_steps(plan, own_storage(plan)) > 0, plan.steps.size() > 1);

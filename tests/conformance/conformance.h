@@ -6,9 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <climits>
 #include <cmath>
-#include <cstring>
 
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
@@ -18,35 +16,6 @@ namespace postchain {
 // The name of a parameter in googletest's output.
 inline void PrintTo(const PassType& type, std::ostream* out) {
     *out << type.name;
-}
-
-// Pixels, both ends included.
-struct Box {
-    int x0 = INT_MAX, y0 = INT_MAX, x1 = -1, y1 = -1;
-    void add(int x, int y) {
-        x0 = std::min(x0, x), x1 = std::max(x1, x);
-        y0 = std::min(y0, y), y1 = std::max(y1, y);
-    }
-    void add(const Box& o) {
-        if (o.x1 < 0) return;
-        add(o.x0, o.y0);
-        add(o.x1, o.y1);
-    }
-    bool contains(const Box& o) const {
-        return o.x1 < 0 || (o.x0 >= x0 && o.y0 >= y0 && o.x1 <= x1 && o.y1 <= y1);
-    }
-    size_t area() const { return x1 < 0 ? 0 : size_t(x1 - x0 + 1) * size_t(y1 - y0 + 1); }
-    Box grown(int px) const { return x1 < 0 ? *this : Box{x0 - px, y0 - px, x1 + px, y1 + px}; }
-    std::string text() const { return concat(x0, ",", y0, " to ", x1, ",", y1); }
-};
-
-inline Box changed(const ImageF& a, const ImageF& b) {
-    Box box;
-    for (int y = 0; y < a.height; ++y)
-        for (int x = 0; x < a.width; ++x)
-            if (std::memcmp(a.pixel(x, y), b.pixel(x, y), sizeof(float) * size_t(a.channels)) != 0)
-                box.add(x, y);
-    return box;
 }
 
 class Conformance : public ::testing::TestWithParam<PassType> {

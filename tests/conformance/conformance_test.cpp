@@ -1,10 +1,15 @@
 // Requirements of every pass, with its defaults and with each parameter at its ends.
 #include "tests/conformance/conformance.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
 
 using test::TestFrame;
+
+ImageF run(const Plan& plan, const FramePlanes& planes) {
+    return test::must(test::executor().filter(plan, planes)).at(Role::color);
+}
 
 TEST_P(Conformance, AgreesWithItsReferenceAtEverySize) {
     for (const auto& [width, height] : kSizes) {
@@ -41,12 +46,7 @@ TEST_P(Conformance, HoldsForEveryParameterAtItsEnds) {
                 EXPECT_FALSE(plan.status().message().empty());
                 continue;
             }
-            const auto run = [&](const FramePlanes& planes) {
-                auto out = test::executor().filter(*plan, planes);
-                EXPECT_TRUE(out.ok()) << out.status().message();
-                return out.ok() ? out->at(Role::color) : ImageF();
-            };
-            const ImageF out = run(frame.planes);
+            const ImageF out = run(*plan, frame.planes);
             EXPECT_TRUE(all_finite(out));
             // A lens of 1e8 px multiplies the rounding of 1/focus - 1/depth by that.
             const auto difference = test::compare(
@@ -56,7 +56,7 @@ TEST_P(Conformance, HoldsForEveryParameterAtItsEnds) {
             EXPECT_LE(difference.fraction, 0.02) << difference.text;
             ++compared;
             if (one.guarantees().keeps_constants) {
-                EXPECT_TRUE(test::equal_bits(run(constant), constant.at(Role::color)));
+                EXPECT_TRUE(test::equal_bits(run(*plan, constant), constant.at(Role::color)));
             }
             for (const TestFrame* given : {&std::as_const(frame), &still}) {
                 const auto elided = make_plan(one, given->description);
@@ -116,6 +116,69 @@ TEST_P(Conformance, DescribesItself) {
             EXPECT_TRUE(row->check(value).ok()) << key;
         }
     }
+}
+
+// Textures come from a pool, with whatever they held.
+TEST_P(Conformance, NothingOfTheLastFrameIsLeft) {
+    // Still but for a corner; blurred and sharp.
+    TestFrame frame = test::layered_frame(101, 67, {0, 0}, {0, 0}, 5);
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 20; ++x) frame.planes[Role::motion].at(x, y) = 23;
+    frame.description = test::describe(frame.planes);
+    frame.description.camera.f_stop = 0.2;
+    const Plan plan = test::must(make_plan(short_chain(), frame.description, everything()));
+    const ImageF before = run(plan, frame.planes);
+    for (const float value : {NAN, INFINITY, 1e30f}) {
+        FramePlanes bad = frame.planes;
+        for (auto& [role, plane] : bad) std::fill(plane.data.begin(), plane.data.end(), value);
+        run(plan, bad);
+        EXPECT_TRUE(test::equal_bits(run(plan, frame.planes), before)) << value;
+        // Again with motion that no pass treats as zero.
+        std::fill(bad[Role::motion].data.begin(), bad[Role::motion].data.end(), 50.0f);
+        run(plan, bad);
+        EXPECT_TRUE(test::equal_bits(run(plan, frame.planes), before)) << value << ", moving";
+    }
+}
+
+// A plan is data: the format it states is the one that is allocated and bound.
+TEST_P(Conformance, EveryTextureIsStoredAsThePlanSays) {
+    const TestFrame frame = moving_frame(37, 33);
+    const Plan full = test::must(make_plan(chain(), frame.description, everything()));
+    const auto is_half = [](float value) {
+        // 2^-24 is the least half; above 2^-14 there are 11 significant bits.
+        const float step =
+            std::exp2(float(std::max(std::ilogb(std::max(std::abs(value), 1e-30f)), -14) - 10));
+        // On a GPU a texel that no step writes may be anything, such as an infinite half.
+        const bool gpu = test::executor().device_class() == DeviceClass::gpu;
+        return (gpu && !std::isfinite(value)) ||
+               (std::abs(value) <= 65504 && value / step == std::nearbyint(value / step));
+    };
+    // The share of a texture's values that are halves. Sampled: most images hold some.
+    const auto halves = [&](const Plan& plan, const std::string& name) {
+        double share = -1;
+        const FramePlanes out = test::must(test::executor().filter(
+            plan, frame.planes, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+                if (texture.name != name) return Status();
+                const auto count = std::count_if(pixels.data.begin(), pixels.data.end(), is_half);
+                share = double(count) / double(pixels.data.size());
+                return Status();
+            }));
+        EXPECT_TRUE(all_finite(out.at(Role::color))) << name;
+        return share;
+    };
+    double least = 1;
+    for (size_t i = 0; i < full.textures.size(); ++i) {
+        const PlanTexture& texture = full.textures[i];
+        const int channels = channels_of(texture.format);
+        if (texture.imported || texture.first_step < 0 ||
+            texture.format != plane_format(channels, Precision::fp32))
+            continue;
+        Plan half = full;
+        half.textures[i].format = plane_format(channels, Precision::fp16);
+        EXPECT_EQ(halves(half, texture.name), 1) << texture.name;
+        least = std::min(least, halves(full, texture.name));
+    }
+    EXPECT_LT(least, 0.5) << "everything is a half anyway";
 }
 
 FOR_EVERY_PASS(Conformance);

@@ -212,7 +212,7 @@ TEST_P(Effect, OfEveryParameterIsAsDeclaredInEveryMode) {
             for (const RowValue& condition : all)
                 if (table.find(condition.key)->type == ParameterType::choice)
                     modes.insert(condition.key);
-    int read = 0, unread = 0;
+    int read = 0;
     for (const Parameter& row : table.rows()) {
         if (row.type == ParameterType::text) continue;
         std::set<std::string> keys = modes;
@@ -233,13 +233,10 @@ TEST_P(Effect, OfEveryParameterIsAsDeclaredInEveryMode) {
             const std::string why = table.unread(row, parameters);
             const bool acts = has_effect(row, values);
             EXPECT_EQ(acts, why.empty()) << row.key << " with" << context << ": " << why;
-            ++(why.empty() ? read : unread);
+            read += acts;
         }
     }
-    RecordProperty("read", read);
-    RecordProperty("unread", unread);
-    std::printf("%s: %d cases read, %d without effect, %zu runs\n", GetParam().name.c_str(), read,
-                unread, runs_.size());
+    EXPECT_GT(read, 0);
 }
 
 FOR_EVERY_PASS(Effect);

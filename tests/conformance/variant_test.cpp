@@ -2,6 +2,7 @@
 // that it can read.
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "tests/support/images.h"
 #include "tests/support/layers.h"
@@ -141,14 +142,23 @@ class EveryVariant : public ::testing::TestWithParam<Variant> {
 };
 
 TEST_P(EveryVariant, AgreesWithItsReference) {
+    const Chain one = chain();
     const auto expect = [&](const char* name, const TestFrame& frame) {
         SCOPED_TRACE(name);
-        expect_reference(chain(), frame, GetParam().tolerance, GetParam().share);
+        expect_reference(one, frame, GetParam().tolerance, GetParam().share);
     };
     expect("noisy", noisy_frame(61, 45));
     expect("rich", rich_frame(kWidth, kHeight));
     expect("rich and high", rich_frame(29, 57));
-    if (warps(chain())) expect("lamps", lamp_frame(67, 37));
+    if (!warps(one)) return;
+    expect("lamps", lamp_frame(67, 37));
+    TestFrame frame = bright_frame(kWidth, kHeight);
+    add_motion_back(frame);
+    add_neighbors(frame);
+    add_behind(frame);
+    add_lights(frame, kLights);
+    SCOPED_TRACE("before a layer behind");
+    expect_reference(one, frame, 2e-3, 0.02);
 }
 
 TEST_P(EveryVariant, AgreesWithItsReferenceBesideMattes) {
@@ -203,11 +213,18 @@ TEST_P(EveryVariant, KeepsConstants) {
         frame.planes[Role::motion_back].at(int(5 + 9 * i), 23, 1) = bad[i];
         frame.planes[Role::inverse_depth].at(int(7 + 9 * i), 31) = bad[i];
     }
-    const ImageF color = constant_image(61, 45, {0.3f, 7.1f, 1e-3f, 0.7f});
-    for (const Role role : {Role::color, Role::color_before, Role::color_after})
-        frame.planes[role] = color;
-    EXPECT_TRUE(equal_bits(filter(one, frame.description, frame.planes, complete()).at(Role::color),
-                           color));
+    const std::pair<Precision, ImageF> cases[] = {
+        {Precision::fp32, constant_image(61, 45, {0.3f, 7.1f, 1e-3f, 0.7f})},
+        // Halves hold these values.
+        {Precision::fp16, constant_image(61, 45, {0.25f, 65504.0f, -0x1.554p-9f, 0x1p-24f})}};
+    for (const auto& [precision, color] : cases) {
+        for (const Role role : {Role::color, Role::color_before, Role::color_after})
+            frame.planes[role] = color;
+        frame.description.bounds.color_is_half = precision == Precision::fp16;
+        const PlanOptions options = {.precision = precision, .elide = false};
+        EXPECT_TRUE(equal_bits(
+            filter(one, frame.description, frame.planes, options).at(Role::color), color));
+    }
 }
 
 // An engine may hand in anything. NaN counts as 0, an infinity or what is too bright as the largest
@@ -234,18 +251,13 @@ TEST_P(EveryVariant, ReadsColorsAsConversionWouldHaveMadeThem) {
 
 FOR_VARIANTS_THAT(EveryVariant, any_chain);
 
-class EveryWarp : public EveryVariant {};
-
-TEST_P(EveryWarp, AgreesWithItsReferenceBeforeALayerBehind) {
-    TestFrame frame = bright_frame(kWidth, kHeight);
-    add_motion_back(frame);
-    add_neighbors(frame);
-    add_behind(frame);
-    add_lights(frame, kLights);
-    expect_reference(chain(), frame, 2e-3, 0.02);
+TEST(Variants, AreOfEveryPass) {
+    std::set<std::string> types;
+    for (const Variant& one : main_variants())
+        for (const Variant::Link& link : one.links) types.insert(link.type);
+    for (const PassType& type : every_pass().types())
+        EXPECT_EQ(types.count(type.name), 1u) << type.name;
 }
-
-FOR_VARIANTS_THAT(EveryWarp, warps);
 
 }  // namespace
 }  // namespace postchain::test::variant_test

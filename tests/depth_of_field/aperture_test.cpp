@@ -27,15 +27,6 @@ TEST(Aperture, PointsFillAPolygonEvenly) {
         }
 }
 
-TEST(Aperture, AnamorphicPointsFillAnEllipse) {
-    const Moments tall = moments_of(lens::lens_samples({.ratio = 2}, 64));
-    EXPECT_NEAR(tall.xx, 1.0 / 16, 1e-3);
-    EXPECT_NEAR(tall.yy, 1.0 / 4, 1e-3);
-    const Moments wide = moments_of(lens::lens_samples({.ratio = 0.8}, 64));
-    EXPECT_NEAR(wide.xx, 1.0 / 4, 1e-3);
-    EXPECT_NEAR(wide.yy, 0.64 / 4, 1e-3);
-}
-
 // Equal steps along the outline sweep equal areas; their sum is the polygon's area plus the
 // segments added by curved blades: (a - sin a)/(2 c^2) each, sin(a/2) = c sin(pi/n).
 TEST(Aperture, OutlineSweepsEqualAreas) {
@@ -112,32 +103,10 @@ TEST(Aperture, OwnValuesStandBeforeTheCameras) {
     EXPECT_EQ(aperture.cats_eye, 0);
 }
 
-// R = 32 (1/4 - 1) = -24 px.
-constexpr double kNearPx = 24;
-
-// A triangle with a corner on the right, at -60 + 180/3 degrees, extends twice as far that way; in
-// front of the focus it is rotated by half a turn.
-TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {
-    for (const bool near : {false, true}) {
-        // R = 8 for sky, -24 for the near plane.
-        const double radius = near ? kNearPx : 8;
-        const ImageF out =
-            dot(near ? 1 : 0, {{"aperture_blades", int64_t(3)}, {"aperture_rotation_deg", -60.0}});
-        double farthest[2] = {0, 0};  // to the left, to the right
-        for (int x = 0; x < 97; ++x)
-            if (out.at(x, 48) > 0) {
-                double& reach = farthest[x > 48];
-                reach = std::max(reach, std::abs(x - 48.0));
-            }
-        EXPECT_NEAR(farthest[near ? 0 : 1], radius, 2.5) << near;
-        EXPECT_NEAR(farthest[near ? 1 : 0], radius / 2, 1.5) << near;
-    }
-}
-
 // In a corner the barrel's circle is shifted by all of cats_eye: two circles at distance d share
 // the area 2 acos(d/2) - d/2 sqrt(4 - d^2), and no light is lost.
 TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {
-    // The dot is in the corner.
+    constexpr double kNearPx = 24;  // R = 32 (1/4 - 1) px
     const ImageF out = dot(1, {{"cats_eye", 0.8}}, 6400 - 48, 3600 - 48);
     const Moments m = moments_of(out, 48, 48);
     EXPECT_NEAR(m.light, 1, 0.05);

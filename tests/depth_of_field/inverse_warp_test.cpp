@@ -10,30 +10,12 @@ namespace {
 
 const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
 
-// A point light in the center; constant depth with radius 32 (1/4 - w).
-FramePlanes dot(float inverse_depth, float light) {
-    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
-    color.at(48, 48) = light;
-    return flat_planes(std::move(color), inverse_depth);
-}
-
-// An out-of-focus point light becomes an evenly lit disc with the radius of the circle of
-// confusion.
+// An out-of-focus point light becomes an evenly lit disc: rings of equal area have equal light.
+// (Its radii: pixel_aspect_test.cpp.)
 TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
     const double radius = 32 * (1 - 0.25);  // near: w = 1
-    const ImageF out =
-        dof(dot(1, 1), {kMethod, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
+    const ImageF out = dot(1, {});
     const double inside = 1 / (M_PI * radius * radius);
-    for (int y = 0; y < 97; ++y)
-        for (int x = 0; x < 97; ++x)
-            // Denoising extends up to two pixels further.
-            if (std::hypot(x - 48, y - 48) > radius + 3) {
-                EXPECT_LE(out.at(x, y), 1e-6) << x << ", " << y;
-            }
-    const Moments m = moments_of(out, 48, 48);
-    EXPECT_NEAR(m.light, 1, 0.02);
-    EXPECT_NEAR(m.xx + m.yy, radius * radius / 2, 0.02 * radius * radius);
-    // Rings of equal area have equal light.
     for (int ring = 0; ring < 4; ++ring) {
         double sum = 0;
         int count = 0;
@@ -115,8 +97,7 @@ TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
 TEST(LensSamples, EverySetIsEvenOverTheDisc) {
     for (const int count : {1, 7, 32, 1023}) {
         const lens::Points points = lens::lens_samples({}, count);
-        EXPECT_EQ(points.packed.size(), size_t(points.count) * size_t(points.sets));
-        EXPECT_GE(points.sets, 1);
+        ASSERT_GE(points.sets, 1);
         for (int set = 0; set < points.sets; ++set) {
             double x = 0, y = 0, squared = 0;
             for (int i = 0; i < count; ++i) {

@@ -5,6 +5,7 @@
 
 #include "passes/common/circle_of_confusion.h"
 #include "tests/depth_of_field/support.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
@@ -29,7 +30,7 @@ TEST(PixelAspect, DiscIsRoundOnTheDisplay) {
     const Chain chain =
         chain_of("depth_of_field",
                  {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"noise", "none"}});
-    for (const double aspect : {2.0, 0.5}) {
+    for (const double aspect : {1.0, 2.0, 0.5}) {
         const ImageF out =
             filter(chain, described(planes, aspect), planes, {.elide = false}).at(Role::color);
         const double rx = 12, ry = 12 * aspect;
@@ -59,6 +60,7 @@ TEST(PixelAspect, GaussianIsRoundOnTheDisplay) {
         const double sx = 8 * std::min(1 / aspect, 1.0), sy = 8 * std::min(aspect, 1.0);
         // Cut at three deviations a Gaussian keeps 0.973 of its variance.
         const Moments s = moments_of(out, 50, 50);
+        EXPECT_NEAR(s.light, 1, 1e-5) << aspect;
         EXPECT_NEAR(s.xx, 0.973 * sx * sx, 0.04 * sx * sx) << aspect;
         EXPECT_NEAR(s.yy, 0.973 * sy * sy, 0.04 * sy * sy) << aspect;
     }
@@ -69,13 +71,10 @@ TEST(PixelAspect, BoundsAreOfTheLongerHalfAxis) {
     FrameDescription frame = described(dot_planes(0.75f), 2);
     frame.bounds.min_inverse_depth = frame.bounds.max_inverse_depth = 0.25 + 0.4 / 32;
     const Chain chain = chain_of("depth_of_field", {{"method", "inverse_warp"}});
-    auto plan = make_plan(chain, frame);
-    ASSERT_TRUE(plan.ok());
-    EXPECT_FALSE(plan->passes[0].elided) << "0.4 px along x, but 0.8 px along y";
+    EXPECT_FALSE(must(make_plan(chain, frame)).passes[0].elided)
+        << "0.4 px along x, but 0.8 px along y";
     frame.pixel_aspect = 1;
-    plan = make_plan(chain, frame);
-    ASSERT_TRUE(plan.ok());
-    EXPECT_TRUE(plan->passes[0].elided);
+    EXPECT_TRUE(must(make_plan(chain, frame)).passes[0].elided);
 }
 
 // The limit of radii: an eighth of the display's width. What exceeds it is known, unclamped.

@@ -15,26 +15,35 @@
 namespace postchain::test::sigma_test {
 namespace {
 
-using namespace std::string_literals;
-
 using depth_of_field::GilhamSizes;
 using depth_of_field::Parameters;
 using lens::CocSource;
 
-FrameDescription frame_640(double focus, double f_stop = 2) {
+struct Case {
+    double expected;  // sigma, px
+    double focus = 2, f_stop = 2;
+    int width = 640, downsample = 1;
+    bool breathing = false;
+    std::optional<double> max_radius_px = {}, blur_sigma_px = {};
+};
+
+FrameDescription frame_of(const Case& one) {
     FrameDescription frame;
-    frame.width = frame.display_width = 640;
+    frame.width = frame.display_width = one.width;
     frame.height = frame.display_height = 360;
     frame.camera.focal_length_mm = 50;
-    frame.camera.f_stop = f_stop;
-    frame.camera.focus_distance = focus;
+    frame.camera.f_stop = one.f_stop;
+    frame.camera.focus_distance = one.focus;
     frame.camera.sensor_width_mm = 32;
     return frame;
 }
 
-Parameters unset(int downsample = 1) {
+Parameters parameters_of(const Case& one) {
     Parameters parameters;
-    parameters.downsample = downsample;
+    parameters.downsample = one.downsample;
+    parameters.blur_sigma_px = one.blur_sigma_px;
+    parameters.lens.breathing = one.breathing;
+    parameters.lens.max_radius_px = one.max_radius_px;
     return parameters;
 }
 
@@ -52,24 +61,20 @@ double sigma_px(const Parameters& parameters, const FrameDescription& frame) {
 // Unset: the largest of 1, 2, 4 that is at most the deviation. The radius at infinity is 12.5 px at
 // f/2 and scales with the aperture: sigma 3.125 -> 2, 6.25 -> 4, 1.5625 -> 1; 2 and 4 themselves
 // count; 0.39 -> 1, where the deviation is kept at half a box edge.
-TEST(auto_downsample, lens_by_hand) {
-    const std::pair<double, int> cases[] = {{2, 2},     {1, 4},      {4, 1},     {3.125, 2},
-                                            {3.126, 1}, {1.5625, 4}, {1.563, 2}, {16, 1}};
-    for (const auto& [f_stop, factor] : cases)
-        EXPECT_EQ(gilham_sizes({}, frame_640(1, f_stop)).factor, factor) << f_stop;
-    EXPECT_NEAR(sigma_px({}, frame_640(1, 16)), 0.5, 1e-12);
-    EXPECT_NEAR(sigma_px({}, frame_640(1, 4)), 1.5625, 1e-12);
-}
-
-TEST(auto_downsample, follows_a_sigma_that_is_set_and_ends_where_it_is_set) {
+TEST(auto_downsample, follows_sigma) {
+    const std::pair<double, int> by_lens[] = {{2, 2},     {1, 4},      {4, 1},     {3.125, 2},
+                                              {3.126, 1}, {1.5625, 4}, {1.563, 2}, {16, 1}};
+    for (const auto& [f_stop, factor] : by_lens)
+        EXPECT_EQ(gilham_sizes({}, frame_of({.focus = 1, .f_stop = f_stop})).factor, factor)
+            << f_stop;
+    EXPECT_NEAR(sigma_px({}, frame_of({.focus = 1, .f_stop = 16})), 0.5, 1e-12);
+    EXPECT_NEAR(sigma_px({}, frame_of({.focus = 1, .f_stop = 4})), 1.5625, 1e-12);
+    const std::pair<double, int> set[] = {{0, 1}, {1.99, 1}, {2, 2}, {3.99, 2}, {4, 4}, {90, 4}};
     Parameters parameters;
-    const std::pair<double, int> cases[] = {{0, 1}, {1.99, 1}, {2, 2}, {3.99, 2}, {4, 4}, {90, 4}};
-    for (const auto& [sigma, factor] : cases) {
+    for (const auto& [sigma, factor] : set) {
         parameters.blur_sigma_px = sigma;
-        EXPECT_EQ(gilham_sizes(parameters, frame_640(1)).factor, factor) << sigma;
+        EXPECT_EQ(gilham_sizes(parameters, frame_of({})).factor, factor) << sigma;
     }
-    parameters.downsample = 1;
-    EXPECT_EQ(gilham_sizes(parameters, frame_640(1)).factor, 1);
 }
 
 // s = 1: infinity 12.5, 20 f: 0: 12.5/4 = 3.125.
@@ -79,74 +84,54 @@ TEST(auto_downsample, follows_a_sigma_that_is_set_and_ends_where_it_is_set) {
 // Focus at infinity: infinity 0, 20 f: -12.5: 3.125.
 // s = f (1 + 2^-40): infinity 12.5/0.05 = 250, clamped to 19.2.
 TEST(auto_sigma, lens_by_hand) {
-    const std::pair<double, double> cases[] = {{1, 3.125},
-                                               {1.25, 2.5},
-                                               {2, 1.5625},
-                                               {5, 2.5},
-                                               {1e30, 3.125},
-                                               {INFINITY, 3.125},
-                                               {0.05 * (1 + 0x1p-40), 4.8}};
-    for (const auto& [focus, sigma] : cases)
-        EXPECT_NEAR(sigma_px(unset(), frame_640(focus)), sigma, 1e-12) << focus;
-    EXPECT_NEAR(sigma_px(unset(), frame_640(2, 1)), 3.125, 1e-12) << "twice the aperture";
-    FrameDescription wide = frame_640(2);
-    wide.display_width = 1280;
-    EXPECT_NEAR(sigma_px(unset(), wide), 3.125, 1e-12);
-
-    Parameters parameters = unset();
-    parameters.lens.breathing = true;  // times s/(s - f) = 2/1.95; 1 at infinity
-    EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1.5625 * 2 / 1.95, 1e-12);
-    EXPECT_NEAR(sigma_px(parameters, frame_640(INFINITY)), 3.125, 1e-12);
-    parameters = unset();
-    parameters.lens.max_radius_px = 4;
-    EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1, 1e-12);
-    parameters = unset();
-    parameters.blur_sigma_px = 0.25;  // a given number is used, whatever the box
-    EXPECT_EQ(sigma_px(parameters, frame_640(2)), 0.25);
-}
-
-// The copy blurs by half a box edge anyway; pixels less out of focus use the sharp image. Pinhole
-// and tiny aperture reach the minimum.
-TEST(auto_sigma, at_least_half_a_box) {
-    for (const int factor : {1, 2, 4}) {
-        for (const double f_stop : {200.0, 1e12, double(INFINITY)})
-            EXPECT_EQ(sigma_px(unset(factor), frame_640(2, f_stop)), factor / 2.0);
-        Parameters planes = unset(factor);
-        planes.lens.coc = CocSource::planes;
-        planes.lens.max_near_fraction = planes.lens.max_far_fraction = 0;
-        EXPECT_EQ(sigma_px(planes, frame_640(2)), factor / 2.0);
-    }
-    EXPECT_EQ(sigma_px(unset(4), frame_640(2)), 2);  // 1.5625 without the minimum
-    EXPECT_EQ(gilham_sizes(unset(4), frame_640(2)).full_blur_px, 4);
+    const Case cases[] = {{.expected = 3.125, .focus = 1},
+                          {.expected = 2.5, .focus = 1.25},
+                          {.expected = 1.5625, .focus = 2},
+                          {.expected = 2.5, .focus = 5},
+                          {.expected = 3.125, .focus = 1e30},
+                          {.expected = 3.125, .focus = INFINITY},
+                          {.expected = 4.8, .focus = 0.05 * (1 + 0x1p-40)},
+                          {.expected = 3.125, .f_stop = 1},
+                          {.expected = 3.125, .width = 1280},
+                          {.expected = 1.5625 * 2 / 1.95, .breathing = true},  // times s/(s - f)
+                          {.expected = 3.125, .focus = INFINITY, .breathing = true},
+                          {.expected = 1, .max_radius_px = 4},
+                          {.expected = 0.25, .blur_sigma_px = 0.25},  // whatever the box
+                          // Half a box: the copy blurs by that anyway.
+                          {.expected = 0.5, .f_stop = 200},
+                          {.expected = 1, .f_stop = 1e12, .downsample = 2},
+                          {.expected = 2, .f_stop = INFINITY, .downsample = 4},
+                          {.expected = 2, .downsample = 4}};
+    for (const Case& one : cases)
+        EXPECT_NEAR(sigma_px(parameters_of(one), frame_of(one)), one.expected, 1e-12)
+            << &one - cases;
+    EXPECT_EQ(gilham_sizes(parameters_of({.downsample = 4}), frame_of({})).full_blur_px, 4);
+    // The frame's content has no influence, because the blur would flicker with it.
+    FrameDescription frame = frame_of({});
+    frame.bounds.min_inverse_depth = 0.5;
+    frame.bounds.max_inverse_depth = 20;
+    EXPECT_EQ(sigma_px(parameters_of({}), frame), 1.5625);
 }
 
 // Half of max(0.015, 0.005) 640 = 9.6 px; of 0.005 * 640 = 3.2 px; of a limit of 6 px; and for
 // range half of 0.03 * 640 = 19.2 px. Neither needs a lens.
 TEST(auto_sigma, planes_and_range_by_hand) {
-    FrameDescription frame = frame_640(2);
+    FrameDescription frame = frame_of({});
     frame.camera = {};
-    Parameters parameters = unset();
+    Parameters parameters = parameters_of({});
     parameters.lens.coc = CocSource::planes;
     EXPECT_NEAR(sigma_px(parameters, frame), 4.8, 1e-12);
     parameters.lens.max_near_fraction = 0;
     EXPECT_NEAR(sigma_px(parameters, frame), 1.6, 1e-12);
+    parameters.lens.max_far_fraction = 0;
+    EXPECT_NEAR(sigma_px(parameters, frame), 0.5, 1e-12) << "half a box";
     parameters.lens.max_near_fraction = 0.1;
     parameters.lens.max_radius_px = 6;
     EXPECT_NEAR(sigma_px(parameters, frame), 3, 1e-12);
-    parameters = unset();
+    parameters = parameters_of({});
     parameters.lens.coc = CocSource::range;
     parameters.lens.focus = 3;
     EXPECT_NEAR(sigma_px(parameters, frame), 9.6, 1e-12);
-}
-
-// The frame's content has no influence, because the blur would flicker with it.
-TEST(auto_sigma, does_not_depend_on_the_depths) {
-    FrameDescription frame = frame_640(2);
-    for (const double w : {0.0, 0.5, 20.0}) {
-        frame.bounds.min_inverse_depth = w;
-        frame.bounds.max_inverse_depth = 2 * w;
-        EXPECT_EQ(sigma_px(unset(), frame), 1.5625);
-    }
 }
 
 // On the GPU, lens of round_camera(): R = 32 (1/4 - w), 20 f = 0.72: |R| = 36.4, clamped to 19.2:

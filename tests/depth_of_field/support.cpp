@@ -1,6 +1,6 @@
 #include "tests/depth_of_field/support.h"
 
-#include <gtest/gtest.h>
+#include "tests/support/variants.h"
 
 namespace postchain::test {
 
@@ -22,19 +22,10 @@ FramePlanes deep_planes(int width, int height, uint32_t seed) {
 }
 
 namespace {
-Chain chain_with(Settings first, const Settings& settings) {
-    Chain chain = chain_of("depth_of_field", first);
-    const ChainLink& link = chain.links[0];
-    for (const auto& [key, value] : settings) {
-        const Status status = link.type->parameters->set(link.pass->parameters(), key, value);
-        EXPECT_TRUE(status.ok()) << key << ": " << status.message();
-    }
-    return chain;
-}
-
-// The method gilham, unless the settings name another.
-Chain chain_with(const Settings& settings) {
-    return chain_with({{"method", "gilham"}}, settings);
+Chain chain_with(const Settings& settings, Settings defaults = {{"method", "gilham"}}) {
+    Variant::Link link = {"depth_of_field", defaults};
+    link.settings.insert(link.settings.end(), settings.begin(), settings.end());
+    return Variant{.name = link.type, .links = {link}}.chain();
 }
 }  // namespace
 
@@ -64,8 +55,8 @@ ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKern
     frame.origin_x = x;
     frame.origin_y = y;
     const Chain chain = chain_with(
-        {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}},
-        settings);
+        settings,
+        {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
     return filter(chain, frame, planes, {.elide = false}).at(Role::color);
 }
 

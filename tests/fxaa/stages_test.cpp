@@ -2,44 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tests/fxaa/support.h"
 
 namespace postchain::test {
 namespace {
 
-float gpu_luma(const SettingList& settings, std::initializer_list<float> rgba) {
-    const FramePlanes planes = planes_of(constant_image(3, 2, rgba));
-    return luma_on_gpu(fxaa_chain(settings), describe(planes), planes).at(1, 1);
-}
-
-TEST(Luma, StoredByHand) {
+TEST(Luma, ByHand) {
     const SettingList stored = {{"luma", "stored"}};
-    EXPECT_NEAR(gpu_luma(stored, {1, 0, 0, 1}), 0.299, 1e-6);
-    EXPECT_NEAR(gpu_luma(stored, {0, 1, 0, 1}), 0.587, 1e-6);
-    EXPECT_NEAR(gpu_luma(stored, {0, 0, 1, 1}), 0.114, 1e-6);
-    // 0.5 * 0.299 + 0.25 * 0.587 + 0.75 * 0.114 = 0.1495 + 0.14675 + 0.0855, less 1 - alpha
-    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 1}), 0.38175, 1e-6);
-    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 0.25f}), 0.38175 - 0.75, 1e-6);
-    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, -2}), 0.38175 - 1, 1e-6);
-    EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 3}), 0.38175, 1e-6);
-    // Negative values are used unchanged: -0.299 + 2 * 0.587
-    EXPECT_NEAR(gpu_luma(stored, {-1, 2, 0, 1}), 0.875, 1e-6);
-}
-
-TEST(Luma, DisplayByHand) {
-    // Gray v: sqrt(v/(1+v)), the weights add up to 1.
-    EXPECT_NEAR(gpu_luma({}, {1, 1, 1, 1}), 0.70710678, 1e-6);
-    EXPECT_NEAR(gpu_luma({}, {3, 3, 3, 1}), 0.86602540, 1e-6);
-    // 0.2126 * sqrt(1/2)
-    EXPECT_NEAR(gpu_luma({}, {1, 0, 0, 1}), 0.15033090, 1e-6);
-    // max 8: 0.2126 sqrt(8/9) + 0.7152 sqrt(3/9) + 0 = 0.2004412 + 0.4129209
-    EXPECT_NEAR(gpu_luma({}, {8, 3, -1, 1}), 0.6133621, 1e-6);
-    // One stop up: 0.5 becomes 1.
-    EXPECT_NEAR(gpu_luma({{"exposure_ev", 1.0}}, {0.5f, 0.5f, 0.5f, 1}), 0.70710678, 1e-6);
-    // Five stops down: 96 becomes 3.
-    EXPECT_NEAR(gpu_luma({{"exposure_ev", -5.0}}, {96, 96, 96, 1}), 0.86602540, 1e-6);
+    const struct {
+        SettingList settings;
+        std::initializer_list<float> color;
+        double luma;
+    } rows[] = {{stored, {1, 0, 0, 1}, 0.299},
+                {stored, {0, 1, 0, 1}, 0.587},
+                {stored, {0, 0, 1, 1}, 0.114},
+                // 0.5 * 0.299 + 0.25 * 0.587 + 0.75 * 0.114 = 0.38175, less 1 - alpha
+                {stored, {0.5f, 0.25f, 0.75f, 1}, 0.38175},
+                {stored, {0.5f, 0.25f, 0.75f, 0.25f}, 0.38175 - 0.75},
+                {stored, {0.5f, 0.25f, 0.75f, -2}, 0.38175 - 1},
+                {stored, {0.5f, 0.25f, 0.75f, 3}, 0.38175},
+                // Negative values are used unchanged: -0.299 + 2 * 0.587
+                {stored, {-1, 2, 0, 1}, 0.875},
+                // Gray v of the display: sqrt(v/(1+v)), the weights add up to 1.
+                {{}, {1, 1, 1, 1}, 0.70710678},
+                {{}, {3, 3, 3, 1}, 0.86602540},
+                // 0.2126 * sqrt(1/2)
+                {{}, {1, 0, 0, 1}, 0.15033090},
+                // max 8: 0.2126 sqrt(8/9) + 0.7152 sqrt(3/9) + 0 = 0.2004412 + 0.4129209
+                {{}, {8, 3, -1, 1}, 0.6133621},
+                // One stop up: 0.5 becomes 1. Five stops down: 96 becomes 3.
+                {{{"exposure_ev", 1.0}}, {0.5f, 0.5f, 0.5f, 1}, 0.70710678},
+                {{{"exposure_ev", -5.0}}, {96, 96, 96, 1}, 0.86602540}};
+    for (const auto& [settings, color, luma] : rows) {
+        const FramePlanes planes = planes_of(constant_image(3, 2, color));
+        EXPECT_NEAR(luma_on_gpu(fxaa_chain(settings), describe(planes), planes).at(1, 1), luma,
+                    1e-6)
+            << luma;
+    }
 }
 
 TEST(Luma, DisplayTakesTheFilesWeights) {
@@ -57,31 +57,24 @@ TEST(Luma, KeepsEveryBitAtHalfPrecision) {
     const FramePlanes planes = planes_of(color);
     const Chain chain = fxaa_chain({});
     const FrameDescription frame = describe(planes);
-    const ImageF full = luma_on_gpu(chain, frame, planes);
-    EXPECT_TRUE(equal_bits(full, luma_on_gpu(chain, frame, planes, Precision::fp16)));
-    const Difference difference =
-        compare(full, reference(chain, frame, planes).stages.at("0.fxaa.luma"), 2e-6);
-    EXPECT_EQ(difference.fraction, 0) << difference.text;
-}
-
-// White above a horizontal border between rows 3 and 4, black below.
-ImageF step_image() {
-    return gray_image(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
+    EXPECT_TRUE(equal_bits(luma_on_gpu(chain, frame, planes),
+                           luma_on_gpu(chain, frame, planes, Precision::fp16)));
 }
 
 TEST(Filter, EndlessEdgeByHand) {
+    const ImageF out = run(stored_settings(), border(1, 0));
     // At (8, 3): M = N = E = W = 1, S = 0, corners 1 1 0 0. Horizontal score 2|1+0-2| + |1+0-2| +
     // |1+0-2| = 4, vertical 0. S has the larger gradient. A = (2*3 + 2)/12 - 1 = -1/3, t = 1/3,
     // F = 1/9 (3 - 2/3) = 7/27, H = (7/27)^2 * 0.75 = 0.05041152. No end is found: both
     // distances are 20.5, the edge offset is 0. Result 1 - H.
-    EXPECT_NEAR(run(stored_settings(), step_image()).at(8, 3), 0.94958848, 1e-6);
+    EXPECT_NEAR(out.at(8, 3), 0.94958848, 1e-6);
     // The row below, likewise: H.
-    EXPECT_NEAR(run(stored_settings(), step_image()).at(8, 4), 0.05041152, 1e-6);
+    EXPECT_NEAR(out.at(8, 4), 0.05041152, 1e-6);
     // Rows away from the edge have no range.
-    EXPECT_EQ(run(stored_settings(), step_image()).at(8, 2), 1.0f);
-    EXPECT_EQ(run(stored_settings(), step_image()).at(8, 5), 0.0f);
+    EXPECT_EQ(out.at(8, 2), 1.0f);
+    EXPECT_EQ(out.at(8, 5), 0.0f);
     // Without the sub-pixel part the image is unchanged.
-    EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), step_image()).at(8, 3), 1.0f);
+    EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), border(1, 0)).at(8, 3), 1.0f);
 }
 
 // The border steps down by one row at x = 40: white for y < 4 left of it, y < 5 right of it.
@@ -92,8 +85,7 @@ ImageF jog_image() {
 TEST(Filter, TonemappedBlendByHand) {
     // 3 above the border, 0 below: luma sqrt(3/4) and 0, the geometry of the endless edge, weight
     // H = 0.05041152. In the mean of 3 both count 1/sqrt(1 + 3): 3 * 0.94958848.
-    const ImageF bright = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
-    const ImageF out = run({{"hint", "none"}}, bright);
+    const ImageF out = run({{"hint", "none"}}, border(3, 0));
     EXPECT_NEAR(out.at(8, 3), 2.8487654, 1e-5);
     // In that of 0 the texel of 3 counts 1/2: 0.02520576 beside 0.94958848.
     EXPECT_NEAR(out.at(8, 4), 0.07757256, 1e-6);
@@ -101,14 +93,9 @@ TEST(Filter, TonemappedBlendByHand) {
     // Maxima in different channels, and alpha: (3, 0, 0, 1) above (0, 1, 0, 0.5). In the mean of
     // the darker one 0.05041152/2 beside 0.94958848/sqrt(2): a share of 0.03618047 of all four
     // channels.
-    ImageF colors(16, 8, 4);
-    for (int y = 0; y < 8; ++y) {
-        for (int x = 0; x < 16; ++x) {
-            colors.at(x, y, 0) = y < 4 ? 3 : 0;
-            colors.at(x, y, 1) = y < 4 ? 0 : 1;
-            colors.at(x, y, 3) = y < 4 ? 1.0f : 0.5f;
-        }
-    }
+    const float above[] = {3, 0, 0, 1}, below[] = {0, 1, 0, 0.5f};
+    const ImageF colors =
+        make_image(16, 8, 4, [&](int, int y, int c) { return y < 4 ? above[c] : below[c]; });
     const ImageF mixed = run({{"hint", "none"}}, colors);
     EXPECT_NEAR(mixed.at(8, 3, 0), 2.8487654, 1e-5);
     EXPECT_NEAR(mixed.at(8, 3, 1), 0.05041152, 1e-6);
@@ -157,7 +144,7 @@ TEST(Filter, EdgeOfAlphaByHand) {
 // coherence is 1, and the rows above and below have weight exp(-0.5/0.46^2) = 0.0941417 relative to
 // the center row; along the edge weights are equal.
 TEST(Directional, EndlessEdgeByHand) {
-    const ImageF out = run(stored_settings({{"mode", "directional"}}), step_image());
+    const ImageF out = run(stored_settings({{"mode", "directional"}}), border(1, 0));
     EXPECT_NEAR(out.at(8, 3), 1.0941417 / 1.1882834, 1e-6);
     EXPECT_NEAR(out.at(8, 4), 0.0941417 / 1.1882834, 1e-6);
     EXPECT_EQ(out.at(8, 2), 1.0f);
@@ -178,22 +165,19 @@ TEST(Directional, DotByHand) {
     EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors have no range
 }
 
-TEST(Directional, ThresholdsFollowTheMode) {
-    // A range of 0.06 is below 0.0833 and above max(0.0312, 0.063 * 0.8 = 0.0504).
-    const ImageF faint = gray_image(16, 8, [](int, int y) { return y < 4 ? 0.8 : 0.74; });
-    EXPECT_EQ(run(stored_settings(), faint).at(8, 3), 0.8f);
-    EXPECT_NE(run(stored_settings({{"mode", "directional"}}), faint).at(8, 3), 0.8f);
-    EXPECT_EQ(
-        run(stored_settings({{"mode", "directional"}, {"edge_threshold", 0.1}}), faint).at(8, 3),
-        0.8f);
-}
-
 TEST(Filter, NegativeColorsAreBlendedAsStored) {
     // -1 above -3, stored luma: the geometry of the endless edge. m = max(0, ...) = 0, T is the
     // identity: -1 - 2 * 0.05041152.
-    const ImageF dark = gray_image(16, 8, [](int, int y) { return y < 4 ? -1 : -3; });
-    const ImageF out = run({{"luma", "stored"}}, dark);
-    EXPECT_NEAR(out.at(8, 3), -1.10082304, 1e-6);
+    EXPECT_NEAR(run({{"luma", "stored"}}, border(-1, -3)).at(8, 3), -1.10082304, 1e-6);
+}
+
+// The exposure shapes the blend: the lower, the closer to that of stored values.
+TEST(Filter, ExposureShapesTheBlend) {
+    const auto blended = [&](double exposure_ev) {
+        return run({{"luma", "stored"}, {"exposure_ev", exposure_ev}}, border(3, 0)).at(8, 4);
+    };
+    EXPECT_NEAR(blended(-32), 3 * 0.05041152, 1e-5);
+    EXPECT_LT(blended(32), 1e-5f);
 }
 
 // The steps of every preset, copied from FXAA 3.11 and not from the pass.

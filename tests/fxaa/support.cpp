@@ -1,7 +1,6 @@
 #include "tests/fxaa/support.h"
 
-#include <cmath>
-#include <numbers>
+#include "tests/support/variants.h"
 
 namespace postchain::test {
 
@@ -12,14 +11,7 @@ SettingList stored_settings(const SettingList& more) {
 }
 
 Chain fxaa_chain(const SettingList& settings) {
-    Chain chain;
-    append(chain, "fxaa");
-    const ParameterTable& table = *fxaa::pass_type().parameters;
-    for (const auto& [key, value] : settings) {
-        const Status status = table.set(chain.links[0].pass->parameters(), key, value);
-        EXPECT_TRUE(status.ok()) << key << ": " << status.message();
-    }
-    return chain;
+    return Variant{.name = "fxaa", .links = {{"fxaa", settings}}}.chain();
 }
 
 fxaa::Parameters parameters_of(const SettingList& settings) {
@@ -27,8 +19,7 @@ fxaa::Parameters parameters_of(const SettingList& settings) {
 }
 
 FramePlanes planes_of(const ImageF& color, const ImageF& hint) {
-    FramePlanes planes;
-    planes[Role::color] = color;
+    FramePlanes planes = {{Role::color, color}};
     if (!hint.empty()) planes[Role::hint] = hint;
     return planes;
 }
@@ -54,9 +45,8 @@ ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const Fram
 
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint) {
     const FramePlanes planes = planes_of(color, hint);
-    PlanOptions options{.elide = false};
-    FramePlanes out = filter(fxaa_chain(settings), description_of(planes), planes, options);
-    return out.count(Role::color) ? out[Role::color] : ImageF();
+    return filter(fxaa_chain(settings), description_of(planes), planes, {.elide = false})
+        .at(Role::color);
 }
 
 ImageF constant_hint(int width, int height, float tile, float pixel) {

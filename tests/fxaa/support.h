@@ -40,6 +40,11 @@ ImageF gray_image(int width, int height, Function function) {
     return image;
 }
 
+// 16 x 8 pixels with a horizontal border between rows 3 and 4.
+inline ImageF border(double above, double below) {
+    return gray_image(16, 8, [&](int, int y) { return y < 4 ? above : below; });
+}
+
 ImageF constant_hint(int width, int height, float tile, float pixel);
 
 // A gray half-plane below a slanted line, value `low` above and `high` below, slope dy/dx, edge at

@@ -312,7 +312,7 @@ struct Case {
     const char* name;
     Scene scene;
     Errors (*errors)(const Scene&, const ImageF&);
-    Errors most;
+    double rms, largest;
 };
 
 void PrintTo(const Case& one, std::ostream* out) {
@@ -380,41 +380,31 @@ const std::vector<Case>& cases() {
         return before_wall(bar(begin, end), gray, 0.8, 44);
     };
     static const std::vector<Case> all = {
-        {"DarkDisc", round_before_wall(kDisc, 0.05, 0.8, 44), outline_errors, {0.04, 0.11}},
-        {"BrightDisc", round_before_wall(kDisc, 0.8, 0.05, 44), outline_errors, {0.04, 0.11}},
-        {"FaintDisc", round_before_wall(kDisc, 0.3, 0.5, 44), outline_errors, {0.04, 0.11}},
-        {"DarkBarOfThreeQuarters",
-         bar_before_wall(75.25, 80.75, 0.05),
-         outline_errors,
-         {0.031, 0.07}},
-        {"DimBarOfThreeQuarters",
-         bar_before_wall(75.25, 80.75, 0.07),
-         outline_errors,
-         {0.031, 0.07}},
-        {"DarkBarOfHalves", bar_before_wall(75.5, 81.5, 0.05), outline_errors, {0.03, 0.05}},
-        {"BrightLine", before_wall(kLine, 2, 0.2, 60), outline_errors, {0.037, 0.043}},
-        {"DarkLine", before_wall(kLine, 0.05, 0.8, 60), outline_errors, {0.037, 0.043}},
-        {"DarkLineOfAThird",
-         before_wall(bar(78.7, 79.7), 0.05, 0.8, 60),
-         outline_errors,
-         {0.03, 0.07}},
-        {"DarkSlantedLine",
-         round_before_wall(slanted, 0.05, 0.8, 60),
-         outline_errors,
-         {0.12, 0.71}},
-        {"BrightSlantedLine", round_before_wall(slanted, 2, 0.2, 60), outline_errors, {0.12, 0.71}},
-        {"ColumnBeforeTheFocus", line_out_of_focus(kNear, 2, 0), outline_errors, {0.32, 0.34}},
-        {"ColumnBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 0), outline_errors, {0.1, 0.1}},
-        {"LineBeforeTheFocus", line_out_of_focus(kNear, 2, 60), outline_errors, {0.1, 0.1}},
-        {"LineBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 60), outline_errors, {0.1, 0.1}},
-        {"StillLampsBehindAFence", hidden_lamps(0), hidden_errors, {0.05, 0}},
-        {"MovingLampsBehindAFence", hidden_lamps(16), hidden_errors, {0.3, 0}},
-        {"BallBehindAPost", hidden_ball(false), hidden_errors, {0.3, 0}},
-        {"BallBehindAPostThatPasses", hidden_ball(false, 1), hidden_errors, {0.3, 0}},
-        {"BallInTheLayerBehind", hidden_ball(true), hidden_errors, {0.1, 0}},
-        {"SlowWaves", wave(3, false), wave_errors, {0.014, 0.01}},
-        {"SlowestWaves", wave(1.6, false), wave_errors, {0.019, 0.01}},
-        {"WavesOutOfFocus", wave(0, true), wave_errors, {0.015, 0.01}},
+        {"DarkDisc", round_before_wall(kDisc, 0.05, 0.8, 44), outline_errors, 0.04, 0.11},
+        {"BrightDisc", round_before_wall(kDisc, 0.8, 0.05, 44), outline_errors, 0.04, 0.11},
+        {"FaintDisc", round_before_wall(kDisc, 0.3, 0.5, 44), outline_errors, 0.04, 0.11},
+        {"DarkBarOfThreeQuarters", bar_before_wall(75.25, 80.75, 0.05), outline_errors, 0.031,
+         0.07},
+        {"DimBarOfThreeQuarters", bar_before_wall(75.25, 80.75, 0.07), outline_errors, 0.031, 0.07},
+        {"DarkBarOfHalves", bar_before_wall(75.5, 81.5, 0.05), outline_errors, 0.03, 0.05},
+        {"BrightLine", before_wall(kLine, 2, 0.2, 60), outline_errors, 0.037, 0.043},
+        {"DarkLine", before_wall(kLine, 0.05, 0.8, 60), outline_errors, 0.037, 0.043},
+        {"DarkLineOfAThird", before_wall(bar(78.7, 79.7), 0.05, 0.8, 60), outline_errors, 0.03,
+         0.07},
+        {"DarkSlantedLine", round_before_wall(slanted, 0.05, 0.8, 60), outline_errors, 0.12, 0.71},
+        {"BrightSlantedLine", round_before_wall(slanted, 2, 0.2, 60), outline_errors, 0.12, 0.71},
+        {"ColumnBeforeTheFocus", line_out_of_focus(kNear, 2, 0), outline_errors, 0.32, 0.34},
+        {"ColumnBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 0), outline_errors, 0.1, 0.1},
+        {"LineBeforeTheFocus", line_out_of_focus(kNear, 2, 60), outline_errors, 0.1, 0.1},
+        {"LineBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 60), outline_errors, 0.1, 0.1},
+        {"StillLampsBehindAFence", hidden_lamps(0), hidden_errors, 0.05, 0},
+        {"MovingLampsBehindAFence", hidden_lamps(16), hidden_errors, 0.3, 0},
+        {"BallBehindAPost", hidden_ball(false), hidden_errors, 0.3, 0},
+        {"BallBehindAPostThatPasses", hidden_ball(false, 1), hidden_errors, 0.3, 0},
+        {"BallInTheLayerBehind", hidden_ball(true), hidden_errors, 0.1, 0},
+        {"SlowWaves", wave(3, false), wave_errors, 0.014, 0.01},
+        {"SlowestWaves", wave(1.6, false), wave_errors, 0.019, 0.01},
+        {"WavesOutOfFocus", wave(0, true), wave_errors, 0.015, 0.01},
     };
     return all;
 }
@@ -431,13 +421,13 @@ Chain chain_for(const Scene& scene) {
 class Edges : public testing::TestWithParam<Case> {};
 
 TEST_P(Edges, AreAsInGroundTruth) {
-    const auto& [name, scene, errors, most] = GetParam();
+    const auto& [name, scene, errors, most_rms, most] = GetParam();
     const FramePlanes planes = frames_of(scene);
     const FrameDescription frame = description_of(scene, planes);
     const Errors found = errors(scene, filter(chain_for(scene), frame, planes).at(Role::color));
     std::cout << name << ": " << found.rms << ", largest " << found.largest << "\n";
-    EXPECT_LE(found.rms, most.rms);
-    EXPECT_LE(found.largest, most.largest);
+    EXPECT_LE(found.rms, most_rms);
+    EXPECT_LE(found.largest, most);
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Edges, testing::ValuesIn(cases()),

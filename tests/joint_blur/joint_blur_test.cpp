@@ -20,14 +20,16 @@ FramePlanes moving_plane(int width, int height, float inverse_depth, float x_px,
     return planes;
 }
 
+ImageF filtered(const Chain& chain, const FramePlanes& planes) {
+    return filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
+}
+
 // A dot becomes a disc of radius R moved along its path: variances add.
 TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     FramePlanes planes = moving_plane(129, 97, 0.75f, 48, 0);  // R = -16 px, a path of 24 px
     for (int c = 0; c < 3; ++c) planes[Role::color].at(64, 48, c) = 1;
     const Chain chain = chain_of("joint_blur", {{"samples", int64_t(1023)}});
-    const ImageF out =
-        filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
-    const Moments m = moments_of(out, 64, 48);
+    const Moments m = moments_of(filtered(chain, planes), 64, 48);
     EXPECT_NEAR(m.light, 1, 0.03);
     EXPECT_NEAR(m.yy, 16 * 16 / 4.0, 3);
     EXPECT_NEAR(m.xx, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
@@ -43,8 +45,7 @@ TEST(JointBlur, TimesAreCenteredForAnyNumberOfSamples) {
         const Chain chain =
             chain_of("joint_blur",
                      {{"samples", int64_t(n)}, {"noise", std::string("none")}, {"denoise", false}});
-        const ImageF out =
-            filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
+        const ImageF out = filtered(chain, planes);
         for (int x = 0; x < 97; ++x) {
             const int steps = std::abs(x - 48);
             const bool lit = steps < n && steps % 2 != n % 2;
@@ -63,16 +64,16 @@ TEST(JointBlur, IsLinearInExposure) {
             for (int c = 0; c < 3; ++c) frame.planes[Role::color].at(x, y, c) = 30;
     for (const char* pass : {"motion_blur", "depth_of_field", "joint_blur"}) {
         const Chain chain = chain_of(pass, {});
-        const auto filtered = [&](float exposure) {
+        const auto exposed = [&](float exposure) {
             FramePlanes planes = frame.planes;
             for (const Role role : {Role::color, Role::color_before, Role::color_after})
                 for (size_t i = 0; i < planes[role].data.size(); ++i)
                     if (i % 4 != 3) planes[role].data[i] *= exposure;
-            return filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
+            return filtered(chain, planes);
         };
-        const ImageF one = filtered(1);
+        const ImageF one = exposed(1);
         for (const float exposure : {0.05f, 1000.0f}) {
-            const ImageF other = filtered(exposure);
+            const ImageF other = exposed(exposure);
             for (size_t i = 0; i < one.data.size(); ++i) {
                 const double scale = i % 4 == 3 ? 1 : double(exposure);
                 ASSERT_NEAR(other.data[i] / scale, one.data[i],
@@ -89,8 +90,7 @@ TEST(JointBlur, LightOfAFireflyKeepsItsColor) {
     FramePlanes planes = moving_plane(97, 65, 0.75f, 48, 20);
     const float firefly[] = {1e10f, 0.7e10f, 0.3e10f};
     std::copy_n(firefly, 3, planes[Role::color].pixel(48, 32));
-    const ImageF out =
-        filter(chain_of("joint_blur"), describe_round(planes), planes).at(Role::color);
+    const ImageF out = filtered(chain_of("joint_blur"), planes);
     size_t lit = 0;
     double worst = 0;
     for (size_t i = 0; i < out.data.size(); i += 4) {
@@ -107,12 +107,8 @@ TEST(JointBlur, LightOfAFireflyKeepsItsColor) {
 // A surface that moves along rows is denoised along rows: lines one pixel wide stay lines.
 TEST(JointBlur, DenoisingStaysWithinTheStreak) {
     FramePlanes planes = moving_plane(160, 96, 0.25f, 60, 0);
-    for (int y = 0; y < 96; ++y)
-        for (int x = 0; x < 160; ++x)
-            for (int c = 0; c < 3; ++c) planes[Role::color].at(x, y, c) = y % 2 == 0 ? 1 : 0;
-    const ImageF out =
-        filter(chain_of("joint_blur", {}), describe_round(planes), planes, {.elide = false})
-            .at(Role::color);
+    planes[Role::color] = make_image(160, 96, 4, [](int, int y, int) { return y % 2 == 0; });
+    const ImageF out = filtered(chain_of("joint_blur"), planes);
     for (int y = 20; y < 76; ++y) EXPECT_NEAR(out.at(80, y), y % 2 == 0 ? 1 : 0, 0.01) << y;
 }
 
@@ -143,8 +139,7 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
             planes[Role::motion].at(x, y) = 20;
         }
     const FrameDescription frame = describe_round(planes);
-    PlanOptions complete;
-    complete.rules_off = {"unblurred_blocks"};
+    const PlanOptions complete = {.rules_off = {"unblurred_blocks"}};
     for (const Chain& chain :
          {chain_of("joint_blur", {}),
           chain_of("joint_blur", {{"samples", int64_t(8)}, {"max_samples", int64_t(32)}})}) {
@@ -160,18 +155,15 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
 // own: the result is the mean of both sets' results.
 TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
     FramePlanes planes = moving_plane(256, 72, 0.75f, 24, 0);  // 72: its last blocks are cut
-    const ImageF random = noise_image(256, 72, 4, 11);
-    for (int y = 0; y < 72; ++y)
-        for (int x = 0; x < 256; ++x)
-            for (int c = 0; c < 3; ++c)
-                planes[Role::color].at(x, y, c) = x < 128 ? 0.5f + 0.02f * random.at(x, y, 0)
-                                                          : 8 * float(random.at(x, y, 0) > 0.875f);
-    const FrameDescription frame = describe_round(planes);
+    const ImageF random = noise_image(256, 72, 1, 11);
+    planes[Role::color] = make_image(256, 72, 4, [&](int x, int y, int) {
+        return x < 128 ? 0.5f + 0.02f * random.at(x, y) : 8 * float(random.at(x, y) > 0.875f);
+    });
     const auto blurred = [&](int64_t samples, int64_t most) {
         const Chain chain = chain_of(
             "joint_blur",
             {{"samples", samples}, {"max_samples", most}, {"noise", "none"}, {"denoise", false}});
-        return filter(chain, frame, planes, {.elide = false}).at(Role::color);
+        return filtered(chain, planes);
     };
     const ImageF few = blurred(8, 0), rest = blurred(24, 0), adaptive = blurred(8, 32);
     double apart = 0;
@@ -192,8 +184,7 @@ TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
 // brightness, except for the extra samples, and these fade in.
 TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
     FramePlanes planes = moving_plane(61, 61, 0.75f, 24, 0);
-    const ImageF random = noise_image(61, 61, 4, 12);
-    const FrameDescription frame = describe_round(planes);
+    const ImageF random = noise_image(61, 61, 1, 12);
     const Chain chain = chain_of("joint_blur", {{"samples", int64_t(8)},
                                                 {"max_samples", int64_t(64)},
                                                 {"noise", "none"},
@@ -201,19 +192,15 @@ TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
     ImageF first, before, now;
     double largest = 0, whole_way = 0;
     for (float lamp = 0.1f; lamp < 0.5f; lamp *= 1.03f) {
-        for (int y = 0; y < 61; ++y)
-            for (int x = 0; x < 61; ++x)
-                for (int c = 0; c < 3; ++c)
-                    planes[Role::color].at(x, y, c) = random.at(x, y, 0) > 0.875f ? lamp : 0;
-        now = filter(chain, frame, planes, {.elide = false}).at(Role::color);
-        for (int y = 0; y < 61; ++y)
-            for (int x = 0; x < 61; ++x) now.at(x, y) /= lamp;
+        planes[Role::color] = make_image(
+            61, 61, 4, [&](int x, int y, int) { return random.at(x, y) > 0.875f ? lamp : 0; });
+        now = filtered(chain, planes);
+        for (float& value : now.data) value /= lamp;
         if (first.data.empty()) first = before = now;
-        for (int y = 0; y < 61; ++y)
-            for (int x = 0; x < 61; ++x) {
-                largest = std::max(largest, std::abs(double(now.at(x, y)) - before.at(x, y)));
-                whole_way = std::max(whole_way, std::abs(double(now.at(x, y)) - first.at(x, y)));
-            }
+        for (size_t i = 0; i < now.data.size(); ++i) {
+            largest = std::max(largest, std::abs(double(now.data[i]) - before.data[i]));
+            whole_way = std::max(whole_way, std::abs(double(now.data[i]) - first.data[i]));
+        }
         before = now;
     }
     EXPECT_GT(whole_way, 0.05);

@@ -5,6 +5,7 @@
 
 #include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
@@ -69,6 +70,23 @@ TEST(Exact, MaxBlurFollowsTheWidth) {
         frame.display_width = width;
         EXPECT_EQ(motion_blur::tile_px({}, frame), tile);
         EXPECT_EQ(inverse_warp::shutter_on(frame, {}).max_path_px, path);
+    }
+}
+
+// A fraction of the display's height: the same limit in pixels at this size, another at twice it.
+TEST(Exact, MaxBlurIsAFractionOfTheHeight) {
+    const BlurFrame frame = random_frame(121, 41, 38, 1.5f, 7);
+    for (const char* mode : {"guertin", "inverse_warp"}) {
+        const Chain by_fraction =
+            plain_blur({{"mode", mode}, {"max_blur_fraction", 12.0 / frame.height()}});
+        const Chain by_px = plain_blur({{"mode", mode}, {"max_blur_px", int64_t(12)}});
+        EXPECT_TRUE(equal_bits(blurred(by_fraction, frame), blurred(by_px, frame))) << mode;
+        FrameDescription larger = describe(frame.planes);
+        larger.display_height *= 2;
+        const auto pass = must(by_fraction.links[0].pass->resolve(larger));
+        ASSERT_EQ(pass->exceeded_limits().size(), 1u) << mode;
+        EXPECT_EQ(pass->exceeded_limits()[0].parameter, "max_blur_fraction");
+        EXPECT_DOUBLE_EQ(pass->exceeded_limits()[0].limit_px, 24);
     }
 }
 

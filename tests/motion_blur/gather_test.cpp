@@ -11,26 +11,27 @@
 namespace postchain::test {
 namespace {
 
-const Values kThree = {{"samples", int64_t(3)}, {"max_blur_px", int64_t(16)}};
-
-Values three(const Values& more) {
-    Values all = kThree;
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+// The result of so many taps.
+ImageF gathered(const BlurFrame& frame, const Values& more = {}, int64_t samples = 3) {
+    Values values = {{"samples", samples}, {"max_blur_px", int64_t(16)}};
+    values.insert(values.end(), more.begin(), more.end());
+    return blurred(plain_blur(values), frame);
 }
 
-// 9 x 3 pixels, one bright pixel at (4, 1).
+// 9 x 3 pixels, one bright pixel at (4, 1), v = (4, 0) everywhere.
 struct Spot : BlurFrame {
-    Spot() : BlurFrame(9, 3) { set_gray(4, 1, 1); }
+    Spot() : BlurFrame(9, 3) {
+        set_gray(4, 1, 1);
+        set_all_half_velocities(4, 0);
+    }
 };
 
-// v = (4, 0) everywhere: w_c = w_max, w_A = w_B = 1.
+// w_c = w_max, w_A = w_B = 1.
 // Outer weight: cone(2, 1/4) + cone(2, 1/4) + 2 cylinder(2, 4) = 0.5 + 0.5 + 2 = 3.
 // Center weight: 1 + 1 + 2 = 4. total = 3 / (40 * 4) = 0.01875. Sum of weights 10.01875.
 TEST(Gather, UniformMotion) {
     Spot frame;
-    frame.set_all_half_velocities(4, 0);
-    const ImageF out = blurred(plain_blur(kThree), frame);
+    const ImageF out = gathered(frame);
     expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
     expect_pixel(out, 2, 1, {3 / 10.01875});
     expect_pixel(out, 6, 1, {3 / 10.01875});
@@ -40,45 +41,43 @@ TEST(Gather, UniformMotion) {
 
 TEST(Gather, BorderSkipsOrClamps) {
     Spot frame;
-    frame.set_all_half_velocities(4, 0);
     frame.set_gray(0, 1, 1);
     // (1, 1): the left tap at x = -1. skip: center 4, right (3, 1) dark 3, total: receives no
     // light.
-    expect_pixel(blurred(plain_blur(kThree), frame), 1, 1, {0});
+    expect_pixel(gathered(frame), 1, 1, {0});
     // clamp: the tap moves to (0, 1): 3 / 10.01875.
-    const Chain clamp = plain_blur(three({{"border", "clamp"}}));
-    expect_pixel(blurred(clamp, frame), 1, 1, {3 / 10.01875});
+    const ImageF clamped = gathered(frame, {{"border", "clamp"}});
+    expect_pixel(clamped, 1, 1, {3 / 10.01875});
     // (0, 1) itself: skip loses the left tap, clamp moves it to the pixel itself.
-    expect_pixel(blurred(plain_blur(kThree), frame), 0, 1, {1 - 3 / 7.01875});
-    expect_pixel(blurred(clamp, frame), 0, 1, {1 - 3 / 10.01875});
+    expect_pixel(gathered(frame), 0, 1, {1 - 3 / 7.01875});
+    expect_pixel(clamped, 0, 1, {1 - 3 / 10.01875});
 }
 
 TEST(Gather, DepthByHand) {
     Spot frame;
-    frame.set_all_half_velocities(4, 0);
     frame.depth().at(4, 1) = 2;  // the spot is closer: w = 2 against 1
-    ImageF out = blurred(plain_blur(kThree), frame);
+    ImageF out = gathered(frame);
     // At the spot, p is closer: f = clamp(1 - (2 - 1)) = 0, b = 1: outer weight 0.5 + 2 = 2.5.
     expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
     // At (2, 1), S is the spot: f = 1, b = 0: 2.5 again; its other tap 3, center 4.
     expect_pixel(out, 2, 1, {2.5 / 9.51875});
     // Ratio 1.5, s = 1: the cone behind halves: at the spot f = 0.5: 0.25 + 0.5 + 2 = 2.75.
     frame.depth().at(4, 1) = 1.5;
-    out = blurred(plain_blur(kThree), frame);
+    out = gathered(frame);
     expect_pixel(out, 4, 1, {1 - 5.5 / 9.51875});
     // s = 20: 0 again. s = 0: depth is ignored.
-    out = blurred(plain_blur(three({{"depth_softness", 20.0}})), frame);
+    out = gathered(frame, {{"depth_softness", 20.0}});
     expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
-    out = blurred(plain_blur(three({{"depth_softness", 0.0}})), frame);
+    out = gathered(frame, {{"depth_softness", 0.0}});
     expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
     // Sky: q = 0 everywhere is equal depth; the spot against sky: f = 0, b = 1 at the spot.
     for (float& q : frame.depth().data) q = 0;
-    expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 - 6 / 10.01875});
+    expect_pixel(gathered(frame), 4, 1, {1 - 6 / 10.01875});
     frame.depth().at(4, 1) = 1e-10f;
-    out = blurred(plain_blur(kThree), frame);
+    out = gathered(frame);
     expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
     expect_pixel(out, 2, 1, {2.5 / 9.51875});
-    out = blurred(plain_blur(three({{"depth_softness", 0.0}})), frame);
+    out = gathered(frame, {{"depth_softness", 0.0}});
     expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
 }
 
@@ -86,17 +85,15 @@ TEST(Gather, DepthByHand) {
 // (0, 1). Outer: f cone(2, 1/4) w_B = 0.5; b: w_A = 0; cylinder(2, 0.5) = 0. Center: v_S = 0, so
 // w_B = 0 and w_A = 1: 0 + 1 + 2 = 3. total = 3 / (40 * 0.5) = 0.15.
 TEST(Gather, StillPixelAmongMovers) {
-    BlurFrame frame(9, 3);
+    Spot frame;
     for (float& value : frame.color().data) value = 1;
     frame.set_gray(4, 1, 0);
-    frame.set_all_half_velocities(4, 0);
     frame.set_half_velocity(4, 1, 0, 0);
-    expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 / 4.15});
+    expect_pixel(gathered(frame), 4, 1, {1 / 4.15});
     // dominant: w_c = (1, 0): the center tap is the same; b cone(2, 2) = 0 still. The same image.
-    const Chain dominant = plain_blur(three({{"static_direction", "dominant"}}));
-    expect_pixel(blurred(dominant, frame), 4, 1, {1 / 4.15});
+    expect_pixel(gathered(frame, {{"static_direction", "dominant"}}), 4, 1, {1 / 4.15});
     // kappa = 1: total = 3 / 0.5 = 6.
-    expect_pixel(blurred(plain_blur(three({{"center_weight", 1.0}})), frame), 4, 1, {1 / 10.0});
+    expect_pixel(gathered(frame, {{"center_weight", 1.0}}), 4, 1, {1 / 10.0});
 }
 
 // As before, but (4, 1) has v = (1.25, 0): the share of its own direction is (1.25 - 0.5) / 1.5 =
@@ -104,20 +101,18 @@ TEST(Gather, StillPixelAmongMovers) {
 // f cone(2, 1/4) = 0.5, b cone(2, 0.8) = 0, cylinder(2, 1.25) = 0. Center along w_c: w_A = 1, w_B =
 // 0.70711: 0.70711 + 1 + 2. total = 3 / (40 * 1.25) = 0.06.
 TEST(Gather, SlowPixelMixesDirections) {
-    BlurFrame frame(9, 3);
+    Spot frame;
     for (float& value : frame.color().data) value = 1;
     frame.set_gray(4, 1, 0);
-    frame.set_all_half_velocities(4, 0);
     frame.set_half_velocity(4, 1, 1.25, 0);
     const double half = std::sqrt(0.5);
-    expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 / (0.06 + 3 + half + 1)});
+    expect_pixel(gathered(frame), 4, 1, {1 / (0.06 + 3 + half + 1)});
     // gamma = 0.01: fully its own direction: w_c = (1, 0); center 1 + 1 + 2.
-    const Chain own = plain_blur(three({{"variance_threshold_px", 0.01}}));
-    expect_pixel(blurred(own, frame), 4, 1, {1 / (0.06 + 4 + 1)});
+    expect_pixel(gathered(frame, {{"variance_threshold_px", 0.01}}), 4, 1, {1 / (0.06 + 4 + 1)});
     // gamma = 100: share 0.0075: w_c = (0.0075, 0.9925) / 0.992528, w_B = 0.0075565.
-    const Chain across = plain_blur(three({{"variance_threshold_px", 100.0}}));
     const double w_b = 0.0075 / std::sqrt(0.0075 * 0.0075 + 0.9925 * 0.9925);
-    expect_pixel(blurred(across, frame), 4, 1, {1 / (0.06 + 3 + w_b + 1)});
+    expect_pixel(gathered(frame, {{"variance_threshold_px", 100.0}}), 4, 1,
+                 {1 / (0.06 + 3 + w_b + 1)});
 }
 
 // N = 5, |v_max| = 3: t = -2/3, -1/3, 0, 1/3, 2/3. (4, 4) has v = (1.25, 0), along v_max: taps 1
@@ -134,15 +129,13 @@ TEST(Gather, SlowPixelAlongTheStreakTakesBothSides) {
     frame.color().at(3, 3, 2) = 1;
     const double half = std::sqrt(0.5), corner = 2.0 / 3 * half + 0.2 + 2;
     const double red = 0.5 * corner / (0.1 + 2 * corner + 2.0 / 3 + 3 + half);
-    const Values values = {{"samples", int64_t(5)}, {"max_blur_px", int64_t(16)}};
-    expect_pixel(blurred(plain_blur(values), frame), 4, 4, {red, red, red});
+    expect_pixel(gathered(frame, {}, 5), 4, 4, {red, red, red});
     // With static_direction: dominant, w_max replaces w_p across v_max: taps 1 and 3 are at the
     // same corners. The center tap now has w_B = 0: 0.70711 + 2 0.70711.
     frame.set_half_velocity(4, 4, 0, 1.25);
-    Values dominant = values;
-    dominant.push_back({"static_direction", "dominant"});
     const double across = 0.5 * corner / (0.1 + 2 * corner + 2.0 / 3 + 3 * half);
-    expect_pixel(blurred(plain_blur(dominant), frame), 4, 4, {across, across, across});
+    expect_pixel(gathered(frame, {{"static_direction", "dominant"}}, 5), 4, 4,
+                 {across, across, across});
 }
 
 // Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The center column moves (0, 2),
@@ -156,14 +149,12 @@ TEST(Gather, TwoDirections) {
     for (int y = 0; y < 9; ++y) frame.set_half_velocity(4, y, 0, 2);
     frame.color().at(4, 5, 0) = 1;  // red along w_c, green along w_max
     frame.color().at(6, 4, 1) = 1;
-    Values values = {{"samples", int64_t(5)}, {"max_blur_px", int64_t(16)}};
     const double sum = 0.0625 + 6 + 8.0 / 3;
-    expect_pixel(blurred(plain_blur(values), frame), 4, 4, {3 / sum, 4.0 / 3 / sum});
+    expect_pixel(gathered(frame, {}, 5), 4, 4, {3 / sum, 4.0 / 3 / sum});
     // One tile: u = 0, so with sample_split variance all five taps lie along w_max: T = 1 too, S =
     // (3, 4) and (5, 4): f cone(1, 1/3) = 2/3, 2 cylinder(1, 2) = 2: weight 8/3 each.
-    values.push_back({"sample_split", "variance"});
     const double along = 0.0625 + 8.0 / 3 + 16.0 / 3;
-    expect_pixel(blurred(plain_blur(values), frame), 4, 4, {0, 4.0 / 3 / along});
+    expect_pixel(gathered(frame, {{"sample_split", "variance"}}, 5), 4, 4, {0, 4.0 / 3 / along});
 }
 
 // Tiles of 4 px, the left column moving (0, 3), the right column (3, 0): u of each tile is 1 - (1 +
@@ -174,10 +165,10 @@ TEST(Gather, VarianceOfOneHalfIsTheEvenSplit) {
     frame.color() = noise_image(8, 4, 4, 3);
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 8; ++x) frame.set_half_velocity(x, y, x < 4 ? 0 : 3, x < 4 ? 3 : 0);
-    Values values = {{"samples", int64_t(25)}, {"max_blur_px", int64_t(4)}};
-    const ImageF even = blurred(plain_blur(values), frame);
-    values.push_back({"sample_split", "variance"});
-    EXPECT_TRUE(equal_bits(even, blurred(plain_blur(values), frame)));
+    const auto with = [&](const char* split) {
+        return blurred(plain_blur({{"max_blur_px", int64_t(4)}, {"sample_split", split}}), frame);
+    };
+    EXPECT_TRUE(equal_bits(with("even"), with("variance")));
 }
 
 TEST(Hint, ByHand) {

@@ -36,24 +36,6 @@ TEST(TileJitter, ByHand) {
     EXPECT_EQ(hint.at(12, 1, 0), 1);
 }
 
-// The tile across a border has the pixel's own tile among its on-axis neighbors: v_max is never
-// shorter than v_c, and a moving pixel is never treated as still, whatever tile it uses.
-TEST(TileJitter, NeverSlowerThanThePixel) {
-    BlurFrame frame(64, 64);
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 64; ++x) frame.set_half_velocity(x, y, x / 8 >= 4 ? 3 : 0, 0);
-    const ImageF hint =
-        stages_of(blur({{"max_blur_px", int64_t(8)}, {"tile_jitter_slope", 0.0}}), frame)["hint"];
-    for (int y = 0; y < 64; ++y)
-        for (int x = 32; x < 64; ++x) ASSERT_EQ(hint.at(x, y, 0), 1) << x << "," << y;
-    // Tile column 3 is reached by column 4; at slope 0 about half of its left half uses the left
-    // tile.
-    int left_out = 0;
-    for (int y = 0; y < 64; ++y)
-        for (int x = 24; x < 32; ++x) left_out += hint.at(x, y, 0) == 0;
-    EXPECT_GT(left_out, 20);
-}
-
 // N = 1: t = j h. Uniform (4, 0), h = 0.75; at (1, 0): index 1, base 3: 1/3, j = -1/3, t = -0.25:
 // T = 1, S = (0, 0). Weight 0.75 + 0.75 + 2 = 3.5, total 1 / 160.
 TEST(TapJitter, ByHand) {

@@ -27,7 +27,6 @@ const Scene kWave = {.wave = 14};
 const Scene kScreen = {.pattern_speed = 0, .screen = true};
 const Scene kShadow = {.pattern_speed = 0, .shadow = true, .begin = 66};
 const Scene kFence = {.pattern_speed = 0, .fence = true, .begin = 150, .end = kWidth};
-
 const Scene kSheet = {.pattern_speed = 0, .sheet = true, .begin = 30, .end = 130};
 const Scene kPlate = {.pattern_speed = 0, .plate = true, .begin = 140, .end = kWidth};
 
@@ -79,7 +78,11 @@ BlurFrame frame_at(const Scene& scene, double t) {
     return frame;
 }
 
-BlurFrame with_neighbors(const std::vector<Neighbor>& neighbors, const Scene& scene = kTwoLayers) {
+using Given = std::vector<Neighbor>;
+const Given kBefore = {Neighbor::before}, kAfter = {Neighbor::after},
+            kBoth = {Neighbor::before, Neighbor::after};
+
+BlurFrame with_neighbors(const Given& neighbors, const Scene& scene = kTwoLayers) {
     BlurFrame frame = frame_at(scene, 0);
     for (const Neighbor neighbor : neighbors) {
         const BlurFrame other = frame_at(scene, neighbor == Neighbor::before ? -1 : 1);
@@ -111,25 +114,20 @@ Chain warp(Values values = {}) {
     return blur(values);
 }
 
-double error_with(const std::vector<Neighbor>& neighbors, const Scene& scene) {
+double error_with(const Given& neighbors, const Scene& scene) {
     return error_of(blurred(warp(), with_neighbors(neighbors, scene)), scene);
 }
 
 TEST(Neighbors, ShowWhatIsHidden) {
-    const double alone = error_of(blurred(warp(), with_neighbors({})));
-    const double before = error_of(blurred(warp(), with_neighbors({Neighbor::before})));
-    const double after = error_of(blurred(warp(), with_neighbors({Neighbor::after})));
-    const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after});
-    EXPECT_LT(before, 0.7 * alone);
-    EXPECT_LT(after, 0.7 * alone);
-    EXPECT_LT(error_of(blurred(warp(), both)), 0.7 * alone);
-    EXPECT_EQ(error_of(blurred(warp({{"neighbors", "none"}}), both)), alone);
-    EXPECT_EQ(error_of(blurred(warp({{"neighbors", "before"}}), both)), before);
+    const double alone = error_with({}, kTwoLayers), before = error_with(kBefore, kTwoLayers);
+    for (const Given& given : {kBefore, kAfter, kBoth})
+        EXPECT_LT(error_with(given, kTwoLayers), 0.7 * alone);
+    const auto of_both = [](const char* neighbors) {
+        return error_of(blurred(warp({{"neighbors", neighbors}}), with_neighbors(kBoth)));
+    };
+    EXPECT_EQ(of_both("none"), alone);
+    EXPECT_EQ(of_both("before"), before);
 }
-
-using Given = std::vector<Neighbor>;
-const Given kBefore = {Neighbor::before}, kAfter = {Neighbor::after},
-            kBoth = {Neighbor::before, Neighbor::after};
 
 TEST(Neighbors, HelpAndDoNoHarm) {
     struct Case {
@@ -196,7 +194,7 @@ TEST(Neighbors, AreComparedAtAnyExposure) {
 
 // For a shutter that hardly opens, paths do not reach neighboring frames.
 TEST(Neighbors, AreNotAskedByAShortShutter) {
-    const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after});
+    const BlurFrame both = with_neighbors(kBoth);
     const Chain chain = warp({{"shutter_frames", 0.1}});
     EXPECT_FALSE(make_plan(chain, describe(both.planes))->reads.has(Role::color_before));
     EXPECT_TRUE(make_plan(warp(), describe(both.planes))->reads.has(Role::color_before));

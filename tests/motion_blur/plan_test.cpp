@@ -4,14 +4,13 @@
 
 #include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
 
 Plan plan_of(const Chain& chain, const FrameDescription& frame, const PlanOptions& options = {}) {
-    auto plan = make_plan(chain, frame, options);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    return plan.ok() ? *plan : Plan();
+    return must(make_plan(chain, frame, options));
 }
 
 FrameDescription description(double max_speed_px) {
@@ -97,27 +96,14 @@ TEST(Plan, FormatsFollowPrecisionAndStorage) {
     EXPECT_EQ(format_of(blur(), Precision::fp16, "tile_max"), Format::rgba32f);
 }
 
-TEST(Plan, LeftOutByFactsOrConfiguration) {
+// (That no bit changes: tests/elision.)
+TEST(Plan, TellsTheFactForWhichItIsLeftOut) {
     // Default shutter 0.5: half-velocity is a quarter of the speed.
-    const Plan still = plan_of(blur(), description(2));
-    EXPECT_TRUE(still.passes[0].elided);
-    EXPECT_TRUE(still.steps.empty());
-    ASSERT_FALSE(still.elisions.empty());
-    EXPECT_EQ(still.elisions[0].kind, ElisionKind::pass);
-    EXPECT_EQ(still.elisions[0].rule, kRuleFacts);
-    EXPECT_EQ(text_of(still.elisions[0].fact), "largest half-velocity 0.5 px <= 0.5 px");
-    EXPECT_EQ(text_of(plan_of(blur(), description(1.24)).elisions[0].fact),
-              "largest half-velocity 0.31 px <= 0.5 px");
-    EXPECT_FALSE(plan_of(blur(), description(2.001)).passes[0].elided);
-    EXPECT_FALSE(plan_of(blur({{"min_speed_px", 0.0}}), description(0.001)).passes[0].elided);
-    EXPECT_TRUE(plan_of(blur({{"min_speed_px", 0.0}}), description(0)).passes[0].elided);
-
-    const Plan closed = plan_of(blur({{"shutter_frames", 0.0}}), description(80));
-    EXPECT_TRUE(closed.passes[0].elided);
-    EXPECT_EQ(closed.elisions[0].rule, kRuleConfiguration);
-    PlanOptions no_elide;
-    no_elide.elide = false;
-    EXPECT_FALSE(plan_of(blur(), description(0), no_elide).passes[0].elided);
+    const auto fact_of = [](double speed_px) {
+        return text_of(plan_of(blur(), description(speed_px)).elisions.at(0).fact);
+    };
+    EXPECT_EQ(fact_of(2), "largest half-velocity 0.5 px <= 0.5 px");
+    EXPECT_EQ(fact_of(1.24), "largest half-velocity 0.31 px <= 0.5 px");
 }
 
 TEST(Plan, ShutterPrecedence) {

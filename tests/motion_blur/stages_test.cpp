@@ -29,22 +29,22 @@ TEST(HalfVelocity, StorageByHand) {
     frame.set_half_velocity(1, 0, -10, 0);
     frame.set_half_velocity(2, 0, 0.001, 3.0009765625);
     frame.set_half_velocity(3, 0, 5, -0.03);
-    const Values r10 = {{"max_blur_px", int64_t(10)}};
-    Values values = r10;
-    values.push_back({"velocity_storage", "unorm8"});
+    const auto stored = [&](const char* storage) {
+        const Chain chain =
+            plain_blur({{"max_blur_px", int64_t(10)}, {"velocity_storage", storage}});
+        return stages_of(chain, frame)["half_velocity"];
+    };
     // code = 128 + round(127 v / 10): 12.7 -> 141; -127 -> 1; 0.0127 -> 128, 38.112 -> 166;
     // 63.5 -> 64 (to even) -> 192, -0.381 -> 128
-    ImageF v = stages_of(plain_blur(values), frame)["half_velocity"];
+    ImageF v = stored("unorm8");
     expect_pixel(v, 0, 0, {141 / 255.0, 128 / 255.0}, 1e-6);
     expect_pixel(v, 1, 0, {1 / 255.0, 128 / 255.0}, 1e-6);
     expect_pixel(v, 2, 0, {128 / 255.0, 166 / 255.0}, 1e-6);
     expect_pixel(v, 3, 0, {192 / 255.0, 128 / 255.0}, 1e-6);
     expect_pixel(v, 4, 0, {128 / 255.0, 128 / 255.0}, 1e-6);
-    values = r10;
-    values.push_back({"velocity_storage", "fp16"});
     // 11 bits: 3.0009765625 = 3 + 2^-10 is half-way between 3 and 3 + 2^-9: to even, 3.
     // 0.001 = 1.024 * 2^-10 -> 1049/1024 * 2^-10 (1048.576 rounded)
-    v = stages_of(plain_blur(values), frame)["half_velocity"];
+    v = stored("fp16");
     expect_pixel(v, 2, 0, {1049.0 / 1024 / 1024, 3}, 1e-9);
     expect_pixel(v, 0, 0, {1, 0}, 0);
 }
@@ -84,6 +84,10 @@ struct TileFrame : BlurFrame {
         for (int y = 3 * j; y < 3 * j + 3; ++y)
             for (int x = 3 * i; x < 3 * i + 3; ++x) set_half_velocity(x, y, vx, vy);
     }
+    ImageF stage(const char* name) const {
+        const Values values = {{"max_blur_px", int64_t(3)}, {"sample_split", "variance"}};
+        return stages_of(plain_blur(values), *this)[name];
+    }
 };
 
 TEST(NeighborMax, ByHand) {
@@ -93,8 +97,7 @@ TEST(NeighborMax, ByHand) {
     frame.set_tile(0, 1, 0.5, 0);
     frame.set_tile(4, 0, 0, 1);
     frame.set_tile(4, 2, -2, 1);
-    const Values r3 = {{"max_blur_px", int64_t(3)}};
-    ImageF out = stages_of(plain_blur(r3), frame)["neighbor_max"];
+    const ImageF out = frame.stage("neighbor_max");
     expect_pixel(out, 0, 0, {1, 1, 2, 0});       // diagonal, along it: counts (beats 0.5 below)
     expect_pixel(out, 2, 0, {0, 0, 0, 0});       // diagonal, across it: does not count
     expect_pixel(out, 0, 1, {1, 1, 2, 0});       // on-axis: always
@@ -110,17 +113,16 @@ TEST(NeighborMax, TiesTakeTheCenterThenRowOrder) {
     frame.set_tile(1, 0, 0, 2);   // above the center of 1,1
     frame.set_tile(0, 1, 2, 0);   // left of it
     frame.set_tile(2, 1, -2, 0);  // right of it
-    const Values r3 = {{"max_blur_px", int64_t(3)}};
-    expect_pixel(stages_of(plain_blur(r3), frame)["neighbor_max"], 1, 1, {0, 2, 4, 0});
+    expect_pixel(frame.stage("neighbor_max"), 1, 1, {0, 2, 4, 0});
     frame.set_tile(1, 1, 0, -2);
-    expect_pixel(stages_of(plain_blur(r3), frame)["neighbor_max"], 1, 1, {0, -2, 4, 0});
+    expect_pixel(frame.stage("neighbor_max"), 1, 1, {0, -2, 4, 0});
 }
 
 TEST(NeighborMax, ComparesLengthsBeforeTheClamp) {
     TileFrame frame;
     frame.set_tile(1, 1, 300, 0);
     frame.set_tile(2, 1, 0, 301);
-    const ImageF out = stages_of(plain_blur({{"max_blur_px", int64_t(3)}}), frame)["neighbor_max"];
+    const ImageF out = frame.stage("neighbor_max");
     expect_pixel(out, 1, 1, {0, 3, 301.0 * 301.0, 0});
     expect_pixel(out, 0, 1, {3, 0, 90000, 0});
 }
@@ -144,32 +146,21 @@ TEST(NeighborMax, EqualsTheReferenceInTilesOfAnySize) {
 TEST(TileVariance, ByHand) {
     TileFrame frame;  // 5 x 3 tiles
     frame.set_tile(0, 0, 2, 0);
-    frame.set_tile(1, 0, 0, 2);
-    frame.set_tile(0, 1, 0.3, 0);  // slower than 0.5 px: no direction
+    frame.set_tile(1, 0, 1.2, 1.6);  // n = (0.6, 0.8)
+    frame.set_tile(0, 1, 0.3, 0);    // slower than 0.5 px: no direction
     frame.set_tile(4, 0, 1, 1);
     frame.set_tile(4, 1, -1, 1);
     frame.set_tile(3, 0, -2, -2);
     frame.set_tile(2, 2, 3, 0);
-    const Values values = {{"max_blur_px", int64_t(3)}, {"sample_split", "variance"}};
-    const ImageF u = stages_of(plain_blur(values), frame)["tile_variance"];
+    const ImageF u = frame.stage("tile_variance");
     // Neighbors that move, itself included; |n . n'|:
-    expect_pixel(u, 0, 0, {1 - (1 + 0) / 2.0});      // itself 1, the tile to the right 0
+    expect_pixel(u, 0, 0, {1 - (1 + 0.6) / 2});      // itself 1, the tile to the right 0.6
     expect_pixel(u, 0, 1, {0});                      // slow: still
     expect_pixel(u, 2, 1, {0});                      // still
     expect_pixel(u, 2, 2, {0});                      // only itself: |n . n| = 1
     expect_pixel(u, 3, 0, {1 - (1 + 1 + 0) / 3.0});  // (-1,-1) is parallel to (1,1), across (-1,1)
     expect_pixel(u, 4, 0, {1 - (1 + 0 + 1) / 3.0});
     expect_pixel(u, 4, 1, {1 - (0 + 1 + 0) / 3.0});
-}
-
-TEST(TileVariance, ObliqueDirections) {
-    TileFrame frame;
-    frame.set_tile(0, 0, 2, 0);
-    frame.set_tile(0, 1, 1.5, 2);  // n = (0.6, 0.8)
-    const Values values = {{"max_blur_px", int64_t(3)}, {"sample_split", "variance"}};
-    const ImageF u = stages_of(plain_blur(values), frame)["tile_variance"];
-    expect_pixel(u, 0, 0, {1 - (1 + 0.6) / 2});
-    expect_pixel(u, 0, 1, {0.2});
 }
 
 }  // namespace

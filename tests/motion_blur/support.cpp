@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tests/support/variants.h"
+
 namespace postchain::test {
 namespace {
 
@@ -56,14 +58,9 @@ BlurFrame random_frame(int width, int height, float longest, float ratio, uint32
 }
 
 Chain blur(const Values& values) {
-    Chain chain;
-    append(chain, "motion_blur", {{"mode", "guertin"}});
-    const ParameterTable& table = *builtin_passes().find("motion_blur")->parameters;
-    for (const auto& [key, value] : values) {
-        const Status status = table.set(chain.links[0].pass->parameters(), key, value);
-        EXPECT_TRUE(status.ok()) << key << ": " << status.message();
-    }
-    return chain;
+    Values all = {{"mode", "guertin"}};
+    all.insert(all.end(), values.begin(), values.end());
+    return Variant{.name = "motion_blur", .links = {{"motion_blur", all}}}.chain();
 }
 
 Chain plain_blur(const Values& values) {

@@ -148,13 +148,9 @@ TEST(Override, IsAUsageErrorThatNamesTheText) {
         EXPECT_THAT(file.status().message(), HasSubstr(printable("--set " + text + ": error: ")));
         EXPECT_THAT(file.status().message(), HasSubstr(message));
     }
-}
-
-TEST(Override, OfAPassThatStandsTwiceIsAUsageError) {
-    const ChainFile file = parse(kTwice, {"smear.samples=51"});
-    EXPECT_EQ(file.status().code(), StatusCode::usage);
-    EXPECT_THAT(file.status().message(), HasSubstr("use one of passes[0], passes[2]"));
-    EXPECT_TRUE(parse(kTwice, {"passes[2].samples=51"}).status().ok());
+    const Status twice = parse(kTwice, {"smear.samples=51"}).status();
+    EXPECT_EQ(twice.code(), StatusCode::usage);
+    EXPECT_THAT(twice.message(), HasSubstr("use one of passes[0], passes[2]"));
 }
 
 TEST(Override, AnInvalidFileStaysAnInvalidFile) {

@@ -1,7 +1,11 @@
 #include "schema_check.h"
 #include "config/scalar.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+
+#include "config/schema.h"
 
 namespace postchain::test {
 namespace {
@@ -30,6 +34,10 @@ bool equal(const TextNode& a, const TextNode& b) {
     if (!x.ok() || !y.ok()) return false;
     return *x == *y || number_of(*x) == number_of(*y);
 }
+
+// The first reason why `instance` is not valid by `schema`, or nothing. `root` resolves $ref.
+std::string schema_violation(const TextNode& instance, const TextNode& schema,
+                             const TextNode& root);
 
 // Whether `node` is valid by this keyword.
 bool holds(const std::string& word, const TextNode& node, const TextNode& value,
@@ -109,8 +117,6 @@ bool is_in(std::string_view words, const std::string& word) {
     return words.find(" " + word + " ") != std::string_view::npos;
 }
 
-}  // namespace
-
 std::string schema_violation(const TextNode& instance, const TextNode& schema,
                              const TextNode& root) {
     for (const auto& [key, value] : schema.entries) {
@@ -121,6 +127,20 @@ std::string schema_violation(const TextNode& instance, const TextNode& schema,
             return "line " + std::to_string(instance.line) + " violates " + key.text;
     }
     return "";
+}
+
+}  // namespace
+
+TextNode tree_of(const std::string& text) {
+    const TextTree tree = read_text_tree(text, "t");
+    EXPECT_EQ(text_of(tree.diagnostics), "") << text;
+    return tree.root;
+}
+
+ChainSchema::ChainSchema(const PassRegistry& passes) : schema_(tree_of(chain_schema(passes))) {}
+
+std::string ChainSchema::violation(const std::string& text) const {
+    return schema_violation(tree_of(text), schema_, schema_);
 }
 
 }  // namespace postchain::test

@@ -4,13 +4,23 @@
 
 #include <string>
 
+#include "chain/pass/pass.h"
 #include "config/text_tree.h"
 
 namespace postchain::test {
 
-// Empty if `instance` is valid by `schema`, otherwise the first reason, which may be an unknown
-// keyword. `root` resolves $ref.
-std::string schema_violation(const TextNode& instance, const TextNode& schema,
-                             const TextNode& root);
+// The tree of a text without a fault.
+TextNode tree_of(const std::string& text);
+
+class ChainSchema {
+  public:
+    explicit ChainSchema(const PassRegistry& passes);
+    // Empty if the chain file is valid by the schema, otherwise the first reason, which may be an
+    // unknown keyword.
+    std::string violation(const std::string& text) const;
+
+  private:
+    TextNode schema_;
+};
 
 }  // namespace postchain::test

@@ -1,12 +1,10 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets with clang and runs each for SECONDS (default 30), starting from the
-# repository's corpus, the shipped chains and profiles, and earlier finds. Executions are counted
-# over all calls. After each call the found corpus is reduced to the smallest inputs that reach the
-# same code.
+# repository's corpus, the shipped chains and profiles, and earlier finds. After each call the found
+# corpus is reduced to the smallest inputs that reach the same code.
 # Usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]
-#        tests/fuzz/run.sh --total       only prints the total executions so far
-# Exits with 1 on a find; its input is kept in build-fuzz/finds/TARGET-*. Counts and found corpus
-# are in build-fuzz/total and build-fuzz/corpus, not in the repository.
+# Exits with 1 on a find; its input is kept in build-fuzz/finds/TARGET-*. The found corpus is in
+# build-fuzz/corpus, not in the repository.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -16,23 +14,9 @@ declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [ex
 all=(chain camera profile sequence exr picture request)
 build=$PWD/build-fuzz
 
-print_total() {
-    local sum=0 target count
-    for target in "${all[@]}"; do
-        count=$(cat "$build/total/$target" 2>/dev/null || echo 0)
-        echo "$target: $count executions so far"
-        sum=$((sum + count))
-    done
-    echo "all targets: $sum executions so far"
-}
-
-if [[ ${1:-} == --total ]]; then
-    print_total
-    exit 0
-fi
 seconds=${1:-30}
 [[ $seconds =~ ^[1-9][0-9]*$ ]] || {
-    echo "usage: tests/fuzz/run.sh [SECONDS [TARGET ...]], or --total" >&2
+    echo "usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]" >&2
     exit 2
 }
 shift $(($# > 0 ? 1 : 0))
@@ -53,7 +37,7 @@ cmake --build --preset fuzz -j "${POSTCHAIN_JOBS:-$(nproc)}"
 # of freed memory. Finds are analyzed with more.
 export ASAN_OPTIONS=malloc_context_size=6:quarantine_size_mb=4${ASAN_OPTIONS:+:$ASAN_OPTIONS}
 limits=(-rss_limit_mb=2048 -malloc_limit_mb=512 -timeout=20)
-mkdir -p "$build/finds" "$build/log" "$build/total"
+mkdir -p "$build/finds" "$build/log"
 failed=0
 for target in "${targets[@]}"; do
     fuzzer=$build/tests/fuzz/fuzz_$target
@@ -69,8 +53,6 @@ for target in "${targets[@]}"; do
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
     # Without final statistics: the last line of progress.
     [[ -n $runs ]] || runs=$(sed -n 's/^#\([0-9]*\).*/\1/p' "$log" | tail -n 1)
-    before=$(cat "$build/total/$target" 2>/dev/null || echo 0)
-    echo $((before + ${runs:-0})) >"$build/total/$target"
     if ((code == 0)); then
         echo "$target: ${runs:-0} executions, no find"
     else
@@ -95,5 +77,4 @@ for target in "${targets[@]}"; do
         rm -rf "$corpus.merged"
     fi
 done
-print_total
 exit "$failed"

@@ -26,6 +26,7 @@
 namespace postchain::test {
 
 uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y) {
+    if (part.bits) return part.bits(channel, x, y);
     // A hash of the position (Wang's mixing steps).
     uint32_t h = uint32_t(channel) * 0x9e3779b9u + uint32_t(x) * 73856093u +
                  uint32_t(y) * 19349663u + uint32_t(part.name.size()) * 83492791u;
@@ -96,7 +97,7 @@ std::unique_ptr<PartPlanes> planes_of(const FilePart& part, const Imath::Box2i& 
         const int width = (window.max.x - window.min.x) / s + 1;
         const int height = (window.max.y - window.min.y) / s + 1;
         std::vector<char>& bytes = planes->bytes.emplace_back(size_t(width) * height * size);
-        for (int y = 0; y < height; ++y) {
+        for (int y = 0; y < height && !part.black; ++y) {
             for (int x = 0; x < width; ++x) {
                 const uint32_t bits =
                     sample_bits(part, c, window.min.x + x * s, window.min.y + y * s);
@@ -276,13 +277,6 @@ std::vector<std::string> oiio_attributes(const std::string& path, int part) {
                            s.tile_width, " ", s.tile_height));
     std::sort(lines.begin(), lines.end());
     return lines;
-}
-
-int oiio_parts(const std::string& path) {
-    const auto in = OIIO::ImageInput::open(path);
-    int n = 0;
-    while (in != nullptr && in->seek_subimage(n, 0)) ++n;
-    return n;
 }
 
 std::vector<float> oiio_flattened(const std::string& path, const std::string& channel) {

@@ -40,6 +40,9 @@ struct FilePart {
     std::function<std::vector<float>(int x, int y, size_t channel)> samples = {};
     bool special_values = false;  // Inf and NaN with a payload in float channels
     bool repeating = false;       // pixels that every compression makes smaller
+    bool black = false;           // every bit is 0
+    // Of one sample; by default a hash of its position.
+    std::function<uint32_t(size_t channel, int x, int y)> bits = {};
     std::function<void(Imf::Header&)> edit = {};
 };
 
@@ -72,7 +75,6 @@ std::vector<OiioChannel> oiio_channels(const std::string& path, int part = 0, in
 const OiioChannel& named(const std::vector<OiioChannel>& channels, const std::string& name);
 // name and value of every attribute, with windows and compression.
 std::vector<std::string> oiio_attributes(const std::string& path, int part = 0);
-int oiio_parts(const std::string& path);
 // The flattened channel of a deep part of one file, by ImageBufAlgo::flatten().
 std::vector<float> oiio_flattened(const std::string& path, const std::string& channel);
 // Sample counts and values of a deep part, as text.

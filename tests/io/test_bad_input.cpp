@@ -49,32 +49,6 @@ TEST_F(BadInput, WhatIsNoExrAtAll) {
     }
 }
 
-TEST_F(BadInput, TruncatedAtEveryLength) {
-    FilePart tiled = rgba_z("t"), mip = rgba_z();
-    tiled.tile = 5;
-    tiled.compression = Imf::ZIPS_COMPRESSION;
-    mip.tile = 4;
-    mip.levels = Imf::MIPMAP_LEVELS;
-    test::MemoryFile file;
-    for (const auto& parts : {std::vector{rgba_z()}, {rgba_z("a"), tiled}, {mip}}) {
-        const std::string whole = bytes_of_file(parts);
-        file.set(whole);
-        ASSERT_EQ(test::error_of(read_whole(file.path())), "");
-        for (size_t length = 0; length < whole.size(); ++length) {
-            file.set(std::string_view(whole).substr(0, length));
-            const Status status = read_whole(file.path());
-            // Level 0 of a mip-mapped file may be whole while a smaller level is cut; the copy
-            // of such a part is checked by the writer.
-            if (parts[0].tile == mip.tile && status.ok()) continue;
-            ASSERT_EQ(status.code(), StatusCode::input) << length << " of " << whole.size();
-            if (length + 1 == whole.size()) {
-                EXPECT_THAT(status.message(),
-                            AllOf(HasSubstr(file.path()), HasSubstr("truncated")));
-            }
-        }
-    }
-}
-
 TEST_F(BadInput, AFileWhoseWriterDidNotFinish) {
     std::string bytes = bytes_of_file({rgba_z()});
     // 9 lines of ZIP are one chunk.

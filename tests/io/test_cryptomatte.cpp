@@ -1,8 +1,5 @@
 // Cryptomattes of files: ids, manifests, mattes, ranks. Expected: hashes that Blender wrote into
 // its manifest and published test vectors of MurmurHash3, coverages stated here.
-#include <ImfChannelList.h>
-#include <ImfFrameBuffer.h>
-#include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <gmock/gmock.h>
@@ -35,37 +32,32 @@ struct Sample {
 using Pixel = std::array<Sample, 4>;
 
 struct CryptoFile {
-    std::string name = "crypto_object";
     std::map<std::string, std::string> attributes = {};
     std::array<const char*, 4> words = {"r", "g", "b", "a"};
     Imf::PixelType type = Imf::FLOAT;
-    int levels = 2;
     std::vector<Pixel> pixels = {{{{7, 0.5f}, {9, 0.25f}, {0, 0}, {0, 0}}},
                                  {{{9, 0.5f}, {7, 0.25f}, {11, 0.125f}, {7, 0.0625f}}},
                                  {{{0, 1}, {0, 0}, {0, 0}, {0, 0}}}};
 };
 
+void add_attributes(Imf::Header& header, const std::map<std::string, std::string>& attributes) {
+    for (const auto& [what, value] : attributes)
+        header.insert("cryptomatte/1234567/" + what, Imf::StringAttribute(value));
+}
+
 std::string write(const test::TempFolder& folder, const CryptoFile& file) {
     const std::string path = folder.path("crypto.exr");
-    const int width = int(file.pixels.size());
-    Imf::Header header(width, 1);
-    for (const auto& [what, value] : file.attributes)
-        header.insert("cryptomatte/1234567/" + what, Imf::StringAttribute(value));
-    Imf::FrameBuffer buffer;
-    std::vector<std::vector<float>> planes(size_t(4 * file.levels));
-    for (size_t c = 0; c < planes.size(); ++c) {
-        for (const Pixel& pixel : file.pixels) {
-            const Sample& sample = pixel[c / 2];
-            planes[c].push_back(c % 2 ? sample.coverage : std::bit_cast<float>(sample.id));
-        }
-        const std::string name = file.name + "0" + std::to_string(c / 4) + "." + file.words[c % 4];
-        header.channels().insert(name, Imf::Channel(file.type));
-        buffer.insert(name, Imf::Slice(file.type, reinterpret_cast<char*>(planes[c].data()), 4,
-                                       size_t(width) * 4));
-    }
-    Imf::OutputFile out(path.c_str(), header);
-    out.setFrameBuffer(buffer);
-    out.writePixels(1);
+    test::FilePart part;
+    for (const char* level : {"00", "01"})
+        for (const char* word : file.words)
+            part.channels.push_back({concat("crypto_object", level, ".", word), file.type});
+    part.data = part.display = {{0, 0}, {int(file.pixels.size()) - 1, 0}};
+    part.edit = [&](Imf::Header& header) { add_attributes(header, file.attributes); };
+    part.bits = [&](size_t channel, int x, int) {
+        const Sample& sample = file.pixels[size_t(x)][channel / 2];
+        return channel % 2 ? std::bit_cast<uint32_t>(sample.coverage) : sample.id;
+    };
+    test::write_file(path, {part});
     return path;
 }
 
@@ -149,9 +141,7 @@ TEST_F(CryptomatteFile, OfAView) {
         add_ranks(part, "");
         part.edit = [view](Imf::Header& header) {
             header.setView(view);
-            for (const auto& [what, value] :
-                 attributes({{"manifest", "{\"" + view + "\": \"248bfa47\"}"}}))
-                header.insert("cryptomatte/1234567/" + what, Imf::StringAttribute(value));
+            add_attributes(header, attributes({{"manifest", "{\"" + view + "\": \"248bfa47\"}"}}));
         };
         return part;
     };

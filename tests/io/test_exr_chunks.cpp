@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <functional>
+#include <limits>
 #include <random>
 
 #include "tests/io/exr_files.h"
@@ -128,13 +128,7 @@ TEST_F(ExrChunks, SubsampledChannels) {
             ASSERT_TRUE(test::read_text(in) == test::read_text(out));
         }
         expect_samples(in, 0, part);
-        const auto before = must(must(ExrFile::open(in)).read_part(0)),
-                   after = must(must(ExrFile::open(out)).read_part(0));
-        for (const auto& channel : part.channels) {
-            const PartPixels::Plane *plane = before.find(channel.name),
-                                    *again = after.find(channel.name);
-            ASSERT_EQ(std::memcmp(plane->bytes.get(), again->bytes.get(), plane->total_bytes()), 0);
-        }
+        expect_samples(out, 0, part);
     }
 }
 
@@ -149,7 +143,8 @@ TEST_F(ExrChunks, WhatDoesNotBecomeSmallerIsStored) {
         while ((bits & 0x7f800000u) == 0x7f800000u);
         std::memcpy(&noise.data[i], &bits, 4);
     }
-    ASSERT_TRUE(write_planes_exr(path, noise, {"a", "b"}).ok());
+    noise.data[7] = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(must(write_planes_exr(path, noise, {"a", "b"})).nonfinite_pixels, 1u);
     const size_t stored = 64 * 32 * 2 * 4, all = 64 * 48 * 2 * 4,
                  bytes = test::read_text(path).size();
     EXPECT_GT(bytes, stored + 3 * 16);
@@ -157,26 +152,6 @@ TEST_F(ExrChunks, WhatDoesNotBecomeSmallerIsStored) {
     auto file = must(ExrFile::open(path));
     const auto again = must(file.read_channels(0, {"a", "b"}));
     EXPECT_EQ(std::memcmp(again.data.data(), noise.data.data(), all), 0);
-}
-
-// Any part of a multi-part file.
-TEST_F(ExrChunks, ColorInEachPart) {
-    for (int color = 0; color < 3; ++color)
-        for (const auto compression :
-             {Imf::NO_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION}) {
-            std::vector<FilePart> parts;
-            for (int i = 0; i < 3; ++i) {
-                FilePart& part = parts.emplace_back(every_type(concat("part", i)));
-                part.compression = compression;
-                part.repeating = true;
-                part.tile = i == 1 ? 8 : 0;
-                part.data.max.y += 17 * i;
-                if (i != color) part.channels = {{"X", Imf::FLOAT}, {"Y", Imf::UINT}};
-            }
-            expect_new_color(parts, {}, color);
-            for (int i = 0; i < 3; ++i)
-                EXPECT_EQ(oiio_channels(in, i) == oiio_channels(out, i), i != color) << i;
-        }
 }
 
 // A number in a chunk, counted from the chunk's first byte, is replaced.

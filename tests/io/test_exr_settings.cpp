@@ -165,7 +165,7 @@ TEST_F(ExrOutputSettings, ChannelsThatAreNamedAreWrittenAndNoOthers) {
         const auto report = write_filtered(out, frame, new_color(frame), options);
         if (!report.ok()) return report.status().message();
         std::string names;
-        for (int part = 0; part < test::oiio_parts(out); ++part) {
+        for (int part = 0; part < int(ExrFile::open(out)->parts().size()); ++part) {
             names += "|";
             for (const auto& channel : oiio_channels(out, part)) {
                 names += channel.name + " ";

@@ -1,5 +1,6 @@
-// Content that write_filtered() keeps, replaces and refuses. Inputs are written with OpenEXR;
-// outputs are read with OpenImageIO, which shares no code with tools/sequence.
+// Content that write_filtered() keeps, replaces and refuses; colors out of range, rounded and
+// compressed. Inputs are written with OpenEXR; outputs are read with OpenImageIO, which shares no
+// code with tools/sequence.
 #include <ImfPreviewImage.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -8,6 +9,7 @@
 #include <half.h>
 
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 #include "tests/io/exr_files.h"
@@ -25,7 +27,9 @@ using test::named;
 using test::oiio_attributes;
 using test::oiio_channels;
 using test::OiioChannel;
+using test::read_text;
 using test::write_file;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -51,7 +55,7 @@ TEST_F(ExrWriter, OnlyColorAndTheNewAttributeChange) {
         const auto report = expect_new_color({part}, {.attributes = {{"postchain", "1 ab"}}});
         EXPECT_THAT(attribute_changes(in, out), ElementsAre("+ postchain = 1 ab"));
         EXPECT_THAT(report.notes, IsEmpty());
-        EXPECT_EQ(report.bytes, test::read_text(out).size());
+        EXPECT_EQ(report.bytes, read_text(out).size());
         EXPECT_FALSE(report.skipped);
         // OpenImageIO reports neither line order nor type, so they are read with OpenEXR.
         auto attributes = must(ExrFile::open(out)).parts()[0].attributes;
@@ -61,7 +65,7 @@ TEST_F(ExrWriter, OnlyColorAndTheNewAttributeChange) {
 }
 
 bool has_type_attribute(const std::string& path) {
-    return test::read_text(path).find(std::string("type\0string\0", 12)) != std::string::npos;
+    return read_text(path).find(std::string("type\0string\0", 12)) != std::string::npos;
 }
 
 // OpenEXR's multi-part classes always have a type; in the file it is optional.
@@ -101,7 +105,7 @@ TEST_F(ExrWriter, EveryOtherPartStaysBitForBit) {
     }
     const auto report = expect_new_color(parts, {.attributes = {{"postchain", "x"}}}, 1);
     EXPECT_THAT(report.notes, IsEmpty());
-    ASSERT_EQ(test::oiio_parts(out), int(parts.size()));
+    ASSERT_EQ(must(ExrFile::open(out)).parts().size(), parts.size());
     EXPECT_THAT(attribute_changes(in, out, 1), ElementsAre("+ postchain = x"));
     for (const int part : {0, 2, 3, 4, 5}) {
         EXPECT_THAT(attribute_changes(in, out, part), IsEmpty());
@@ -114,7 +118,7 @@ TEST_F(ExrWriter, EveryOtherPartStaysBitForBit) {
     for (const int level : {1, 2})
         EXPECT_TRUE(oiio_channels(in, 2, level) == oiio_channels(out, 2, level)) << level;
     // The compressed bytes of the lossy part are unchanged.
-    const std::string before = test::read_text(in), after = test::read_text(out);
+    const std::string before = read_text(in), after = read_text(out);
     int common = 0;
     for (size_t at = 0; at + 64 <= before.size(); at += 64)
         common += after.find(before.substr(at, 64)) != std::string::npos;
@@ -133,6 +137,7 @@ TEST_F(ExrWriter, TheOtherViewStays) {
     FilePart left{.name = "rgb.left", .channels = {{"R"}, {"G"}, {"B"}}}, right = left;
     left.edit = [](Imf::Header& h) { h.setView("left"); };
     right.name = "rgb.right";
+    right.tile = 8;
     right.edit = [](Imf::Header& h) { h.setView("right"); };
     expect_new_color({left, right}, {}, 1, rgb);
     EXPECT_TRUE(oiio_channels(in, 0) == oiio_channels(out, 0));
@@ -165,11 +170,153 @@ TEST_F(ExrWriter, AMipMappedColorPartKeepsItsFullSizeLevel) {
 TEST_F(ExrWriter, ADamagedPartThatWouldBeCopiedIsAnError) {
     write_file(in, {{.name = "a", .channels = {{"R"}, {"G"}, {"B"}, {"A"}}},
                     {.name = "b", .channels = {{"X", Imf::FLOAT}}}});
-    const std::string whole = test::read_text(in);
+    const std::string whole = read_text(in);
     test::write_text(in, whole.substr(0, whole.size() - 3));
     InputFrame frame = read_ok(in);
     EXPECT_FALSE(write_filtered(out, frame, new_color(frame), {}).ok());
     EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+}
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kMost = std::numeric_limits<float>::max();
+
+struct Replaced {
+    int x, y, channel;
+    float given, written;
+};
+
+struct Overflow {
+    Imf::PixelType type;
+    std::vector<Replaced> samples;
+    uint64_t finite, nonfinite;  // pixels that do not fit
+    const char* remedy;
+};
+
+TEST_F(ExrWriter, ColorThatDoesNotFitIsRefusedOrClampedNeverInf) {
+    const std::vector<Replaced> halves = {{1, 0, 0, 65505, 65504},
+                                          {1, 0, 1, 1e6f, 65504},  // the same pixel
+                                          {2, 5, 2, -70000, -65504},
+                                          {3, 5, 2, 65504, 65504},  // fits
+                                          {4, 4, 0, kInf, 65504},
+                                          {5, 4, 3, kNan, 0}},
+                                floats = {{0, 0, 0, kMost, kMost},  // fits
+                                          {1, 0, 0, kInf, kMost},
+                                          {1, 0, 1, -kInf, -kMost},  // the same pixel
+                                          {2, 5, 2, kNan, 0}};
+    for (const Overflow& one : {Overflow{Imf::HALF, halves, 2, 2, "or render color as float"},
+                                Overflow{Imf::FLOAT, floats, 0, 2, "--overflow clamp"}}) {
+        FilePart part = every_type();
+        for (size_t c = 0; c < 4; ++c) part.channels[c].type = one.type;
+        write_file(in, {part});
+        std::filesystem::remove(out);
+        InputFrame frame = read_ok(in);
+        ImageF color = new_color(frame), expected = color;
+        for (const Replaced& sample : one.samples) {
+            color.at(sample.x, sample.y, sample.channel) = sample.given;
+            expected.at(sample.x, sample.y, sample.channel) = sample.written;
+        }
+        const Status refused = write_filtered(out, frame, color, {}).status();
+        EXPECT_EQ(refused.code(), StatusCode::output);
+        EXPECT_THAT(
+            refused.message(),
+            AllOf(HasSubstr(concat(one.finite + one.nonfinite, " pixels")), HasSubstr(one.remedy)));
+        EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+        const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
+        EXPECT_EQ(report.overflow_pixels, one.finite);
+        EXPECT_EQ(report.nonfinite_pixels, one.nonfinite);
+        expect_only_color_changed(in, out, 0, kRgba, expected);
+    }
+}
+
+ImageF color_of(const std::string& path) {
+    return must(must(ExrFile::open(path)).read_channels(0, kRgba));
+}
+
+// 2049 lies between the halves 2048 and 2050: to even. 2051 between 2050 and 2052: to 2052.
+TEST_F(ExrWriter, RoundsToTheNearestHalf) {
+    write_file(in, {every_type()});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i % 2 == 0 ? 2049 : 2051);
+    write_ok(out, frame, color);
+    const ImageF back = color_of(out);
+    for (size_t i = 0; i < back.data.size(); ++i)
+        ASSERT_EQ(back.data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
+}
+
+TEST_F(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {
+    for (const auto compression :
+         {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION,
+          Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION}) {
+        FilePart part = every_type();
+        part.special_values = false;
+        part.compression = compression;
+        part.tile = compression == Imf::B44_COMPRESSION ? 16 : 0;
+        EXPECT_THAT(expect_new_color({part}).notes, ElementsAre(HasSubstr("replaced by zip")));
+        EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "zip");
+    }
+    // Color alone keeps it.
+    write_file(in, {{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                     .data = {{0, 0}, {63, 63}},
+                     .compression = Imf::DWAA_COMPRESSION}});
+    InputFrame frame = read_ok(in);
+    const WriteOptions overwrite{.on_existing = OnExisting::overwrite};
+    EXPECT_THAT(write_ok(out, frame, ImageF(64, 64, 4, 0.5f), overwrite).notes, IsEmpty());
+    EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "dwaa");
+    for (const float v : color_of(out).data) EXPECT_NEAR(v, 0.5f, 0.01f);
+}
+
+// Every encoding with B44 or DWA changes a value a little.
+TEST_F(ExrWriter, LossyColorThatIsAsReadIsCopied) {
+    for (const auto compression : {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION,
+                                   Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION})
+        for (const auto& [name, tile] : {std::pair{"", 0}, {"color", 0}, {"color", 16}}) {
+            SCOPED_TRACE(concat("compression ", int(compression), ", tile ", tile));
+            FilePart part{.name = name,
+                          .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                          .data = {{-3, 2}, {60, 65}},
+                          .compression = compression,
+                          .tile = tile};
+            std::vector<FilePart> parts = {part};
+            if (*name != 0) parts.push_back({.name = "other", .channels = {{"Z"}}});
+            write_file(in, parts);
+            InputFrame frame = read_ok(in);
+            const ImageF before = color_of(in);
+            WriteOptions options{.on_existing = OnExisting::overwrite};
+            options.attributes["postchain"] = "a longer header";
+            EXPECT_THAT(write_ok(out, frame, before, options).notes, IsEmpty());
+            EXPECT_EQ(color_of(out).data, before.data);
+            // The chunks after header and table.
+            constexpr size_t kMaxHeader = 2048;
+            const std::string stored = read_text(in);
+            ASSERT_GT(stored.size(), 2 * kMaxHeader);
+            EXPECT_TRUE(read_text(out).ends_with(stored.substr(kMaxHeader)));
+            // If one value differs, the whole part is encoded.
+            ImageF other = before;
+            other.at(5, 6, 1) = 8;
+            EXPECT_THAT(write_ok(out, frame, other, options).notes, IsEmpty());
+            EXPECT_NEAR(color_of(out).at(5, 6, 1), 8, 0.2f);
+            // A note says if the chunks do not fit.
+            options.exr.channels = {"R", "G", "B"};
+            EXPECT_THAT(write_ok(out, frame, before, options).notes,
+                        ElementsAre(HasSubstr("packed anew with")));
+            options.exr.channels.clear();
+            options.exr.compression = *ExrCompression::parse("dwaa:45");
+            EXPECT_THAT(write_ok(out, frame, before, options).notes,
+                        ElementsAre(HasSubstr("packed anew with dwaa")));
+            options.exr.compression = *ExrCompression::parse("zip");
+            EXPECT_THAT(write_ok(out, frame, before, options).notes, IsEmpty());
+            EXPECT_EQ(color_of(out).data, before.data);
+        }
+    // Tiles of a single-part file: a note.
+    write_file(in, {{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                     .data = {{0, 0}, {63, 63}},
+                     .compression = Imf::DWAA_COMPRESSION,
+                     .tile = 16}});
+    InputFrame frame = read_ok(in);
+    EXPECT_THAT(write_ok(out, frame, color_of(in), {.on_existing = OnExisting::overwrite}).notes,
+                ElementsAre(HasSubstr("tiles of a file of one part")));
 }
 
 TEST(PlanesWriter, TypesAttributesAndWindows) {
@@ -205,16 +352,6 @@ TEST(PlanesWriter, TypesAttributesAndWindows) {
     const auto back = must(ExrFile::open(path));
     EXPECT_EQ(back.parts()[0].attributes.at("comment"), "text");
     EXPECT_EQ(back.parts()[0].attributes.at("aperture"), "2.8");
-}
-
-TEST(PlanesWriter, AWholeImageAsFloat) {
-    const test::TempFolder folder;
-    ImageF image(3, 2, 2);
-    image.data = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1e30f, std::numeric_limits<float>::infinity(), 12};
-    const auto report = must(write_planes_exr(folder.path("f.exr"), image, {"x", "y"}));
-    EXPECT_EQ(report.nonfinite_pixels, 1u);
-    const auto back = must(ExrFile::open(folder.path("f.exr"))->read_channels(0, {"x", "y"}));
-    EXPECT_TRUE(back == image);
 }
 
 TEST(PlanesWriter, SizesThatDifferAreADefectOfTheCaller) {

@@ -1,10 +1,8 @@
 // Writing a frame with a larger data window than its file has.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <half.h>
 
 #include <bit>
-#include <cstring>
 #include <limits>
 
 #include "tests/io/written_files.h"
@@ -20,43 +18,6 @@ using test::oiio_channels;
 using test::TempFolder;
 using test::write_file;
 using testing::HasSubstr;
-
-// Expects samples of `channel` in `out` to equal those of `in`, and `outside` around them.
-void expect_placed(const std::string& in, const std::string& out, int part,
-                   const std::string& channel, float outside) {
-    const auto read = [&](const std::string& path, Window& window) {
-        auto file = must(ExrFile::open(path));
-        window = file.parts()[size_t(part)].data_window;
-        return must(file.read_part(part, {channel}));
-    };
-    Window from, to;
-    const PartPixels before = read(in, from), after = read(out, to);
-    const PartPixels::Plane &was = before.planes[0], &is = after.planes[0];
-    const int step = is.channel.x_sampling;
-    ASSERT_EQ(is.width, to.width() / step);
-    const int left = (from.min_x - to.min_x) / step, top = (from.min_y - to.min_y) / step;
-    const size_t size = size_t(bytes_of(is.channel.type));
-    for (int y = 0; y < is.height; ++y) {
-        for (int x = 0; x < is.width; ++x) {
-            const int wx = x - left, wy = y - top;
-            const bool inside = wx >= 0 && wy >= 0 && wx < was.width && wy < was.height;
-            const std::byte* value = is.bytes.get() + size_t(y) * is.row_bytes() + size_t(x) * size;
-            if (inside) {
-                const std::byte* old =
-                    was.bytes.get() + size_t(wy) * was.row_bytes() + size_t(wx) * size;
-                ASSERT_EQ(std::memcmp(value, old, size), 0) << channel << " " << x << " " << y;
-            } else {
-                uint32_t bits = 0;
-                std::memcpy(&bits, value, size);
-                const float number = size == 2 ? float(half(half::FromBits, uint16_t(bits)))
-                                     : is.channel.type == PixelType::uint32
-                                         ? float(bits)
-                                         : std::bit_cast<float>(bits);
-                ASSERT_EQ(number, outside) << channel << " " << x << " " << y;
-            }
-        }
-    }
-}
 
 // A larger data window than the file's, in parts of every kind: new pixels are clear, infinitely
 // far and still; samples of subsampled channels stay at their pixels.
@@ -124,11 +85,13 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         EXPECT_EQ(file.parts()[0].data_window, expected);
         EXPECT_EQ(file.parts()[0].display_window, (Window{-10, 0, 30, 24}));
         EXPECT_EQ(*file.read_channels(0, kRgba), placed(color, frame.window, expected));
-        for (const char* name : {"mask", "id"}) expect_placed(in, out, 0, name, 0);
-        if (sampled) expect_placed(in, out, 0, "small", 0);
-        expect_placed(in, out, 0, "Z", 1e10f);
-        expect_placed(in, out, 0, "half.Z", 0);  // of no plane
-        expect_placed(in, out, 0, "mv.x", 0.5f);
+        const auto pixels = must(file.read_part(0));
+        for (size_t c = 4; c < parts[0].channels.size(); ++c) {
+            const std::string name = parts[0].channels[c].name;
+            // half.Z is of no plane.
+            const float outside = name == "Z" ? 1e10f : name.starts_with("mv.") ? 0.5f : 0;
+            expect_channel(pixels, parts[0], c, std::bit_cast<uint32_t>(outside));
+        }
         if (one.parts) {
             EXPECT_EQ(oiio_channels(in, 1), oiio_channels(out, 1));
         }

@@ -41,7 +41,11 @@ WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& c
 void expect_only_color_changed(const std::string& in, const std::string& out, int part,
                                const std::vector<std::string>& replaced, const ImageF& color);
 
-// Expects every sample of the part, in its own type, to have the bits it was made from.
+// Expects the samples of a channel that lie in the window of `made` to have the bits they were made
+// from, and all others the bits `outside`.
+void expect_channel(const PartPixels& pixels, const test::FilePart& made, size_t channel,
+                    uint32_t outside = 0);
+// The same of every channel of the part.
 void expect_samples(const std::string& path, int part, const test::FilePart& made);
 
 // Attributes that differ between `in` and `out`: first the removed ones, then the new ones.

@@ -149,20 +149,14 @@ class Allocations : public testing::Test {
     }
     // Two parts, one kept as stored. `tile`: tile size of that part, 0 for scanlines.
     void write_frame(int tile) const {
-        test::FilePart color, other;
-        color.name = "color";
-        color.channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}};
-        color.compression = Imf::ZIP_COMPRESSION;
-        other.name = "other";
-        other.channels = {{"id.X", Imf::UINT}};
-        other.tile = tile;
-        test::write_file(folder_.path("in.exr"), {color, other});
+        const test::FilePart other{
+            .name = "other", .channels = {{"id.X", Imf::UINT}}, .tile = tile};
+        test::write_file(folder_.path("in.exr"), {test::rgba_z("color"), other});
     }
 
     Result<io::InputFrame> read_frame() const {
-        auto open = io::open_frame(files_, 1);
-        if (!open.ok()) return open.status();
-        return io::read_frame(std::move(*open), roles_, {Role::color}, io::Keep::all);
+        ASSIGN_OR_RETURN(auto open, io::open_frame(files_, 1));
+        return io::read_frame(std::move(open), roles_, {Role::color}, io::Keep::all);
     }
 
     // Only the library calls may fail: arguments are made before.
@@ -186,10 +180,9 @@ TEST_F(Allocations, ChainFile) {
         "a chain file",
         [&] {
             chain = Chain();
-            auto file = load_chain(path, builtin_passes(), sets);
-            if (!file.ok()) return file.status();
-            if (Status status = file->status(); !status.ok()) return status;
-            chain = std::move(file->chain);
+            ASSIGN_OR_RETURN(auto file, load_chain(path, builtin_passes(), sets));
+            RETURN_IF_ERROR(file.status());
+            chain = std::move(file.chain);
             return Status();
         },
         [&] { return chain.hash(); });
@@ -206,10 +199,9 @@ TEST_F(Allocations, CameraFile) {
         "a camera file",
         [&] {
             camera = Camera();
-            const auto file = load_camera(path);
-            if (!file.ok()) return file.status();
-            if (Status status = file->status(); !status.ok()) return status;
-            camera = file->camera_for(7, {1920, 1080, 1});
+            ASSIGN_OR_RETURN(const auto file, load_camera(path));
+            RETURN_IF_ERROR(file.status());
+            camera = file.camera_for(7, {1920, 1080, 1});
             return Status();
         },
         [&] { return camera.f_stop; });
@@ -224,9 +216,8 @@ TEST_F(Allocations, Profile) {
         "a profile",
         [&] {
             roles = 0;
-            const auto profile = find_profile(path);
-            if (!profile.ok()) return profile.status();
-            roles = profile->roles.size();
+            ASSIGN_OR_RETURN(const auto profile, find_profile(path));
+            roles = profile.roles.size();
             return Status();
         },
         [&] { return roles; });
@@ -242,9 +233,8 @@ TEST_F(Allocations, ReadingAFrame) {
             "reading a frame",
             [&] {
                 color = ImageF();
-                auto frame = read_frame();
-                if (!frame.ok()) return frame.status();
-                color = std::move(frame->planes.at(Role::color));
+                ASSIGN_OR_RETURN(auto frame, read_frame());
+                color = std::move(frame.planes.at(Role::color));
                 return Status();
             },
             [&] { return color; });
@@ -262,10 +252,9 @@ TEST_F(Allocations, WritingAFrame) {
     fail_each(
         "writing a frame",
         [&] {
-            auto frame = read_frame();
-            if (!frame.ok()) return frame.status();
-            const ImageF color = std::move(frame->planes.at(Role::color));
-            return io::write_filtered(out_, *frame, color, options).status();
+            ASSIGN_OR_RETURN(auto frame, read_frame());
+            const ImageF color = std::move(frame.planes.at(Role::color));
+            return io::write_filtered(out_, frame, color, options).status();
         },
         [&] { return bytes("out.exr"); });
     EXPECT_GT(bytes("out.exr").size(), 500u);

@@ -17,8 +17,7 @@ killed. Each time:
     python3 tests/robustness/failing_writes.py build/tools/apps/postchain/postchain \\
         build/tests/robustness/libpostchain_file_calls.so --work /tmp/faults [--jobs run,diff]
 
---one-of-each tests the first call of each kind on each kind of file in each job; --stride K every
-K-th call.
+--one-of-each tests the first call of each kind on each kind of file in each job.
 """
 import argparse
 import pathlib
@@ -46,10 +45,10 @@ def kind_of(path):
     return re.sub(r"[0-9a-f]{16}|\d+", "#", pathlib.Path(path).name)
 
 
-def chosen(calls, one_of_each, stride):
+def chosen(calls, one_of_each):
     """Numbers of the calls to fail."""
     if not one_of_each:
-        return range(1, len(calls) + 1, stride)
+        return range(1, len(calls) + 1)
     first = {}
     for number, (call, path, _) in enumerate(calls, 1):
         first.setdefault((call, kind_of(path)), number)
@@ -155,7 +154,7 @@ def try_job(job, arguments, work):
     trial.prepare()
     jobs.run(trial.command(), jobs.watched(arguments.library, trial.out, trial.log))
     calls = read_log(trial.log)
-    numbers = chosen(calls, arguments.one_of_each, arguments.stride)
+    numbers = chosen(calls, arguments.one_of_each)
     trials = faults = 0
     for i, number in enumerate(numbers):
         call = calls[number - 1][0]
@@ -177,7 +176,6 @@ def main():
     parser.add_argument("--jobs", default=",".join(jobs.JOBS), help="default: all")
     parser.add_argument("--one-of-each", action="store_true",
                         help="the first call of each kind on each kind of file, in one way")
-    parser.add_argument("--stride", type=int, default=1, help="every K-th call")
     arguments = parser.parse_args()
     work = arguments.work.resolve()
     jobs.make_scene(arguments.postchain, work / "in", 2)

@@ -15,14 +15,16 @@ import time
 
 import jobs
 
+PROCESSES = 3
 
-def together(command, processes, chance):
+
+def together(command, chance):
     """(exit code, stderr) of processes that begin within a tenth of a second."""
     started = []
-    for _ in range(processes):
+    for _ in range(PROCESSES):
         started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL,
                                         stderr=subprocess.PIPE, text=True))
-        time.sleep(chance.uniform(0, 0.1 / processes))
+        time.sleep(chance.uniform(0, 0.1 / PROCESSES))
     outcomes = []
     for process in started:
         _, said = process.communicate(timeout=600)
@@ -46,8 +48,6 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     jobs.add_options(parser)
     parser.add_argument("--rounds", type=int, default=10, help="rounds with each --on-existing")
-    parser.add_argument("--processes", type=int, default=3)
-    parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     work = arguments.work.resolve()
     scene, out = work / "in", work / "out"
@@ -59,9 +59,8 @@ def main():
         refused = 0
         for turn in range(arguments.rounds):
             jobs.empty(out)
-            chance = random.Random(f"{arguments.seed} {on_existing} {turn}")
-            outcomes = together(job.command(arguments.postchain, scene, out, on_existing),
-                                arguments.processes, chance)
+            chance = random.Random(f"{on_existing} {turn}")
+            outcomes = together(job.command(arguments.postchain, scene, out, on_existing), chance)
             said = faults_of(outcomes, on_existing, out)
             # With `fail`, every process may have been refused at another frame.
             whole = on_existing != "fail" or any(code == 0 for code, _ in outcomes)
@@ -71,7 +70,7 @@ def main():
             for sentence in said:
                 print(f"{on_existing}, round {turn}: {sentence}", flush=True)
             faults += len(said)
-        print(f"{on_existing}: {arguments.rounds} rounds of {arguments.processes} processes, "
+        print(f"{on_existing}: {arguments.rounds} rounds of {PROCESSES} processes, "
               f"{refused} refused", flush=True)
     print(f"{faults} faults")
     return 1 if faults else 0

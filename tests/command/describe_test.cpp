@@ -29,17 +29,14 @@ TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
         EXPECT_TRUE(contains(one, words)) << words << one;
     EXPECT_FALSE(contains(one, "subpix")) << one;
     EXPECT_GT(lines_of(all), 40);
-    for (const char* word : {"step gather", "output color"})
-        EXPECT_TRUE(contains(all, word)) << word;
+    EXPECT_TRUE(contains(all, "step gather")) << all;
     // Frames with the same plan are printed once.
     const std::string same = plan({}, "fxaa");
-    EXPECT_TRUE(contains(same, "\nframe 2: as frame 1\n")) << same;
     EXPECT_TRUE(contains(same, "\nframe 4: as frame 1\n")) << same;
 
     const auto plans = json_lines(plan({"--json"}));
     ASSERT_EQ(plans.size(), 4u);
     EXPECT_EQ(plans[1]["frame"], 2);
-    EXPECT_EQ(plans[0]["chain_hash"], plans[1]["chain_hash"]);
     EXPECT_EQ(plans[0]["passes"][1]["pass"], "fxaa");
 
     const std::string dot = plan({"--frames", "1", "--dot"});
@@ -56,13 +53,12 @@ TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
 TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6});
     const auto plan = [&](const Arguments& more) {
-        Arguments arguments = joined({"plan", at("motion_blur.yaml"), "-i", in(), "--json"}, more);
-        const auto outcome = run(arguments);
+        const auto outcome =
+            run(joined({"plan", at("motion_blur.yaml"), "-i", in(), "--json"}, more));
         EXPECT_EQ(outcome.code, 0) << outcome.text();
         return json_lines(outcome.out)[0];
     };
-    const Json one = plan({"--frames", "1"});
-    const Json six = plan({});
+    const Json one = plan({"--frames", "1"}), six = plan({});
     const Json memory = one["estimate"]["memory_bytes"];
     // Color, depth and motion as stored and as float, and twice the result: more than the planes.
     EXPECT_GT(memory["frame"], 48 * 32 * 4 * (4 + 1 + 2));
@@ -98,19 +94,12 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
 TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     write_sequence(at(""), {1});
     const Arguments still = {"--set", "motion_blur.shutter_frames=0"};
-    const auto steps = [&](const std::string& elide) {
-        const auto outcome =
-            run(joined({"plan", elide, at("motion_blur.yaml"), "-i", in(1), "--json"}, still));
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
-        return json_lines(outcome.out).at(0)["steps"].size();
-    };
-    EXPECT_EQ(steps("--no-elide=identity_by_facts"), 0u);
-    EXPECT_GT(steps("--no-elide=off_by_configuration"), 3u);
-    EXPECT_GT(steps("--no-elide"), 3u);  // the word after it is not its value
-    const auto text = run(joined({"plan", at("motion_blur.yaml"), "-i", in(1)}, still));
-    for (const char* words :
-         {"(does not run)", "left out whole: shutter_frames is 0 [off_by_configuration]"})
-        EXPECT_TRUE(contains(text.out, words)) << text.text();
+    // The word after --no-elide is not its value.
+    const auto whole =
+        run(joined({"plan", "--no-elide", at("motion_blur.yaml"), "-i", in(1), "--json"}, still));
+    EXPECT_GT(json_lines(whole.out).at(0)["steps"].size(), 3u) << whole.text();
+    expect_prints(run(joined({"plan", at("motion_blur.yaml"), "-i", in(1)}, still)), 0,
+                  {"(does not run)", "left out whole: shutter_frames is 0 [off_by_configuration]"});
     expect_ends(filter("motion_blur", still), 0, {"left out motion_blur: shutter_frames is 0"});
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
 }
@@ -132,18 +121,14 @@ TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     }
     EXPECT_EQ(blocks, 6u);
     // A cut outside of the frames that are run is no mistake, one outside of the sequence is.
-    expect_ends(
-        filter("motion_blur", {"--on-existing", "overwrite", "--frames", "1", "--cuts", "2,7"}), 0,
-        {"--cuts: frames not in the sequence: 7\n"});
-
+    const Arguments one = {"--on-existing", "overwrite", "--frames", "1"};
+    expect_ends(filter("motion_blur", joined(one, {"--cuts", "2,7"})), 0,
+                {"--cuts: frames not in the sequence: 7\n"});
     FrameFile bare;
     bare.motion = false;
-    bare.convention = "generic";
     write_frame(in(1), make_planes(48, 32), bare);
-    Arguments one = {"--frames", "1", "--on-existing", "overwrite"};
-    EXPECT_EQ(filter("motion_blur", one).code, 4);
-    Arguments asked = joined(one, {"--elide", "missing_plane"});
-    expect_ends(filter("motion_blur", asked), 0, {"left out motion_blur: needs motion"});
+    expect_ends(filter("motion_blur", joined(one, {"--elide", "missing_plane"})), 0,
+                {"left out motion_blur: needs motion"});
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
 }
 
@@ -152,11 +137,8 @@ TEST_F(DescribeTest, SomeFramesThatFailAreExitCodeOne) {
     for (const Arguments& command :
          {Arguments{"plan", at("fxaa.yaml"), "-i"}, Arguments{"inspect", "-i"}})
         for (const auto& [frames, code] :
-             {std::pair{"1-2", 0}, std::pair{"0-2", 1}, std::pair{"2-3", 1}, std::pair{"3-4", 4}}) {
-            Arguments words = joined(command, {in(), "--frames", frames});
-            const auto outcome = run(words);
-            EXPECT_EQ(outcome.code, code) << command[0] << " " << frames << "\n" << outcome.text();
-        }
+             {std::pair{"1-2", 0}, std::pair{"2-3", 1}, std::pair{"3-4", 4}})
+            expect_ends(run(joined(command, {in(), "--frames", frames})), code);
 }
 
 TEST_F(DescribeTest, InspectNamesWhatItFound) {
@@ -166,10 +148,9 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     file.attributes["comment"] = std::string("a shot");
     write_frame(in(1), make_planes(48, 32), file);
     const auto text = run({"inspect", in(1)});
-    EXPECT_EQ(text.code, 0) << text.text();
-    for (const char* word : {"ViewLayer.Combined.R (float)", "id (uint)", "(-3, 0)-(44, 31)",
-                             "profile cycles", "comment: a shot", "max_speed_px: 6.7"})
-        EXPECT_TRUE(contains(text.out, word)) << word << "\n" << text.out;
+    expect_prints(text, 0,
+                  {"ViewLayer.Combined.R (float)", "id (uint)", "(-3, 0)-(44, 31)",
+                   "profile cycles", "comment: a shot", "max_speed_px: 6.7"});
     // A file of three planes is described once.
     EXPECT_EQ(run({"inspect", "-i", "color=" + in(1) + ",depth=" + in(1)}).out, text.out);
     const auto lines = json_lines(run({"inspect", in(1), "--json"}).out);
@@ -206,8 +187,7 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     planes.color.data[4 * 7] = std::numeric_limits<float>::quiet_NaN();
     write_frame(in(4), planes);
     planes = make_planes(48, 32, 5);
-    std::fill(planes.motion.data.begin(), planes.motion.data.end(), 0.0f);
-    std::fill(planes.back.data.begin(), planes.back.data.end(), 0.0f);
+    planes.motion = planes.back = ImageF(48, 32, 2);
     write_frame(in(5), planes);
     for (int frame : {8, 10}) {
         planes = make_planes(48, 32, frame);
@@ -233,13 +213,6 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
 // tests/chain has the check itself.
 TEST_F(DescribeTest, SignSelfCheck) {
     write_sequence(at(""), {1, 2});
-    const auto signs = [&](const Arguments& more) {
-        const auto outcome = run(joined({"inspect", in(), "--json"}, more));
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
-        return json_lines(outcome.out).at(0)["sign_check"];
-    };
-    EXPECT_EQ(signs({})["verdict"], "confirmed");
-    EXPECT_EQ(signs({})["candidates"].size(), 8u);
     // A profile whose y sign is wrong, and that names no motion_back.
     write_text(at("flipped.yaml"),
                "profile: 1\nname: flipped\n"
@@ -247,12 +220,12 @@ TEST_F(DescribeTest, SignSelfCheck) {
                " '<layer>.Combined.B', '<layer>.Combined.A']]}]\n"
                "motion: [{channels: [['<layer>.Vector.Z', '<layer>.Vector.W']],"
                " scale: [1, -1]}]\n");
-    const Json wrong = signs({"--profile", at("flipped.yaml")});
+    const char* remedy = "use a profile whose `motion` has its `scale` multiplied by (-1, -1)";
+    const Arguments flipped = {"inspect", in(), "--frames", "1", "--profile", at("flipped.yaml")};
+    const Json wrong = json_lines(run(joined(flipped, {"--json"})).out).at(0)["sign_check"];
     EXPECT_EQ(wrong["verdict"], "contradicted");
     EXPECT_EQ(wrong["candidates"].size(), 4u);
-    const char* remedy = "use a profile whose `motion` has its `scale` multiplied by (-1, -1)";
     EXPECT_EQ(wrong["remedy"], remedy);
-    const Arguments flipped = {"inspect", in(), "--frames", "1", "--profile", at("flipped.yaml")};
     expect_prints(run(flipped), 0, {"contradicted: another combination has", remedy});
     expect_ends(run(joined(flipped, {"--strict"})), 7, {"contradicts the profile", remedy});
     expect_prints(run({"inspect", in(), "--frames", "1", "--strict"}), 0, {"confirmed"});
@@ -264,13 +237,9 @@ TEST_F(DescribeTest, SignSelfCheck) {
 TEST_F(DescribeTest, OnlyStoredVectorsVoteForTheirSigns) {
     for (const int frame : {1, 2}) {
         Planes planes = make_planes(48, 32, frame);
-        for (int y = 0; y < 16; ++y)
-            for (int x = 0; x < 48; ++x) planes.depth.at(x, y) = 1e10f;  // sky
-        for (float& value : planes.motion.data) value *= 0.002f;         // as fractions
-        planes.motion.at(0, 0, 0) = planes.motion.at(0, 0, 1) = 0;
-        for (int y = 0; y < 16; ++y)
-            for (int x = 0; x < 48; ++x)
-                for (int c = 0; c < 2; ++c) planes.motion.at(x, y, c) = 0;
+        for (float& value : planes.motion.data) value *= 0.002f;  // as fractions
+        std::fill_n(planes.depth.data.begin(), 48 * 16, 1e10f);   // sky
+        std::fill_n(planes.motion.data.begin(), 2 * 48 * 16, 0.0f);
         write_frame(in(frame), planes);
     }
     // Turns by 0.05 in each frame.
@@ -298,10 +267,9 @@ TEST_F(DescribeTest, OnlyStoredVectorsVoteForTheirSigns) {
 TEST_F(DescribeTest, Info) {
     const auto text = run({"info"});
     expect_prints(text, 0, {"postchain ", "OpenEXR ", "OpenImageIO ", "GL in use: "});
-    const auto lines = json_lines(run({"info", "--json"}).out);
-    ASSERT_EQ(lines.size(), 1u);
+    const Json info = json_lines(run({"info", "--json"}).out).at(0);
     // At least GL 4.5's minimum; for textures, llvmpipe's limit.
-    const Json& limits = lines[0]["gl"]["limits"];
+    const Json& limits = info["gl"]["limits"];
     for (const auto& [limit, least] : {std::pair{"texture_px", 16384},
                                        {"storage_block_bytes", 1 << 27},
                                        {"shared_memory_bytes", 32768},
@@ -311,7 +279,7 @@ TEST_F(DescribeTest, Info) {
                                        {"image_units", 8}})
         EXPECT_GE(limits[limit], least) << limit;
     EXPECT_TRUE(contains(text.out, "limit texture_px " + limits["texture_px"].dump()));
-    EXPECT_TRUE(lines[0]["devices"].is_array());
+    EXPECT_TRUE(info["devices"].is_array());
 }
 
 // tests/config has what they say.
@@ -320,27 +288,31 @@ TEST_F(DescribeTest, SchemaAndPasses) {
     EXPECT_EQ(schema.code, 0);
     EXPECT_EQ(Json::parse(schema.out, nullptr, false)["$schema"],
               "https://json-schema.org/draft/2020-12/schema");
-    const auto passes = Json::parse(run({"passes", "--json"}).out, nullptr, false);
+    const auto passes = Json::parse(run({"passes", "--json"}).out, nullptr, false)["passes"];
     const auto text = run({"passes"});
-    for (const auto& pass : passes["passes"]) {
-        expect_prints(text, 0, {pass["name"].get<std::string>()});
-        for (const auto& row : pass["parameters"])
-            expect_prints(text, 0, {"  " + row["key"].get<std::string>() + " "});
-    }
-    EXPECT_GE(passes["passes"].size(), 3u);
+    for (const auto& pass : passes) expect_prints(text, 0, {pass["name"].get<std::string>()});
+    EXPECT_GE(passes.size(), 3u);
+    const auto one = run({"passes", "motion_blur"});
+    EXPECT_TRUE(one.out.starts_with("motion_blur: ")) << one.text();
+    EXPECT_TRUE(contains(text.out, one.out + "\n"));
+    for (const char* other : {"depth_of_field: ", "focal_length_mm"})
+        EXPECT_FALSE(contains(one.out, other)) << other;
+    const auto fxaa = Json::parse(run({"passes", "fxaa", "--json"}).out, nullptr, false);
+    EXPECT_EQ(fxaa["name"], "fxaa");
+    EXPECT_NE(std::find(passes.begin(), passes.end(), fxaa), passes.end());
+    EXPECT_TRUE(
+        contains(run({"passes", "--markdown"}).out, run({"passes", "fxaa", "--markdown"}).out));
+    expect_ends(run({"passes", "motion_blurr"}), 2,
+                {"unknown pass 'motion_blurr' (did you mean 'motion_blur'?)"});
 }
 
+// Documents.EveryVerbAndOptionIsInCommandMd has the list of subcommands.
 TEST_F(DescribeTest, HelpIsCompletePerVerb) {
-    const auto top = run({"--help"});
-    EXPECT_EQ(top.code, 0);
     for (const char* subcommand :
          {"run", "plan", "inspect", "scene", "info", "schema", "passes", "man", "completion"}) {
-        EXPECT_TRUE(contains(top.out, subcommand)) << subcommand;
         const auto help = run({subcommand, "--help"});
-        EXPECT_EQ(help.code, 0) << subcommand;
+        expect_prints(help, 0, {concat("Usage: postchain ", subcommand), "Exit codes"});
         EXPECT_EQ(help.err, "") << subcommand;
-        EXPECT_TRUE(contains(help.out, std::string("Usage: postchain ") + subcommand)) << help.out;
-        EXPECT_TRUE(contains(help.out, "Exit codes")) << subcommand;
     }
     EXPECT_TRUE(run({"--version"}).out.starts_with("postchain 0."));
 }
@@ -394,8 +366,6 @@ class Completion : public CommandTest {
 };
 
 TEST_F(Completion, IsBashAndOffersWhatFits) {
-    write_text(at("completion"), run({"completion"}).out);
-    EXPECT_EQ(run_program({"bash", "-n", at("completion")}).code, 0);
     using Words = std::set<std::string>;
     EXPECT_EQ(offered({"postchain", "s"}),
               (Words{"scene", "schema", "selftest", "serve", "sheet", "stress", "study"}));

@@ -31,6 +31,16 @@ class Picture:
         return struct.unpack(f"<{len(values)}I", struct.pack(f"<{len(values)}f", *values))
 
 
+def flat(width, height, channels):
+    """A picture of these float channels in its own display window. channels: name -> list of values."""
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    return Picture(width, height, {
+        "dataWindow": ("box2i", window), "displayWindow": ("box2i", window), "lineOrder": ("lineOrder", b"\0"),
+        "pixelAspectRatio": ("float", struct.pack("<f", 1)), "screenWindowCenter": ("v2f", bytes(8)),
+        "screenWindowWidth": ("float", struct.pack("<f", 1))},
+        {name: ("f", values) for name, values in channels.items()})
+
+
 def _text(data, at):
     end = data.index(0, at)
     return data[at:end].decode(), end + 1

@@ -9,7 +9,6 @@ import unittest
 import exr
 
 FRAMES = pathlib.Path(__file__).resolve().parents[1] / "data/layers"
-GROUPS = ["Combined_key", "Combined_fill", "Combined_glow"]
 CRYPTO = "ViewLayer.CryptoObject"
 OBJECTS = ["wall", "post", "lamp", "ball"]
 LENS = ["--set", "camera.focal_length_mm=35", "--set", "camera.sensor_width_mm=36", "--set",

@@ -52,31 +52,28 @@ TEST_F(LikeTest, BytesDoNotDependOnHowPathsAreSpelled) {
 
 TEST_F(LikeTest, WhatIsGivenOverrides) {
     write_sequence(at(""), {1, 2});
-    ASSERT_EQ(filter("all", {"--frames", "1", "--precision", "fp16"}).code, 0);
-    expect_ends(run({"run", "--like", out(1), "-i", in(), "--precision", "fp32", "--set",
-                     "camera.f_stop=5.6", "-o", at("out/again.####.exr")}),
-                0, {"chain, settings or input files differ", "2 written of 2 frames"});
-    const Json record = record_of(at("out/again.0001.exr"));
-    EXPECT_EQ(record["resolved"]["camera"]["f_stop"]["value"], 5.6);
-    EXPECT_EQ(record["settings"].value("precision", "fp32"), "fp32");
-    EXPECT_GT(largest_difference(read_color(at("out/again.0001.exr")), read_color(out(1))), 1e-4);
-}
-
-TEST_F(LikeTest, TheLayerBehindIsOverridden) {
-    write_sequence(at(""), {1});
-    std::filesystem::copy_file(at("in.0001.exr"), at("behind.0001.exr"));
-    std::filesystem::copy_file(at("in.0001.exr"), at("other.0001.exr"));
-    ASSERT_EQ(filter("all", {"--behind", at("behind.####.exr")}).code, 0);
-    const auto behind_of = [&](const Arguments& more) {
+    for (const char* name : {"behind.0001.exr", "other.0001.exr"})
+        std::filesystem::copy_file(in(1), at(name));
+    ASSERT_EQ(
+        filter("all", {"--frames", "1", "--precision", "fp16", "--behind", at("behind.####.exr")})
+            .code,
+        0);
+    const auto again = [&](const Arguments& more, const std::vector<std::string>& words) {
         expect_ends(run(joined({"run", "--like", out(1), "-o", at("out/again.####.exr"),
                                 "--on-existing", "overwrite"},
                                more)),
-                    0);
-        return record_of(at("out/again.0001.exr"))["settings"].value("behind", "none");
+                    0, words);
+        return record_of(at("out/again.0001.exr"));
     };
-    EXPECT_EQ(behind_of({}), at("behind.####.exr"));
-    EXPECT_EQ(behind_of({"--behind", at("other.####.exr")}), at("other.####.exr"));
-    EXPECT_EQ(behind_of({"-i", in()}), "none");
+    const std::string behind = at("behind.####.exr"), other = at("other.####.exr");
+    EXPECT_EQ(again({}, {"repeated"})["settings"]["behind"], behind);
+    EXPECT_EQ(again({"--behind", other}, {})["settings"]["behind"], other);
+    const Json record = again({"-i", in(), "--precision", "fp32", "--set", "camera.f_stop=5.6"},
+                              {"chain, settings or input files differ", "2 written of 2 frames"});
+    EXPECT_EQ(record["resolved"]["camera"]["f_stop"]["value"], 5.6);
+    EXPECT_EQ(record["settings"].value("precision", "fp32"), "fp32");
+    EXPECT_FALSE(record["settings"].contains("behind"));  // it belongs to the recorded input
+    EXPECT_GT(largest_difference(read_color(at("out/again.0001.exr")), read_color(out(1))), 1e-4);
 }
 
 TEST_F(LikeTest, SaysWhatDoesNotHoldAnyMore) {

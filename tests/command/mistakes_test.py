@@ -4,7 +4,6 @@ usage: mistakes_test.py POSTCHAIN"""
 import json
 import pathlib
 import re
-import struct
 import subprocess
 import sys
 import tempfile
@@ -26,14 +25,8 @@ class Case(unittest.TestCase):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def write(self, name, channels=("R", "G", "B"), value=0.5):
-        window = struct.pack("<4i", 0, 0, WIDTH - 1, HEIGHT - 1)
-        attributes = {"dataWindow": ("box2i", window), "displayWindow": ("box2i", window),
-                      "lineOrder": ("lineOrder", b"\0"),
-                      "pixelAspectRatio": ("float", struct.pack("<f", 1)),
-                      "screenWindowCenter": ("v2f", bytes(8)),
-                      "screenWindowWidth": ("float", struct.pack("<f", 1))}
-        exr.write(self.folder / name, exr.Picture(WIDTH, HEIGHT, attributes, {
-            channel: ("f", [value] * (WIDTH * HEIGHT)) for channel in channels}))
+        exr.write(self.folder / name, exr.flat(WIDTH, HEIGHT, {
+            channel: [value] * (WIDTH * HEIGHT) for channel in channels}))
 
     def said(self, code, *words):
         done = run(*words, folder=self.folder)
@@ -74,24 +67,17 @@ class Options(Case):
                               said := self.said(2, name, typed))
                 self.assertIn(f"see postchain {name} --help", said)
 
-    def test_of_the_camera_and_of_a_required_option(self):
-        said = self.said(2, "run", "fast", "-i", "a.exr", "--camra", "camera.json", "-o", "b.exr")
-        self.assertIn("unknown option '--camra' (did you mean '--camera'?)", said)
-        said = self.said(2, "run", "fast", "--inptu", "a.exr", "-o", "b.exr")
-        self.assertIn("unknown option '--inptu' (did you mean '--input'?)", said)
-        self.assertIn("unknown option '--versio' (did you mean '--version'?)",
-                      self.said(2, "--versio"))
-
     def test_others(self):
-        said = self.said(2, "info", "--quite-another")
-        self.assertIn("unknown option '--quite-another';", said)
-        self.assertIn("unexpected argument 'more';", self.said(2, "info", "more"))
-        self.assertIn("unexpected argument 'a.exr' (did you mean '--input a.exr'?);",
-                      self.said(2, "run", "fast", "a.exr", "b.exr"))
-        self.assertIn("unexpected argument 'b.exr' (did you mean '--output b.exr'?);",
-                      self.said(2, "run", "fast", "-i", "a.exr", "b.exr"))
-        # A required option that is missing, without another mistake.
-        self.assertIn("--input is required", self.said(2, "run", "fast", "-o", "b.exr"))
+        for typed, said in (
+                # Not that a required option is missing.
+                ("run fast --inptu a.exr -o b.exr", "unknown option '--inptu' (did you mean '--input'?)"),
+                ("--versio", "unknown option '--versio' (did you mean '--version'?)"),
+                ("info --quite-another", "unknown option '--quite-another';"),
+                ("info more", "unexpected argument 'more';"),
+                ("run fast a.exr b.exr", "unexpected argument 'a.exr' (did you mean '--input a.exr'?);"),
+                ("run fast -i a.exr b.exr", "unexpected argument 'b.exr' (did you mean '--output b.exr'?);"),
+                ("run fast -o b.exr", "--input is required")):
+            self.assertIn(said, self.said(2, *typed.split()))
 
 
 class Channels(Case):
@@ -130,23 +116,6 @@ class Channels(Case):
         self.assertEqual([one["frame"] for one in survey["findings"]], [1, 2, 3])
 
 
-class Passes(Case):
-    def test_one_pass(self):
-        whole = run("passes").stdout
-        one = run("passes", "motion_blur")
-        self.assertEqual(one.returncode, 0, one.stderr)
-        self.assertTrue(one.stdout.startswith("motion_blur: "))
-        self.assertIn(one.stdout + "\n", whole)
-        self.assertNotIn("depth_of_field: ", one.stdout)
-        self.assertNotIn("focal_length_mm", one.stdout)
-        described = json.loads(run("passes", "fxaa", "--json").stdout)
-        self.assertIn(described, json.loads(run("passes", "--json").stdout)["passes"])
-        self.assertEqual(described["name"], "fxaa")
-        self.assertIn(run("passes", "fxaa", "--markdown").stdout, run("passes", "--markdown").stdout)
-        self.assertIn("unknown pass 'motion_blurr' (did you mean 'motion_blur'?)",
-                      self.said(2, "passes", "motion_blurr"))
-
-
 class Diff(Case):
     def test_constants_only_with_v(self):
         self.write("a.exr")
@@ -155,9 +124,6 @@ class Diff(Case):
         self.assertIn("\nwith pixels_per_degree 67.02 tone_mapper aces exposure_start ", brief)
         self.assertNotIn("ssim_k1", brief)
         self.assertIn("ssim_k1 0.01", run("diff", "a.exr", "b.exr", "-v", folder=self.folder).stdout)
-        settings = json.loads(run("diff", "a.exr", "b.exr", "--json",
-                                  folder=self.folder).stdout)["settings"]
-        self.assertEqual(settings["ssim_k1"], 0.01)
 
 
 if __name__ == "__main__":

@@ -22,23 +22,6 @@ TEST_F(RunTest, ThreadsDoNotChangePixels) {
     }
 }
 
-TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
-    expect_ends(run({"scene", "wheels", "-o", at("w"), "--size", "96x64", "--frames", "1-2"}), 0);
-    const ImageF sharp = read_color(at("w/sharp.0001.exr"));
-    std::vector<ImageF> pictures;
-    for (const char* chain : {"paper", "dof_first"}) {
-        const auto outcome = run({"run", chain, "-i", at("w/sharp.####.exr"), "--camera",
-                                  at("w/camera.json"), "-o", out(), "--on-existing", "overwrite"});
-        expect_ends(outcome, 0, {"2 written of 2 frames"});
-        EXPECT_EQ(outcome.out, "");
-        pictures.push_back(read_color(out(1)));
-        EXPECT_GT(largest_difference(pictures.back(), sharp), 0.05);
-        EXPECT_EQ(other_channels(out(1)), other_channels(at("w/sharp.0001.exr")));
-        EXPECT_EQ(other_channels(out(1)).size(), 5u);  // depth and four vector channels
-    }
-    EXPECT_GT(largest_difference(pictures[0], pictures[1]), 0.01);
-}
-
 // Every key of a sidecar, parents first: "times_ms", "times_ms.read", ... List elements are written
 // as [].
 void collect_keys(const Json& json, const std::string& prefix, std::set<std::string>& keys) {
@@ -95,17 +78,11 @@ TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
     EXPECT_EQ(json["output"], out(1));
     EXPECT_EQ(json["health"]["input_first_nonfinite"], Json::array({3, 2}));
     EXPECT_NEAR(json["bounds"]["max_speed_px"].get<double>(), std::sqrt(45.0), 1e-4);
-    EXPECT_EQ(json["plan"]["passes"].size(), 3u);
-    uint64_t dispatches = 0;
-    for (const auto& pass : json["plan"]["passes"])
-        dispatches += pass["dispatches"].get<uint64_t>();
-    EXPECT_EQ(json["counters"]["dispatches"], dispatches);
     // Dispatches and textures, which only `plan --json` prints, were three quarters of it.
     EXPECT_FALSE(json["plan"].contains("steps") || json["plan"].contains("textures"));
     EXPECT_LT(read_text(out(1) + ".json").size(), 10000u);
     EXPECT_EQ(sidecar(2)["outcome"], "held");
     EXPECT_EQ(sidecar(2)["held_from"], 1);
-    EXPECT_EQ(read_color(out(2)).data, read_color(out(1)).data);
 }
 
 TEST_F(RunTest, JsonLines) {
@@ -116,9 +93,8 @@ TEST_F(RunTest, JsonLines) {
     const auto lines = json_lines(outcome.out);
     ASSERT_EQ(lines.size(), 3u);
     for (size_t i = 0; i < 3; ++i) {
-        EXPECT_EQ(lines[i]["frame"], i + 1);
+        for (const char* number : {"frame", "done"}) EXPECT_EQ(lines[i][number], i + 1);
         EXPECT_EQ(lines[i]["outcome"], i < 2 ? "written" : "missing");
-        EXPECT_EQ(lines[i]["done"], i + 1);
         EXPECT_EQ(lines[i]["total"], 3);
     }
     EXPECT_EQ(lines[2]["error_code"], "input");
@@ -139,8 +115,9 @@ TEST_F(RunTest, QuietAndVerbose) {
     EXPECT_EQ(quiet.code, 0);
     EXPECT_EQ(quiet.out + quiet.err, "");
     expect_ends(filter("fxaa", {"-q"}), 5, {out(1)});
-    expect_ends(filter("fxaa", {"-v", "--on-existing", "overwrite"}), 0,
-                {"renderer: ", "frame 1 written: " + out(1)});
+    const auto verbose = filter("fxaa", {"-v", "--on-existing", "overwrite"});
+    expect_ends(verbose, 0, {"renderer: ", "frame 1 written: " + out(1)});
+    EXPECT_EQ(verbose.out, "");
 }
 
 TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
@@ -164,16 +141,6 @@ TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
     // A preview is not replaced by default either.
     std::filesystem::remove(out(1));
     expect_ends(filter("all", {"--png"}), 5, {at("out/o.0001.png")});
-}
-
-TEST_F(RunTest, SetReachesPassAndCamera) {
-    write_sequence(at(""), {1});
-    ASSERT_EQ(filter("all").code, 0);
-    const ImageF plain = read_color(out(1));
-    for (const char* set : {"passes[0].samples=31", "motion_blur.samples=31", "camera.f_stop=22"}) {
-        ASSERT_EQ(filter("all", {"--set", set, "--on-existing", "overwrite"}).code, 0) << set;
-        EXPECT_GT(largest_difference(read_color(out(1)), plain), 0) << set;
-    }
 }
 
 // A context variable chooses the table of a view: another file of the same size and time.

@@ -39,27 +39,10 @@ TEST_F(SurvivalTest, TwoRunsOnOneOutputLeaveImagesWithTheirOwnSidecars) {
     }
 }
 
-// Killed between the image and its sidecar, a run leaves no sidecar of another image.
-TEST_F(SurvivalTest, AKilledRunLeavesNoSidecarOfAnotherImage) {
-    write_sequence(at(""), {1}, 96, 64);
-    int between = 0;
-    for (int round = 0; round < 3; ++round) {
-        ASSERT_EQ(filter("fxaa", {"--on-existing", "overwrite"}).code, 0);
-        const std::string old = made_by(out(1));
-        Process process(over_and_over());
-        process.until([&] { return made_by(out(1)) != old; });
-        process.send(SIGKILL);
-        process.wait();
-        EXPECT_NE(made_by(out(1)), old);
-        if (exists(out(1) + ".json"))
-            EXPECT_EQ(sidecar(1)["work"], made_by(out(1)));
-        else
-            ++between;
-        for (const auto& name : temporaries(at("out"))) fs::remove(at("out/" + name));
-    }
-    RecordProperty("between", between);
-    // Without a sidecar of its own, none of an earlier image stays either.
-    ASSERT_EQ(filter("fxaa", {"--on-existing", "overwrite"}).code, 0);
+// tests/robustness kills a run between the image and its sidecar.
+TEST_F(SurvivalTest, WithoutASidecarNoneOfAnEarlierImageStays) {
+    write_sequence(at(""), {1});
+    ASSERT_EQ(filter("fxaa").code, 0);
     ASSERT_EQ(filter("all", {"--on-existing", "overwrite", "--no-sidecar"}).code, 0);
     EXPECT_FALSE(exists(out(1) + ".json"));
     // A file of that name that is no sidecar stays.
@@ -88,6 +71,12 @@ TEST_F(SurvivalTest, SignalsEndARunWithoutTemporaries) {
             fs::remove(at("out/" + name));
         }
     }
+    Process scene(with_command({"scene", "wheels", "-o", at("w"), "--size", "320x180", "--frames",
+                                "1-200", "--truth-samples", "64"}));
+    scene.until([&] { return exists(at("w")); });
+    scene.send(SIGTERM);
+    EXPECT_EQ(scene.wait().code, 143);
+    EXPECT_EQ(temporaries(at("w")), std::vector<std::string>());
 }
 
 TEST_F(SurvivalTest, ASecondSignalEndsItAtOnce) {
@@ -100,15 +89,6 @@ TEST_F(SurvivalTest, ASecondSignalEndsItAtOnce) {
     const auto outcome = process.wait();
     EXPECT_TRUE(outcome.code == 130 || outcome.code == 143) << outcome.text();
     EXPECT_EQ(temporaries(at("out")), std::vector<std::string>());
-}
-
-TEST_F(SurvivalTest, SignalToAScene) {
-    Process process(with_command({"scene", "wheels", "-o", at("w"), "--size", "320x180", "--frames",
-                                  "1-200", "--truth-samples", "64"}));
-    process.until([&] { return exists(at("w")); });
-    process.send(SIGTERM);
-    EXPECT_EQ(process.wait().code, 143);
-    EXPECT_EQ(temporaries(at("w")), std::vector<std::string>());
 }
 
 // Without a home, a display or a path; tests/run has a foreign locale.
@@ -140,47 +120,6 @@ TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
                     0);
         EXPECT_EQ(read_color(out(1)), first);
     }
-}
-
-// The first stage marks that the input has been read; the process is paused while it changes.
-TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
-    const auto change_once = [&](const std::string& how) {
-        write_sequence(at(""), {1}, 192, 128);
-        fs::remove_all(at("stages"));
-        Process process(with_command({"run", at("all.yaml"), "-i", in(), "-o", out(), "--png",
-                                      "--dump-stages", at("stages")}));
-        const auto begun = [&] {
-            std::error_code error;
-            for (const auto& entry : fs::directory_iterator(at("stages"), error))
-                if (entry.path().filename().string()[0] != '.') return true;
-            return false;
-        };
-        process.until(begun);
-        process.send(SIGSTOP);
-        if (fs::exists(out(1))) {  // a fast machine was done already
-            process.send(SIGKILL);
-            process.wait();
-            fs::remove_all(at("out"));
-            fs::create_directory(at("out"));
-            return std::optional<Outcome>();
-        }
-        if (how == "rewritten") write_frame(in(1), make_planes(192, 128, 2));
-        if (how == "touched") fs::last_write_time(in(1), fs::file_time_type::clock::now());
-        if (how == "removed") fs::remove(in(1));
-        process.send(SIGCONT);
-        return std::optional(process.wait());
-    };
-    const auto change = [&](const std::string& how) {
-        for (int i = 0; i < 20; ++i)
-            if (auto outcome = change_once(how)) return *outcome;
-        ADD_FAILURE() << "the process was never stopped in time";
-        return Outcome();
-    };
-    for (const char* how : {"rewritten", "touched", "removed"}) {
-        expect_ends(change(how), 4, {in(1), "while"});
-        EXPECT_EQ(fs::directory_iterator(at("out")), fs::directory_iterator()) << how;
-    }
-    EXPECT_EQ(change("left alone").code, 0);
 }
 
 #if !POSTCHAIN_SANITIZED  // the address sanitizer reserves terabytes

@@ -9,8 +9,6 @@
 #include "tests/run/scene_files.h"
 #include "tools/measure/metrics/display.h"
 #include "tools/measure/metrics/pair.h"
-#include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::sequence {
 namespace {
@@ -61,23 +59,6 @@ TEST_F(BehindTest, BringsTheFrameCloserToGroundTruth) {
     blur("motion_blur", {{"mode", "inverse_warp"}});
     const auto shutter = gain("mb.0002.exr");
     EXPECT_GT(shutter[1], shutter[0] + 0.15);
-}
-
-TEST_F(BehindTest, TakesThePlaceOfEstimates) {
-    settings_.source.layers.fill_mask = "fill";
-    const auto estimated = [&] {
-        EXPECT_TRUE(last_frame().status.ok());
-        auto file = io::ExrFile::open(out(2));
-        EXPECT_TRUE(file.ok());
-        const auto share = file->read_channels(0, {"fill.background"});
-        EXPECT_TRUE(share.ok());
-        double sum = 0;
-        for (const float value : share->data) sum += value;
-        return sum;
-    };
-    const double without = estimated();
-    behind(scene_file("crossing", "behind.####.exr"));
-    EXPECT_LT(estimated(), 0.5 * without);
 }
 
 // Neighbors need none of their own, and do not wait for one.

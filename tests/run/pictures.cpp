@@ -59,22 +59,6 @@ Stored read_picture(const std::string& path, OIIO::ImageSpec* spec) {
     return picture;
 }
 
-Variable::Variable(const char* name, const std::optional<std::string>& value) : name_(name) {
-    if (const char* before = std::getenv(name)) before_ = before;
-    set(name, value);
-}
-
-Variable::~Variable() {
-    set(name_, before_);
-}
-
-void Variable::set(const char* name, const std::optional<std::string>& value) {
-    if (value)
-        setenv(name, value->c_str(), 1);
-    else
-        unsetenv(name);
-}
-
 RunOutcome FormatsTest::run(const Words& words) {
     using namespace sequence;
     static const ParameterTable table = job_parameters(builtin_passes());

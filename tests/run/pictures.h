@@ -5,11 +5,11 @@
 #include <OpenImageIO/imageio.h>
 
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/run/fixture.h"
+#include "tests/support/environment.h"
 
 namespace postchain::test {
 
@@ -44,23 +44,14 @@ struct RunOutcome {
     bool says(const std::string& words) const { return said.find(words) != std::string::npos; }
 };
 
-// An environment variable, for as long as this object exists; no value: unset.
-class Variable {
-  public:
-    Variable(const char* name, const std::optional<std::string>& value);
-    ~Variable();
-    Variable(const Variable&) = delete;
-
-  private:
-    static void set(const char* name, const std::optional<std::string>& value);
-    const char* name_;
-    std::optional<std::string> before_;
-};
-
 // Runs of a chain without passes from in_name to out/out_name.
 class FormatsTest : public sequence::SequenceTest {
   protected:
     using Words = std::vector<std::string>;
+    void SetUp() override {
+        SequenceTest::SetUp();
+        set_variable("OCIO", "");
+    }
     // Options of the command, by the table of job settings.
     RunOutcome run(const Words& words);
     RunOutcome through(const std::string& in_name, const std::string& out_name, Words more = {}) {
@@ -82,9 +73,6 @@ class FormatsTest : public sequence::SequenceTest {
     nlohmann::json sidecar_of(const std::string& out_name) const {
         return nlohmann::json::parse(read_text(at("out/" + out_name + ".json")));
     }
-
-  private:
-    const Variable no_configuration_{"OCIO", std::nullopt};
 };
 
 }  // namespace postchain::test

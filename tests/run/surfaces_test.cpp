@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/sequence/source/camera_motion.h"
+#include "tools/sequence/source/reduced_frame.h"
 #include "tools/sequence/source/surface_edges.h"
 
 namespace postchain::sequence::surfaces_test {
@@ -91,17 +92,6 @@ TEST(SkyMotion, FollowsAPan) {
                 1e-5);
 }
 
-TEST(SkyMotion, FollowsTiltAndRoll) {
-    const Sky up = filled(turning(0, 0.05, {4, 5, 6}));
-    EXPECT_NEAR(up.motion(Role::motion, 20, 9, 1), kFocalPx * std::tan(0.05), 0.1);  // down
-    // About the center: if the camera rolls left, the image rolls right.
-    const Sky rolled = filled(turning(2, 0.05, {4, 5, 6}));
-    EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 0),
-                19.5 * (std::cos(0.05) - 1) + 0.5 * std::sin(0.05), 1e-4);
-    EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 1),
-                19.5 * std::sin(0.05) - 0.5 * (std::cos(0.05) - 1), 1e-4);
-}
-
 TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
     const Sky all = filled(turning(1, 0.1, {4, 5, 6}));
     const std::pair<std::vector<int>, std::set<int>> cases[] = {
@@ -111,10 +101,7 @@ TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
         for (Role role : {Role::motion, Role::motion_back})
             EXPECT_NEAR(sky.motion(role, 30, 5, 0), all.motion(role, 30, 5, 0), 1e-4);
     }
-    EXPECT_FALSE(views_of(turning(1, 0.1, {5})));
-    EXPECT_FALSE(views_of(turning(1, 0.1, {4, 6})));
     EXPECT_FALSE(views_of(turning(1, 0, {4, 5, 6}))->turns());  // static
-    EXPECT_FALSE(views_of(turning(1, 0.1, {4, 5, 6}), {4, 5}));
 }
 
 TEST(SkyMotion, WithoutMatricesItIsCountedWhereAllElseMoves) {
@@ -217,6 +204,14 @@ TEST(ClearEdges, LeaveWhatIsOpaqueOrFarFromAnySurface) {
     cloud.planes.at(Role::color).at(18, 10, 3) = 0.5f;
     EXPECT_EQ(fill_clear_edges(cloud.planes, Strip::whole(20)), 36u);
     EXPECT_EQ(cloud.planes.at(Role::inverse_depth).at(18, 10), 1e-10f);
+}
+
+// Depths of a reduced frame are never mixed.
+TEST(Reduced, DepthIsThatOfTheMiddle) {
+    ImageF depth(5, 1, 1);
+    depth.data = {1, 3, 5, 7, 9};
+    EXPECT_EQ(middle_reduced(depth, 1, 1).data, (std::vector<float>{5}));
+    EXPECT_EQ(middle_reduced(depth, 2, 1).data, (std::vector<float>{3, 7}));
 }
 
 // Between two surfaces at the same distance, the one with more coverage wins.

@@ -29,7 +29,9 @@ class WatchFeedTest : public SequenceTest {
         test::write_frame(path, test::make_planes(48, 32, frame), file);
         return test::read_text(path);
     }
-    void write(int frame) { test::write_text(in(frame), rendered(frame)); }
+    void write(int frame, const test::FrameFile& file = {}) {
+        test::write_text(in(frame), rendered(frame, file));
+    }
     void start(const char* range) {
         if (range) frames(range);
         std::vector<int> gaps;
@@ -117,23 +119,34 @@ TEST_F(WatchFeedTest, AFileThatChangesAfterItsCheckIsCheckedAgain) {
 }
 
 TEST_F(WatchFeedTest, AFrameWaitsForNeighborsThatItReadsAndThatWillCome) {
-    reads_ = {Role::color, Role::color_after};
-    for (const bool reads : {true, false}) {
-        SCOPED_TRACE(reads);
+    test::FrameFile still;  // its vectors follow from the cameras of three frames
+    still.motion = false;
+    still.attributes["worldToCamera"] = std::string("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
+    struct Case {
+        const char* name;
+        RoleSet reads;
+        test::FrameFile file;
+        bool waits;
+    };
+    const Case cases[] = {{"color of the next", {Role::color, Role::color_after}, {}, true},
+                          {"camera of the next", {Role::color, Role::motion}, still, true},
+                          {"nothing of it", {Role::color}, {}, false}};
+    for (const Case& one : cases) {
+        SCOPED_TRACE(one.name);
         for (int frame : {1, 2}) fs::remove(in(frame));
-        if (!reads) reads_ = {Role::color};
-        write(1);
+        reads_ = one.reads;
+        write(1, one.file);
         start("1-2");
         bool waited = false;
         auto fed = next([&] {
             if (waited || !waits_for("neighboring frame: 1")) return false;
-            write(2);
+            write(2, one.file);
             return !(waited = true);
         });
         ASSERT_TRUE(fed);
         EXPECT_EQ(fed->task.frame, 1);
-        ASSERT_EQ(waited, reads);
-        if (!reads) write(2);
+        ASSERT_EQ(waited, one.waits);
+        if (!waited) write(2, one.file);
         // No frame 3 will come.
         fed = next();
         ASSERT_TRUE(fed);

@@ -2,10 +2,11 @@
 HTTP is tested. The first argument of the program is serve_fake."""
 import json
 import re
+import socket
 import sys
 import unittest
 
-from server import Server, parse, statuses
+from server import PATIENCE_S, Server, parse, statuses
 
 PROGRAM = sys.argv.pop(1)
 GET = "GET /v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
@@ -31,8 +32,10 @@ class Attacked(unittest.TestCase):
         self.assertEqual((status, json.loads(body)), (200, {"status": "ok"}))
 
     def metric(self, name):
+        """0 before its first value."""
         text = self.server.ask("GET", "/metrics")[2].decode()
-        return int(re.search(rf"^postchain_{name} (\d+)", text, re.M)[1])
+        found = re.search(rf"^postchain_{name} (\S+)", text, re.M)
+        return float(found[1]) if found else 0
 
     def refused(self, raw, *expected):
         """Exactly one reply, with one of these statuses: no part of `raw` became another request."""
@@ -44,13 +47,17 @@ class Attacked(unittest.TestCase):
         self.assertEqual(json.loads(body)["status"], status)
         return headers, json.loads(body)
 
-    def previews(self, count):
-        """Clients that have sent a preview each, and wait."""
-        clients = [self.server.connect() for _ in range(count)]
-        for client in clients:
-            client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
-                           b"Content-Type: application/json\r\nContent-Length: 2\r\n\r\n{}")
-        return clients
+    def send(self, head, address="127.0.0.1", body=""):
+        """A client of this address that has sent the lines of a head, and waits."""
+        client = socket.create_connection(("127.0.0.1", self.server.port), PATIENCE_S, source_address=(address, 0))
+        client.sendall((head + "\r\n" + body).encode())
+        return client
+
+    def previews(self, count, more=""):
+        """Clients that have sent a preview each."""
+        return [self.send("POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+                          f"Content-Type: application/json\r\nContent-Length: 2\r\n{more}", body="{}")
+                for _ in range(count)]
 
     def jobs(self):
         return len(json.loads(self.server.ask("GET", "/v1/jobs?limit=500")[2])["jobs"])

@@ -133,24 +133,17 @@ TEST_F(BrowseTest, AReportInParts) {
     EXPECT_FALSE(page_without_pictures(base_ + "/none").ok());
 }
 
-class ListTest : public StoreTest {
-  protected:
-    void SetUp() override { open(); }
-    std::string add(const std::string& body, const std::string& owner = "", int priority = 0) {
-        return store_->add({JobKind::run, body, priority, ""}, 100, user_of(owner))->job.id;
-    }
-    std::string found(const std::string& search, const std::string& state = "") const {
+TEST_F(StoreTest, SearchFindsWordsInNamesAndPathsOnly) {
+    const auto found = [&](const std::string& search, const std::string& state = "") {
         std::string ids;
         const auto jobs = store_->jobs(state, "", 100, "", search);
         for (const Job& job : *jobs) ids += job.id;
         return ids;
-    }
-};
-
-TEST_F(ListTest, SearchFindsWordsInNamesAndPathsOnly) {
-    add(R"({"input": "shots/Alpha.####.exr", "output": "out/a.exr", "chain": "balanced"})", "ann");
-    add(R"({"input": "shots/beta.####.exr", "chain": {"passes": ["fxaa"]}})", "bob");
-    add("not JSON", "ann");
+    };
+    const User ann = user_of("ann");
+    add(0, ann, R"({"input": "shots/Alpha.####.exr", "output": "out/a.exr", "chain": "balanced"})");
+    add(0, user_of("bob"), R"({"input": "shots/beta.####.exr", "chain": {"passes": ["fxaa"]}})");
+    add(0, ann, "not JSON");
     for (const auto& [search, ids] :
          std::vector<std::pair<const char*, const char*>>{{"", "321"},
                                                           {"alpha", "1"},
@@ -166,10 +159,10 @@ TEST_F(ListTest, SearchFindsWordsInNamesAndPathsOnly) {
 }
 
 // The order in which jobs are in fact taken.
-TEST_F(ListTest, PlacesAreThoseOfTheQueue) {
+TEST_F(StoreTest, PlacesAreThoseOfTheQueue) {
     const char* owners[] = {"ann", "ann", "ann", "bob", "carl", "bob", "ann", "carl", "bob"};
     const int priorities[] = {0, 5, 0, 0, 0, 5, 0, 5, 0};
-    for (int i = 0; i < 9; ++i) add("{}", owners[i], priorities[i]);
+    for (int i = 0; i < 9; ++i) add(priorities[i], user_of(owners[i]));
     // Turns of the past.
     EXPECT_EQ(*store_->start("4"), 1);
     EXPECT_TRUE(*store_->cancel("4"));

@@ -2,24 +2,19 @@
 by X-Forwarded-For, as behind a proxy, or by their own addresses.
 
 usage: isolation_test.py SERVE_FAKE"""
-import json
 import socket
 import time
 import unittest
 
-from attacked import Attacked
+from attacked import Attacked, GET
 from server import PATIENCE_S, parse, read_all, wait_until
 
 AT_ONCE_S = 5  # for a request that waits for nothing, on a busy machine
 
 
 class Clients(Attacked):
-    def send_preview(self, address):
-        client = self.server.connect()
-        client.sendall(f"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: {address}\r\n"
-                       "Connection: close\r\nContent-Type: application/json\r\nContent-Length: 2\r\n\r\n{}"
-                       .encode())
-        return client
+    def previews_of(self, addresses):
+        return [client for address in addresses for client in self.previews(1, f"X-Forwarded-For: {address}\r\n")]
 
     def ask_as(self, address, target, timeout=PATIENCE_S):
         return self.server.ask("GET", target, headers={"X-Forwarded-For": address}, timeout=timeout)[0]
@@ -33,7 +28,7 @@ class Waiting(Clients):
     settings = ["trust_own=1", "max_waiting=12", "picture=600000"]
 
     def test_a_flood_leaves_places_and_threads(self):
-        flood = [self.send_preview("192.0.2.1") for _ in range(30)]
+        flood = self.previews_of(["192.0.2.1"] * 30)
         # Another address takes the places of the newest ones, and is served at once.
         for target in ("/v1/jobs", "/v1/browse?folder=x", "/v1/plan", "/healthz", "/readyz"):
             start = time.monotonic()
@@ -43,7 +38,8 @@ class Waiting(Clients):
         refused = [client for client in flood if self.answered(client)]
         self.assertGreaterEqual(len(refused), 18)
         for client in refused:
-            self.assertEqual(parse(read_all(client))[0], 429)
+            status, headers, _ = parse(read_all(client))
+            self.assertEqual((status, headers["retry-after"]), (429, "1"))
         for client in flood:
             client.close()
         wait_until(lambda: self.waiting() == 0)
@@ -63,7 +59,7 @@ class Networks(Clients):
     settings = ["trust_own=1", "max_waiting=4", "picture=600000"]
 
     def test_an_ipv6_network_is_one_client(self):
-        flood = [self.send_preview(f"2001:db8::{i:x}") for i in range(1, 5)]
+        flood = self.previews_of(f"2001:db8::{i:x}" for i in range(1, 5))
         # Its other addresses have no places of their own; those of another network have.
         wait_until(lambda: self.ask_as("2001:db8::ffff", "/v1/jobs") == 429)
         self.assertEqual(self.ask_as("2001:db8:0:1::1", "/v1/jobs"), 200)
@@ -75,9 +71,7 @@ class Departed(Clients):
     settings = ["picture=1000"]
 
     def test_work_of_clients_that_have_left_is_dropped(self):
-        clients = [self.server.connect() for _ in range(40)]
-        for client in clients:
-            client.sendall(b"GET /v1/browse?folder=slow HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        clients = [self.send("GET /v1/browse?folder=slow HTTP/1.1\r\nHost: localhost\r\n") for _ in range(40)]
         wait_until(lambda: self.metric("http_waiting_requests") >= 40)
         start = time.monotonic()
         for client in clients:
@@ -91,67 +85,44 @@ class Connections(Attacked):
     settings = ["max_connections=40", "max_connections_per_address=20"]
 
     def test_half_sent_headers_keep_nobody_out(self):
-        half = []
-        for address in ("127.0.0.2", "127.0.0.3"):
-            for _ in range(60):
-                client = socket.create_connection(("127.0.0.1", self.server.port), PATIENCE_S,
-                                                  source_address=(address, 0))
-                client.sendall(b"GET /v1/jobs HTTP/1.1\r\nHost: loc")
-                half.append(client)
-        for target in ("/healthz", "/readyz", "/v1/jobs"):
-            for _ in range(5):
+        with self.send(GET) as served:
+            self.assertIn(b" 200 ", served.recv(100000))
+            half = [self.send("GET /v1/jobs HTTP/1.1\r\nHost: loc", address)
+                    for address in ("127.0.0.2", "127.0.0.3") for _ in range(60)]
+            for target in ("/healthz", "/readyz", "/v1/jobs") * 5:
                 self.assertEqual(self.server.ask("GET", target)[0], 200, target)
-        self.assertLessEqual(self.metric("http_connections"), 41)
+            self.assertLessEqual(self.metric("http_connections"), 41)
+            # A connection that was served stays.
+            served.sendall(GET.encode() + b"\r\n")
+            self.assertIn(b" 200 ", served.recv(100000))
         for client in half:
             client.close()
-
-    def test_a_connection_that_is_served_stays(self):
-        with self.server.connect() as served:
-            ask = b"GET /v1/jobs HTTP/1.1\r\nHost: localhost\r\n\r\n"
-            served.sendall(ask)
-            self.assertIn(b" 200 ", served.recv(100000))
-            self.test_half_sent_headers_keep_nobody_out()
-            served.sendall(ask)
-            self.assertIn(b" 200 ", served.recv(100000))
 
 
 class Strangers(Attacked):
     settings = ["token=1234567890123456", "max_connections=40", "max_connections_per_address=40"]
-
-    def setUp(self):
-        self.token = {"Authorization": "Bearer 1234567890123456"}
+    known = {"Authorization": "Bearer 1234567890123456"}
 
     def test_clients_without_a_token_make_way_for_those_with_one(self):
-        strangers = []
-        for _ in range(60):
-            client = self.server.connect()
-            client.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            strangers.append(client)
+        strangers = [self.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n") for _ in range(60)]
         for _ in range(5):
-            self.assertEqual(self.server.ask("GET", "/v1/jobs", headers=self.token)[0], 200)
-        self.assertEqual(json.loads(self.server.ask("GET", "/v1/session")[2])["known"], False)
+            self.assertEqual(self.server.ask("GET", "/v1/jobs", headers=self.known)[0], 200)
+        self.assertEqual(self.server.get("/v1/session")["known"], False)
         for client in strangers:
             client.close()
 
     def test_health_and_token_are_answered_when_it_is_full(self):
-        head = b"GET /v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
-        token = b"Authorization: Bearer 1234567890123456\r\n"
-        held = []
-        for address in ("127.0.0.2", "127.0.0.3"):
-            for _ in range(20):
-                client = socket.create_connection(("127.0.0.1", self.server.port), PATIENCE_S,
-                                                  source_address=(address, 0))
-                client.sendall(head + token + b"\r\n")
-                self.assertIn(b" 200 ", client.recv(100000))
-                held.append(client)
+        ask = GET + "Authorization: Bearer 1234567890123456\r\n"
+        held = [self.send(ask, address) for address in ("127.0.0.2", "127.0.0.3") for _ in range(20)]
+        for client in held:
+            self.assertIn(b" 200 ", client.recv(100000))
+        for target in ("/healthz", "/readyz", "/v1/jobs"):
+            self.assertEqual(self.server.ask("GET", target, headers=self.known)[0], 200, target)
         self.assertEqual(self.server.ask("GET", "/healthz")[0], 200)
-        self.assertEqual(self.server.ask("GET", "/readyz")[0], 200)
-        self.assertEqual(self.server.ask("GET", "/v1/jobs", headers=self.token)[0], 200)
-        with self.server.connect() as over:
-            over.sendall(head + token + b"\r\n")
+        with self.send(ask) as over:
             self.assertIn(b"Connection: close", over.recv(100000))
         for client in held:
-            client.sendall(head + token + b"\r\n")
+            client.sendall(ask.encode() + b"\r\n")
             self.assertIn(b" 200 ", client.recv(100000))
             client.close()
 

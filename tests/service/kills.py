@@ -1,17 +1,21 @@
-"""Kills `postchain serve` at random moments (SIGKILL) while it works on one job of small frames, starts
-it again and submits the job anew under its key until it is done, and compares all that it wrote with an
-undisturbed run of the command: every frame there once, whole, of the same bits; no temporary left;
-in the store one job, every frame written, none quarantined, each with one event of its end.
+"""Kills `postchain serve` while it works on one job of small frames, and starts it again until the job is
+done. All that it wrote is compared with an undisturbed run of the command: every frame there once, whole, of
+the same bits; no temporary left.
 
     python3 tests/service/kills.py build/tools/apps/postchain/postchain --work /tmp/kills \\
         --frames 200 --kills 40
+    python3 tests/service/kills.py build/tools/apps/postchain/postchain --work /tmp/poison \\
+        --frames 20 --poison build/tests/service/libpostchain_poison.so
 
-A kill meets a frame alone in flight only by chance, so attempts are many here: that a frame which kills
-its process is quarantined is poison.py's.
+--kills: at random moments (SIGKILL). Then the store has one job, every frame written, none quarantined, each
+with one event of its end. A kill meets a frame alone in flight only by chance, so attempts are many here.
+--poison: frames 3 and 13 kill the process that opens them. They are quarantined after three attempts each,
+alone, and all the others are done.
 """
 import argparse
 import collections
 import json
+import os
 import pathlib
 import random
 import sqlite3
@@ -23,6 +27,8 @@ import jobs  # noqa: E402  (of tests/robustness)
 from server import serve_command, work_on  # noqa: E402
 
 KEY = "one-job"
+POISON = [3, 13]  # sharp.0003.exr and sharp.0013.exr end alike
+ATTEMPTS = 3  # of `serve` as it is
 
 
 def faults_of_store(path, frames):
@@ -67,24 +73,15 @@ def faults_of_outputs(work, expected):
         f"{path}: never removed" for path in jobs.temporaries(work / "out")]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("postchain", type=pathlib.Path)
-    parser.add_argument("--work", type=pathlib.Path, required=True)
-    parser.add_argument("--frames", type=int, default=200)
-    parser.add_argument("--kills", type=int, default=40)
-    arguments = parser.parse_args()
-    work, body, command, expected, seconds = prepare(arguments.postchain, arguments.work,
-                                                     arguments.frames)
+def killed(work, body, command, expected, seconds, arguments):
+    """Faults after kills at random moments."""
     out = work / "out"
-    command += ["--attempts", "50"]
+    command = [*command, "--attempts", "50"]
     chance = random.Random(1)
     # Each process should finish about one part of the job, whatever the speed of the machine.
     span = 0.15 + 2.5 * seconds / arguments.kills
     part = max(1, arguments.frames // arguments.kills)
-    kills = 0
-    start = time.monotonic()
-    left_temporary = 0
+    kills = left_temporary = 0
     for _ in range(arguments.kills):
         before = len(list(out.glob("*.exr")))
         if work_on(command, body, KEY, chance.uniform(0.02, 1) * span):
@@ -92,17 +89,48 @@ def main():
         kills += 1
         span *= 0.95 if len(list(out.glob("*.exr"))) - before > part else 1.05
         left_temporary += bool(jobs.temporaries(out))
-        wrong = jobs.differences(out, expected, whole=False)
-        if wrong:
-            print("\n".join(wrong))
-            return 1
+        if wrong := jobs.differences(out, expected, whole=False):
+            return wrong
+    print(f"{kills} kills, {left_temporary} of them left a temporary, {arguments.frames} frames")
     job = work_on(command, body, KEY)
     said = [] if job["state"] == "done" else [f"the job is {job['state']}: {job['message']}"]
-    said += faults_of_outputs(work, expected)
-    said += faults_of_store(work / "jobs.sqlite", arguments.frames)
+    return said + faults_of_outputs(work, expected) + faults_of_store(work / "jobs.sqlite", arguments.frames)
+
+
+def poisoned(work, body, command, expected, arguments):
+    """Faults after frames that kill the process."""
+    for frame in POISON:
+        for name in (f"o.{frame:04}.exr", f"o.{frame:04}.exr.json"):
+            del expected[name]
+    environment = {**os.environ, "LD_PRELOAD": str(arguments.poison.resolve()), "POSTCHAIN_POISON": "3.exr"}
+    said, deaths = [], 0
+    while not (ended := work_on(command, body, KEY, env=environment)):
+        deaths += 1
+        if deaths > 4 * ATTEMPTS:
+            return ["it dies again and again"]
+    if ended["state"] != "failed" or "quarantined: 3, 13" not in ended["message"]:
+        said.append(f"the job: {ended['state']}, {ended['message']}")
+    # First together with others, then each alone.
+    if not len(POISON) * ATTEMPTS <= deaths <= len(POISON) * (ATTEMPTS + 1):
+        said.append(f"the process died {deaths} times")
+    if ended["done"] != arguments.frames - len(POISON):
+        said.append(f"{ended['done']} frames done")
+    return said + faults_of_outputs(work, expected)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser.add_argument("postchain", type=pathlib.Path)
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--kills", type=int, default=40)
+    parser.add_argument("--poison", type=pathlib.Path, help="poison_calls.cpp as a library")
+    arguments = parser.parse_args()
+    start = time.monotonic()
+    *prepared, seconds = prepare(arguments.postchain, arguments.work, arguments.frames)
+    said = poisoned(*prepared, arguments) if arguments.poison else killed(*prepared, seconds, arguments)
     print("\n".join(said))
-    print(f"{kills} kills, {left_temporary} of them left a temporary, {arguments.frames} frames, "
-          f"{len(said)} faults, {time.monotonic() - start:.0f} s")
+    print(f"{len(said)} faults, {time.monotonic() - start:.0f} s")
     return 1 if said else 0
 
 

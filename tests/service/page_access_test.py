@@ -84,12 +84,9 @@ class Accessible(OnTheService):
         self.browser.run("document.getElementById('new').close();"
                          "document.getElementById('help').showModal();")
         self.check("keys")
-        job = self.submit(input="broken/f.####.exr", output="out/seen.####.exr")
-        self.open(f"job={job}")
-        self.done(job, "failed")
+        self.open_job(self.submit(input="broken/f.####.exr", output="out/seen.####.exr"), "failed")
         self.browser.wait("document.querySelector('#fault.bad')")
         self.check("a job")
-        self.browser.errors()
 
     def test_the_order_of_tab(self):
         self.open_shot()

@@ -29,14 +29,6 @@ void look_at(const char* path) {
     while (access(until, F_OK) == 0) usleep(10'000);
 }
 
-template <class Open>
-int open_with(const char* name, const char* path, int flags, va_list words) {
-    static const auto next = reinterpret_cast<Open>(dlsym(RTLD_NEXT, name));
-    look_at(path);
-    return next(path, flags, flags & O_CREAT ? va_arg(words, int) : 0);
-}
-using Open = int (*)(const char*, int, ...);
-
 }  // namespace
 
 // A service opens the files of its roots by openat2, which has no function of its own.
@@ -53,17 +45,15 @@ extern "C" long syscall(long number, ...) {
 }
 
 extern "C" int open(const char* path, int flags, ...) {
+    using Open = int (*)(const char*, int, ...);
+    static const auto next = reinterpret_cast<Open>(dlsym(RTLD_NEXT, "open"));
+    look_at(path);
     va_list words;
     va_start(words, flags);
-    const int fd = open_with<Open>("open", path, flags, words);
+    const int mode = flags & O_CREAT ? va_arg(words, int) : 0;
     va_end(words);
-    return fd;
+    return next(path, flags, mode);
 }
 
-extern "C" int open64(const char* path, int flags, ...) {
-    va_list words;
-    va_start(words, flags);
-    const int fd = open_with<Open>("open64", path, flags, words);
-    va_end(words);
-    return fd;
-}
+// The same on a system of 64 bits.
+extern "C" int open64(const char* path, int flags, ...) __attribute__((alias("open")));

@@ -338,10 +338,9 @@ TEST_F(Remote, AnExperimentIsOneTask) {
         << std::string(5000, '.') << "\n1/6, frame 1, fast, 0:01 elapsed, 0:06 to go\n"
         << "2/6, frame 1 of " << root() << ", paper, 0:02 elapsed\n3/6, frame 2, fa" << std::flush;
     EXPECT_TRUE(says(id, "2/6 frame 1 of ., paper"));
-    usleep(100'000);
-    EXPECT_EQ(test::count_of(types_of(id), "progress"), 1) << "it says so once";
     log << "st, 0:02 elapsed\n" << std::flush;
     EXPECT_TRUE(says(id, "3/6 frame 2, fast"));
+    EXPECT_EQ(test::count_of(types_of(id), "progress"), 2) << "it says each once";
     // A node dies: another attempt. Then the task exceeds a limit, and has written its report.
     queue_->end(0, 0, 1, "task 1: NODE_FAIL");
     ASSERT_TRUE(holds(2));
@@ -413,18 +412,6 @@ TEST_F(Remote, TheFolderOfTasksIsClosed) {
     fs::permissions(folder_.path(""), fs::perms::owner_all);
     EXPECT_THAT(take_farm_folder(folder_.path(""), roots).message(),
                 HasSubstr("outside of the root"));
-}
-
-TEST_F(Remote, ACanceledJobIsCanceledThere) {
-    open();
-    const std::string id = submit(body());
-    ASSERT_TRUE(holds(1));
-    ASSERT_TRUE(wait_for([&] { return job(id).frames == 6; }));
-    test::got(service_->cancel(user(), id));
-    EXPECT_TRUE(wait_for([&] {
-        const std::lock_guard lock(queue_->mutex);
-        return queue_->canceled == std::vector<std::string>{"1"};
-    }));
 }
 
 }  // namespace

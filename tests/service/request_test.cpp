@@ -1,7 +1,23 @@
-// Jobs from JSON: all faults with their places, and strict values.
+// Jobs from JSON: all faults with their places, strict values, and paths that do not leave the
+// roots.
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
-#include "tests/service/request_fixture.h"
+#include <array>
+#include <concepts>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include "passes/registry.h"
+#include "tests/command/frames.h"
+#include "tests/io/exr_files.h"
+#include "tools/service/work/job_request.h"
+#include "tools/service/work/request_body.h"
 
 namespace postchain::service {
 namespace {
@@ -10,6 +26,57 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
+
+// Reads requests for a folder of two small frames; a folder beside it must not be reached.
+class RequestTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        base_ = fs::canonical(folder_.path()).string();
+        fs::create_directories(base_ + "/root/out");
+        fs::create_directories(base_ + "/outside");
+        test::write_sequence(base_ + "/root", {1, 2}, 16, 12);
+        write("root/camera.json", "{\"focal_length_mm\": 50}");
+        write("outside/camera.json", "{\"focal_length_mm\": 50}");
+        write("root/chain.yaml", "postchain: 1\npasses: [fxaa]\n");
+        write("outside/chain.yaml", "postchain: 1\npasses: [fxaa]\n");
+        roots_ = *Roots::of({base_ + "/root"});
+        reader_ = std::make_unique<JobReader>(roots_, builtin_passes(), version_, 1);
+        whole_ = {{"chain", "fast"}, {"input", "in.####.exr"}, {"output", "out/o.####.exr"}};
+    }
+    void write(const std::string& name, const std::string& text) {
+        std::ofstream(base_ + "/" + name) << text;
+    }
+    Problem refused(const std::string& body) {
+        auto read = reader_->job(body);
+        if (auto* problem = std::get_if<Problem>(&read)) return std::move(*problem);
+        throw std::runtime_error("was taken: " + body.substr(0, 300));
+    }
+    template <std::same_as<json> Json>
+    Problem refused(const Json& body) {
+        return refused(body.dump());
+    }
+    JobRequest taken(const std::string& body) {
+        auto read = reader_->job(body);
+        if (auto* request = std::get_if<JobRequest>(&read)) return std::move(*request);
+        throw std::runtime_error(text_of(std::get<Problem>(read).diagnostics));
+    }
+    template <std::same_as<json> Json>
+    JobRequest taken(const Json& body) {
+        return taken(body.dump());
+    }
+    json with(const json& more) const {
+        json body = whole_;
+        body.update(more);
+        return body;
+    }
+    json with(const std::string& key, const json& value) const { return with(json{{key, value}}); }
+
+    test::TempFolder folder_;
+    std::string base_, version_ = "test";
+    Roots roots_;
+    std::unique_ptr<JobReader> reader_;
+    json whole_;
+};
 
 TEST_F(RequestTest, WarningsComeWithTheJob) {
     EXPECT_EQ(taken(whole_).warnings.size(), 0u);
@@ -68,25 +135,18 @@ TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
   "on_existing": "never"})");
     EXPECT_EQ(problem.kind, Problem::Kind::invalid);
     std::string found;
-    for (const Diagnostic& one : problem.diagnostics) {
-        found += concat(one.path, " ", one.line, "\n");
-        EXPECT_EQ(one.file, "job");
-        if (one.path == "inpt") {
-            EXPECT_THAT(one.message, HasSubstr("did you mean 'input'"));
-        } else if (one.path == "input") {
-            EXPECT_EQ(one.message, "missing");
-        }
-    }
+    for (const Diagnostic& one : problem.diagnostics)
+        found += concat(one.file, ":", one.line, " ", one.path, " ", one.message, "\n");
     for (const char* fault :
-         {"inpt 2", "input ", "strict 4", "frames 5", "priority 6", "on_existing 7"})
+         {"job:2 inpt ", "did you mean 'input'", " input missing\n", "job:4 strict ",
+          "job:5 frames ", "job:6 priority ", "job:7 on_existing "})
         EXPECT_THAT(found, HasSubstr(fault));
     EXPECT_EQ(problem.diagnostics.size(), 6u) << found;
 }
 
 TEST_F(RequestTest, ValuesAreStrict) {
     const std::vector<std::pair<std::string, std::vector<json>>> bad = {
-        {"strict", {"true", 0}},
-        {"sidecar", {nullptr}},
+        {"strict", {"true", 0, nullptr}},
         {"frames", {5, "", std::string("1-2\0", 4)}},
         {"camera", {""}},
         {"priority", {1.0, "1", 1e300}},
@@ -96,13 +156,10 @@ TEST_F(RequestTest, ValuesAreStrict) {
         {"max_memory", {"-1"}},
         {"precision", {"fp64"}},
         {"input", {json::array({"a", "b"})}},
-        {"sweep", {json::array({"a=1"})}},
-        {"chain_b", {"fast"}},
-        {"frame", {1}},
         {"output", {"out/o.png/"}},
-        // A job waits in its queue, not for a renderer.
-        {"watch", {true}},
-        {"idle", {60}}};
+        // Keys of other kinds. A job waits in its queue, not for a renderer.
+        {"sweep", {json::array({"a=1"})}},
+        {"watch", {true}}};
     for (const auto& [key, values] : bad)
         for (const json& value : values) {
             const Problem problem = refused(with(key, value));
@@ -112,53 +169,45 @@ TEST_F(RequestTest, ValuesAreStrict) {
 }
 
 TEST_F(RequestTest, TextsThatAreNoJob) {
-    for (const std::string& text :
-         {std::string(), std::string("[]"), std::string("5"), std::string("{"),
-          std::string("{} {}"), std::string("\xff\xfe"),
-          "{\"a\": \"" + std::string(1 << 20, 'x') + "\"}",
-          "{\"chain\": " + std::string(100, '[') + std::string(100, ']') + "}",
-          std::string("{\"chain\": \"\xff\"}")}) {
+    for (const std::string& text : std::vector<std::string>{
+             "", "[]", "5", "{", "{} {}", "\xff\xfe",
+             "{\"a\": \"" + std::string(1 << 20, 'x') + "\"}",
+             "{\"chain\": " + std::string(100, '[') + std::string(100, ']') + "}",
+             "{\"chain\": \"\xff\"}"}) {
         const Problem problem = refused(text);
         EXPECT_EQ(problem.kind, Problem::Kind::invalid);
         EXPECT_FALSE(problem.diagnostics.empty()) << text.substr(0, 50);
-        EXPECT_FALSE(problem.detail.empty());
     }
     EXPECT_EQ(refused("{\"a\": 1,\n \"b\" 2}").diagnostics.at(0).line, 2);
     // Also forms of YAML.
-    for (const char* text :
+    for (const std::string text :
          {"{\"a\": }", "{\"chain\": \"fast\",}", "{\"a\": NaN}", "chain: fast\n", "{chain: fast}",
           "{'chain': 'fast'}", "{\"chain\": fast}", "{\"chain\": \"fast\",\n}",
           "{\"chain\": \"fast\"} # comment", "{\"frames\": 010}"}) {
-        const Problem problem = refused(std::string(text));
+        const Problem problem = refused(text);
         ASSERT_EQ(problem.diagnostics.size(), 1u) << text;
-        EXPECT_EQ(problem.diagnostics[0].message, "not valid JSON from here on") << text;
+        EXPECT_THAT(problem.diagnostics[0].message, HasSubstr("not valid JSON")) << text;
         EXPECT_GT(problem.diagnostics[0].column, 0) << text;
     }
 }
 
 TEST_F(RequestTest, AFaultNamesItsFileLineColumnAndKey) {
     const std::string files = R"({"input": "in.####.exr", "output": "out/o.####.exr",)";
-    struct Case {
-        std::string body, file;
-        int line, column;
-        std::string path;
-    };
-    for (const Case& one : std::vector<Case>{
-             {"{\"input\": \"a.exr\",\n \"input\": \"b.exr\"}", "job", 2, 2, ""},
-             {"{\"chain\": \"fast\",\n \"priority\": 1e400}", "job", 1, 1, ""},
-             {files + "\n \"chain\": \"fast\", \"set\": [\"fxaa.mode=directional\", 5]}", "job", 2,
-              52, "set[1]"},
+    for (const auto& [body, place, path] : std::vector<std::array<std::string, 3>>{
+             {"{\"input\": \"a.exr\",\n \"input\": \"b.exr\"}", "job:2:2", ""},
+             {"{\"chain\": \"fast\",\n \"priority\": 1e400}", "job:1:1", ""},
+             {files + "\n \"chain\": \"fast\", \"set\": [\"fxaa.mode=directional\", 5]}",
+              "job:2:52", "set[1]"},
              {files + "\n \"chain\": {\"postchain\": 1,\n \"passes\": [{\"fxaa\": {\"mod\": 1}}]}}",
-              "job", 3, 23, "passes[0].mod"},
-             {files + R"("chain_text": "postchain: 1\npasses:\n  - fxxa\n"})", "chain_text", 3, 5,
+              "job:3:23", "passes[0].mod"},
+             {files + R"("chain_text": "postchain: 1\npasses:\n  - fxxa\n"})", "chain_text:3:5",
               "passes[0]"}}) {
-        const Problem problem = refused(one.body);
+        const Problem problem = refused(body);
         ASSERT_EQ(problem.diagnostics.size(), 1u) << problem.detail;
         const Diagnostic& found = problem.diagnostics[0];
-        EXPECT_EQ(std::tie(found.file, found.line, found.column, found.path),
-                  std::tie(one.file, one.line, one.column, one.path))
-            << problem.detail;
-        EXPECT_THAT(problem.detail, HasSubstr(concat(one.file, ":", one.line, ":", one.column)));
+        EXPECT_EQ(concat(found.file, ":", found.line, ":", found.column), place);
+        EXPECT_EQ(found.path, path);
+        EXPECT_THAT(problem.detail, HasSubstr(place));
     }
     EXPECT_THAT(refused(files + R"("chain": "fast", "priority": 1e3, "strict": [true]})").detail,
                 testing::EndsWith("(and 1 more)"));
@@ -212,10 +261,9 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     const json study = {{"postchain_study", 1},
                         {"chains", {{"own", "./chain.yaml"}, {"quick", "fast"}}},
                         {"scenes", scenes}};
-    json job = {{"kind", "study"}, {"study", study}, {"output", "out/study"}, {"priority", 3}};
+    json job = {{"kind", "study"}, {"study", study}, {"output", "out/study"}};
     JobRequest request = taken(job);
     EXPECT_EQ(request.kind, JobKind::study);
-    EXPECT_EQ(request.priority, 3);
     EXPECT_EQ(request.study_settings.folder, base_ + "/root/out/study");
     ASSERT_EQ(request.study.scenes.size(), 2u);
     EXPECT_EQ(request.study.scenes[1].measured.flip.pixels_per_degree, 40);
@@ -246,7 +294,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     }
     job["study"] = "../outside/order.yaml";
     EXPECT_EQ(refused(job).kind, Problem::Kind::forbidden);
-    // Other faults are reported too, with their places.
+    // Other faults are reported too.
     json wrong = study;
     wrong["scenes"][0]["input"] = "../outside/in.####.exr";
     wrong["scenes"][1]["framse"] = "1";
@@ -254,10 +302,6 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     const Problem both = refused(job);
     EXPECT_EQ(both.kind, Problem::Kind::invalid);
     EXPECT_EQ(both.diagnostics.size(), 2u) << text_of(both.diagnostics);
-    job["study"] = study;
-    job["frames"] = "1";
-    EXPECT_EQ(refused(job).diagnostics.at(0).path, "frames");
-    job.erase("frames");
     job.erase("study");
     EXPECT_EQ(refused(job).diagnostics.at(0).path, "study");
 }
@@ -276,6 +320,101 @@ TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
                 EXPECT_THAT(one.message, Not(HasSubstr("unknown key"))) << name << " " << key;
         }
     }
+}
+
+// Every key that names files, in every form.
+TEST_F(RequestTest, NoPathLeavesTheRoots) {
+    fs::create_directory_symlink(base_ + "/outside", base_ + "/root/link");
+    write("root/picture_outside.json", "{\"aperture_image\": \"../outside/a.png\"}");
+    write("root/frame_outside.json", "{\"frames\": {\"1\": {\"aperture_image\": \"/a.png\"}}}");
+    const json picture_outside = {{"postchain", 1},
+                                  {"camera", {{"aperture_image", "../outside/a.png"}}},
+                                  {"passes", {"fxaa"}}};
+    const json sets = {"camera.aperture_image=../outside/a.png"};
+    const json run = json::object();
+    const json view = {{"output", "out/o.####.png"}, {"output_transfer", "view"}};
+    const json ab = {{"kind", "ab"}, {"output", "report"}, {"chain_b", "best"}};
+    const json bench = {{"kind", "bench"}, {"output", "report"}};
+    const std::tuple<json, const char*, json> attacks[] = {
+        {run, "input", "../outside/in.####.exr"},
+        {run, "input", "link/in.####.exr"},
+        {run, "input", "color=in.####.exr,depth=../outside/d.####.exr"},
+        {run, "output", "../o.####.exr"},
+        {run, "output", "link/o.####.exr"},
+        {run, "camera", "link/camera.json"},
+        {run, "camera", "picture_outside.json"},
+        {run, "camera", "frame_outside.json"},
+        {run, "profile", "/etc/passwd"},
+        {run, "dump_stages", "link"},
+        {run, "chain", "link/chain.yaml"},
+        {run, "chain", picture_outside},
+        {run, "set", sets},
+        {run, "behind", "../outside/in.####.exr"},
+        {view, "ocio", "/etc/passwd"},
+        {ab, "chain_b", "../outside/chain.yaml"},
+        {ab, "truth", "../outside/t.####.exr"},
+        {ab, "output", "../report"},
+        {ab, "assets", "link/assets"},
+        {bench, "sweep", sets}};
+    for (const auto& [kind, key, value] : attacks) {
+        json body = with(kind);
+        body[key] = value;
+        const Problem problem = refused(body);
+        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << key << " " << value;
+        // Only the path that the client has given.
+        EXPECT_THAT(text_of(problem.diagnostics), Not(HasSubstr(base_ + "/outside"))) << key;
+    }
+}
+
+TEST_F(RequestTest, OcioAndItsTablesAreUnderTheRoots) {
+    json body =
+        with({{"output", "out/o.####.png"}, {"ocio", "look.ocio"}, {"output_transfer", "view"}});
+    const auto write_look = [&](const std::string& search, const std::string& table) {
+        write("root/look.ocio",
+              "ocio_profile_version: 1\nsearch_path: '" + search +
+                  "'\nroles: {scene_linear: lin}\n"
+                  "displays: {screen: [!<View> {name: Film, colorspace: film}]}\n"
+                  "colorspaces:\n  - !<ColorSpace>\n    name: lin\n  - !<ColorSpace>\n"
+                  "    name: film\n    from_reference: !<FileTransform> {src: '" +
+                  table + "'}\n");
+    };
+    write_look(".:luts", "../root/a.spi1d");
+    const auto transfer = taken(body).run.picture.transfer;
+    ASSERT_TRUE(transfer.has_value());
+    EXPECT_EQ(std::get<io::DisplayView>(*transfer).config, base_ + "/root/look.ocio");
+    body["output_transfer"] = "film";
+    EXPECT_THAT(refused(body).diagnostics.at(0).message, HasSubstr("unknown name 'film'"));
+    body["output_transfer"] = "view";
+    fs::create_symlink("/etc/passwd", base_ + "/root/link.spi1d");
+    for (const auto& [search, table] : {std::pair{"", "../outside.spi1d"},
+                                        {"/etc", "passwd"},
+                                        {"", "/etc/none.spi1d"},
+                                        {"", "link.spi1d"}}) {
+        write_look(search, table);
+        const Problem problem = refused(body);
+        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << search << " " << table;
+        ASSERT_EQ(problem.diagnostics.size(), 1u) << search << " " << table;
+        EXPECT_EQ(problem.diagnostics[0].path, "ocio");
+    }
+}
+
+// A new row of a table that names files must be checked against the roots.
+TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
+    std::istringstream words(
+        "frames chunk cuts view_layer view aovs max_memory no_elide elide compression channels "
+        "ocio_display ocio_view ocio_colorspace input_transfer output_transfer cryptomatte "
+        "fill_mask");
+    const std::set<std::string> no_files(std::istream_iterator<std::string>(words), {});
+    size_t files = 0;
+    for (const ParameterTable* table :
+         {&reader_->run_table(), &experiment::ab_parameters(), &experiment::bench_parameters()})
+        for (const Parameter& row : table->rows()) {
+            if (row.type != ParameterType::text) continue;
+            const bool names = path_kind(row) != PathKind::none;
+            EXPECT_NE(names, no_files.count(row.key) > 0) << row.key;
+            files += names;
+        }
+    EXPECT_EQ(files, 7u + 2 * 3);
 }
 
 }  // namespace

@@ -81,15 +81,8 @@ TEST_F(Results, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
                     "camera.f_stop=2", "camera.focus_distance=3"]})";
     const Picture preview = picture(previewing(asked));
     EXPECT_EQ(preview.type, "image/png");
-    ASSERT_GT(preview.bytes.size(), 30u);
     EXPECT_EQ(preview.bytes.substr(1, 3), "PNG");
-    EXPECT_EQ(int(uint8_t(preview.bytes[19])), 12) << "half of 24 pixels";
-    EXPECT_EQ(int(uint8_t(preview.bytes[23])), 8);
-    const Picture exr = picture(previewing(asked, {"image/x-exr"}));
-    std::ofstream(root("preview.exr"), std::ios::binary) << exr.bytes;
-    const ImageF color = test::read_color(root("preview.exr"));
-    EXPECT_EQ(color.width, 12);
-    EXPECT_EQ(color.height, 8);
+    EXPECT_EQ(size_of(picture(previewing(asked, {kValues}))), (std::vector{12, 8, 3}));
     // Distances in a format for other programs: one channel, Z.
     const std::string depth =
         R"({"chain": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frame": 2, "plane": "depth"})";
@@ -162,15 +155,10 @@ TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
     open();
     const std::string id = submit(body());
     done(id);
-    const auto replace = [&](const std::string& name, const std::string& target) {
+    for (const auto& [name, target] : {std::pair{"out/o.0006.exr", "o"}, {"in.0002.exr", "in"}}) {
         fs::rename(root(name), outside(target));
         fs::create_symlink(outside(target), root(name));
-    };
-    replace("out/o.0001.exr.json", "sidecar.json");
-    EXPECT_EQ(got(service_->frame(id, 1)).sidecar, "");
-    EXPECT_NE(got(service_->frame(id, 2)).sidecar, "");
-    replace("out/o.0006.exr", "o.exr");
-    replace("in.0002.exr", "in.exr");
+    }
     const User& one = user();
     for (const auto& ask : std::vector<Ask>{
              [&](auto done) { service_->frame_image(one, id, 6, true, {}, done); },

@@ -1,12 +1,22 @@
-// Paths that try to leave the roots.
+// Paths that try to leave the roots. Files that clients name: no pipe is waited for, no link leads
+// out.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 
+#include "chain/base/readable_file.h"
+#include "config/text_tree.h"
 #include "tests/io/exr_files.h"
 #include "tools/sequence/files/sequence.h"
+#include "tools/sequence/frame/complete_file.h"
+#include "tools/sequence/record/sidecar.h"
+#include "tools/service/http/file_streams.h"
+#include "tools/service/http/report_parts.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
@@ -52,19 +62,12 @@ TEST_F(RootsTest, PathsInsideAndOutside) {
                                               {"../second/b", "/second/b"},
                                               {"...", "/root/..."}})
         EXPECT_EQ(resolved(path), expected) << path;
-    const std::vector<std::string> outside = {"../secret",
-                                              "shots/../../secret",
-                                              "/etc/passwd",
-                                              base_ + "/secret",
-                                              base_ + "/rootless",
-                                              root("/../rootless/x"),
-                                              "/",
-                                              "..",
-                                              base_,
-                                              "nothere/../../secret",
-                                              "../root/../secret",
-                                              "shots/a.exr/../../../secret"};
-    for (const std::string& path : outside) EXPECT_EQ(resolved(path), "") << path;
+    for (const std::string path :
+         {"../secret", "shots/../../secret", "/etc/passwd", "/", "..", "nothere/../../secret",
+          "../root/../secret", "shots/a.exr/../../../secret"})
+        EXPECT_EQ(resolved(path), "") << path;
+    for (const char* path : {"", "/secret", "/rootless", "/root/../rootless/x"})
+        EXPECT_EQ(resolved(base_ + path), "") << path;
 }
 
 TEST_F(RootsTest, LinksAreFollowed) {
@@ -126,6 +129,75 @@ TEST_F(RootsTest, ShownFromTheFirstRoot) {
              {top + "-b/a", top + "-b/a"},
              {"/mnt" + top + "/a", "/mnt" + top + "/a"}})
         EXPECT_EQ(roots_.shown_in(text), expected);
+}
+
+class Reads : public testing::Test {
+  protected:
+    void SetUp() override {
+        base_ = fs::canonical(folder_.path()).string();
+        fs::create_directories(base_ + "/root/shots");
+        fs::create_directories(base_ + "/secret");
+        write("root/shots/a.txt", "inside");
+        write("secret/a.txt", "outside");
+        confine_reads({base_ + "/root"});
+    }
+    void TearDown() override { confine_reads({}); }
+    void write(const std::string& name, const std::string& text) const {
+        std::ofstream(base_ + "/" + name) << text;
+    }
+    std::string root(const std::string& name) const { return base_ + "/root/" + name; }
+    std::string pipe() const {
+        const std::string path = root("pipe.exr");
+        EXPECT_EQ(mkfifo(path.c_str(), 0600), 0);
+        return path;
+    }
+
+    test::TempFolder folder_;
+    std::string base_;
+};
+
+TEST_F(Reads, DoNotWaitForAPipe) {
+    const std::string path = pipe();
+    for (const std::string& special : {path, std::string("/dev/zero"), root("shots")})
+        EXPECT_EQ(ReadableFile(special).fault(), "is not a file") << special;
+    EXPECT_THAT(read_text_file(path, StatusCode::input).status().message(),
+                HasSubstr("is not a file"));
+    EXPECT_THAT(io::check_complete(path).message(), HasSubstr("is not a file"));
+    EXPECT_FALSE(sequence::is_sidecar(path));
+    EXPECT_FALSE(page_without_pictures(path).ok());
+    const Reply reply = file_reply({path, "pipe.exr", "image/x-exr", 4});
+    EXPECT_FALSE(reply.source->next().ok());
+}
+
+TEST_F(Reads, CommandsReadTextsFromPipes) {
+    confine_reads({});
+    const std::string path = pipe();
+    // Open for both, so that neither waits.
+    const int both = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+    ASSERT_EQ(::write(both, "text", 4), 4);
+    ReadableFile file(path, Pipes::read_by_commands);
+    ASSERT_TRUE(file.ok());
+    char text[4] = {};
+    EXPECT_EQ(::read(file.fd(), text, 4), 4);
+    EXPECT_EQ(std::string(text, 4), "text");
+    ::close(both);
+    EXPECT_FALSE(ReadableFile(path).ok());
+}
+
+TEST_F(Reads, NoLinkLeadsOutOfTheFolders) {
+    EXPECT_EQ(text_of_file(root("shots/a.txt")), "inside");
+    EXPECT_EQ(text_of_file(root("shots/../shots/./a.txt")), "inside");
+    fs::create_symlink(root("shots"), root("absolute"));
+    EXPECT_EQ(text_of_file(root("absolute/a.txt")), "inside");
+    fs::create_symlink(base_ + "/secret", root("way_out"));
+    fs::create_symlink("../secret/a.txt", root("file_out"));
+    for (const char* name : {"way_out/a.txt", "file_out", "../secret/a.txt"})
+        EXPECT_FALSE(ReadableFile(root(name)).ok()) << name;
+    EXPECT_THAT(ReadableFile(root("file_out")).fault(), HasSubstr("outside the folders"));
+    EXPECT_EQ(text_of_file(root("way_out/a.txt")), "");
+    // A command follows every link.
+    confine_reads({});
+    EXPECT_EQ(text_of_file(root("way_out/a.txt")), "outside");
 }
 
 }  // namespace

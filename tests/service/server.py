@@ -213,8 +213,7 @@ class Events:
             if not data:
                 break
             self.buffer += data
-        head, _, self.buffer = self.buffer.partition(b"\r\n\r\n")
-        self.status = int(head.split()[1])
+        self.buffer = self.buffer.partition(b"\r\n\r\n")[2]
 
     def next(self, seconds=PATIENCE_S):
         """(id, data) of the next event; None at the end. A comment is ("", None)."""

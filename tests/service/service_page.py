@@ -13,7 +13,6 @@ from server import Server, make_scene, serve_command, token_hash  # noqa: E402
 
 PROGRAM = os.path.abspath(sys.argv[1])
 TOKEN = "0123456789abcdef"
-HOSTILE = "<img hostile src onerror>"
 TAB, ENTER, DOWN, ALT = "\ue004", "\ue007", "\ue015", "\ue00a"
 SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
 SHOWN = ("postchain.viewer?.shown?.image && "
@@ -44,6 +43,7 @@ class OnTheService(unittest.TestCase):
         assert cls.server.stop() == 143
 
     def setUp(self):
+        self.browser.errors()  # of the former test
         self.browser.size(1280, 900)
         self.browser.scheme("light")
 
@@ -51,11 +51,29 @@ class OnTheService(unittest.TestCase):
         self.browser.open(self.base + "#" + state)
         self.browser.wait("globalThis.postchain?.viewer && document.querySelector('.entry')")
 
-    def open_shot(self, more=""):
-        self.open(SHOT + more)
+    def open_anew(self, state=""):
+        """Without the chains of former visits."""
+        self.open(state)
         self.browser.run("localStorage.clear();")
-        self.open(SHOT + more)
+        self.open(state)
+
+    def open_shot(self, more=""):
+        self.open_anew(SHOT + more)
         self.browser.wait(f"{SHOWN} && postchain.model.subject")
+
+    def open_from_the_folders(self):
+        self.open_anew()
+        self.click("[data-folder=shots]")
+        self.click("[data-path='shots/sharp.####.exr']")
+        self.browser.wait(f"{SHOWN} && postchain.model.subject")
+
+    def long_shot(self):
+        """60 frames."""
+        (self.path / "long").mkdir(exist_ok=True)
+        for frame in range(1, 61):
+            (self.path / f"long/f.{frame:04}.exr").write_bytes(
+                (self.path / f"shots/sharp.000{1 + frame % 3}.exr").read_bytes())
+        return "long/f.####.exr"
 
     def click(self, selector):
         self.browser.wait("document.querySelector(args[0])?.checkVisibility()", selector)
@@ -84,13 +102,26 @@ class OnTheService(unittest.TestCase):
             input.value = args[1];
             input.dispatchEvent(new Event("input", {bubbles: true}));""", label, place)
 
-    def chain(self, which="a"):
-        kept = json.loads(self.browser.run("return localStorage.getItem('postchain-chains');"))
-        return kept[which]["value"]
+    def type_chain(self, text):
+        self.browser.run("""
+            const area = document.querySelector("#text textarea");
+            area.value = args[0];
+            area.dispatchEvent(new Event("input", {bubbles: true}));""", text)
 
-    def value(self, key, x, y):
-        return self.browser.run("const v = postchain.viewer.values(postchain.model.source(args[0]), "
-                                "{x: args[1], y: args[2]}); return v && v.rgb;", key, x, y)
+    def chain(self):
+        kept = json.loads(self.browser.run("return localStorage.getItem('postchain-chains');"))
+        return kept["a"]["value"]
+
+    def is_hidden(self, element):
+        return self.browser.run("return document.getElementById(args[0]).hidden;", element)
+
+    def values(self, key, other=None):
+        """In the middle of the frame, as soon as they are there and not `other`."""
+        return self.browser.wait(
+            f"{SHOWN} && (() => {{"
+            "    const rgb = postchain.viewer.values(postchain.model.source(args[0]), {x: 80, y: 45})?.rgb;"
+            "    return rgb && JSON.stringify([...rgb]) !== JSON.stringify(args[1]) && [...rgb];"
+            "})()", key, other)
 
     def place(self, x, y):
         """A pixel of the frame, in the window."""
@@ -104,8 +135,13 @@ class OnTheService(unittest.TestCase):
             "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "chain": "fast",
             "on_existing": "overwrite", **body})
 
-    def done(self, job, state="done"):
+    def wait_for(self, state="done"):
+        """The shown job's state."""
         self.browser.wait("document.querySelector(`#job:not([hidden]) .state.${args[0]}`)", state)
+
+    def open_job(self, job, state="done"):
+        self.open(f"job={job}")
+        self.wait_for(state)
 
 
 def run():

@@ -38,7 +38,6 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
-    open();
     EXPECT_THAT(refusal(), HasSubstr("another service uses this store"));
     fs::create_symlink(path(), folder_.path("link.db"));
     EXPECT_FALSE(JobStore::open(folder_.path("link.db"), 3).ok()) << "by another name";
@@ -47,27 +46,26 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
 }
 
 TEST_F(StoreTest, OtherFilesAreRefusedAndStay) {
+    store_.reset();
     const std::string text(5000, 'x');
     std::ofstream(path()) << text;
     EXPECT_THAT(refusal(), HasSubstr("is not a store of jobs"));
     EXPECT_EQ(test::read_text(path()), text);
-    fs::remove(path());
-    run_sql("CREATE TABLE jobs(a)");
+    replace("CREATE TABLE jobs(a)");
     EXPECT_THAT(refusal(), HasSubstr("of another program"));
     fs::remove(path());
     open();
-    store_.reset();
-    run_sql("PRAGMA user_version = 99");
-    EXPECT_THAT(refusal(), HasSubstr("later version"));
-    run_sql("PRAGMA user_version = 2");
-    EXPECT_THAT(refusal(), HasSubstr("was created before the first release"));
+    for (const auto& [version, why] :
+         {std::pair{99, "later version"}, {2, "before the first release"}}) {
+        run_sql(concat("PRAGMA user_version = ", version));
+        EXPECT_THAT(refusal(), HasSubstr(why));
+    }
     EXPECT_EQ(JobStore::open(folder_.path("nowhere/store.db"), 3).status().code(),
               StatusCode::output);
 }
 
 // While the store is in use, by this program and by SQLite's own; the copy is whole and usable.
 TEST_F(StoreTest, BackupsOfAStoreInUse) {
-    open();
     const std::string id = running(2);
     const std::string copy = folder_.path("backup.sqlite"), shell = folder_.path("shell.sqlite");
     ASSERT_TRUE(back_up(path(), copy).ok());
@@ -129,7 +127,6 @@ TEST_F(StoreTest, EventsAfterACopyWasPutBack) {
 
 // While another program holds the file, and a change waits for it.
 TEST_F(StoreTest, ReadsDoNotWaitForChanges) {
-    open();
     const std::string id = add();
     sqlite3* other = nullptr;
     ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
@@ -147,7 +144,6 @@ TEST_F(StoreTest, ReadsDoNotWaitForChanges) {
 
 // Lists, searches and changes read and write rows without the requests, which may have 1 MiB.
 TEST_F(StoreTest, RequestsAreApartFromTheRowsOfJobs) {
-    open();
     const std::string body =
         R"({"input": "Shots/A.####.exr", "chain_text": ")" + std::string(400'000, '#') + "\"}";
     const std::string id =
@@ -199,12 +195,9 @@ INSERT INTO events(job, time_ms, type, data) VALUES(1, 5, 'queued', '{}'), (1, 6
 )sql";
 
 TEST_F(StoreTest, AStoreOfTheFormerVersionIsCopiedAndConverted) {
-    run_sql(kVersion4);
-    std::vector<std::string> said;
-    store_ = test::must(
-        JobStore::open(path(), 3, {}, [&](const std::string& text) { said.push_back(text); }));
-    ASSERT_EQ(said.size(), 1u);
-    EXPECT_THAT(said[0], HasSubstr("is converted; a copy for the former program is"));
+    replace(kVersion4);
+    open();
+    EXPECT_THAT(said_, testing::ElementsAre(HasSubstr("is converted; a copy")));
     EXPECT_EQ(job("1").body, R"({"output": "Out/b.exr"})");
     EXPECT_EQ(job("1").priority, 3);
     EXPECT_EQ(store_->jobs("", "", 9, "", "out/b")->size(), 1u);
@@ -223,7 +216,7 @@ TEST_F(StoreTest, AStoreOfTheFormerVersionIsCopiedAndConverted) {
 }
 
 TEST_F(StoreTest, WithoutACopyNothingIsConverted) {
-    run_sql(kVersion4);
+    replace(kVersion4);
     std::ofstream(path() + ".v4") << "a file of another program";
     EXPECT_THAT(refusal(), HasSubstr(".v4 is not a backup of a store"));
     Database former(path(), Database::Open::existing);
@@ -231,7 +224,6 @@ TEST_F(StoreTest, WithoutACopyNothingIsConverted) {
 }
 
 TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
-    open();
     for (int i = 0; i < 50; ++i)
         ASSERT_TRUE(store_->add({JobKind::run, std::string(3000, 'b'), 0, ""}, 1000).ok());
     store_.reset();
@@ -245,7 +237,6 @@ TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
 
 // On a full disk calls fail and change nothing; the store works again when there is room.
 TEST_F(StoreTest, ADiskThatIsFull) {
-    open();
     const std::string id = running(2);
     begin(id, 1);
     std::signal(SIGXFSZ, SIG_IGN);
@@ -276,7 +267,6 @@ TEST_F(StoreTest, ADiskThatIsFull) {
 
 // SQLite writes on into a file without a name: a job would be accepted and lost.
 TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
-    open();
     add();
     std::vector<std::string> said;
     store_->on_loss([&](const std::string& text) { said.push_back(text); });
@@ -300,7 +290,6 @@ TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
 
 // What a reply has confirmed is on the disk: power may fail after it.
 TEST_F(StoreTest, EachChangeIsOnTheDiskWhenItReturns) {
-    open();
     for (int i = 0; i < 3; ++i) {
         const int before = g_syncs;
         const std::string id = add();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,16 +25,26 @@ class StoreTest : public testing::Test {
   protected:
     static constexpr const char* kWrites = "out/a.####.exr";
 
+    void SetUp() override { open(); }
     void open(int attempts = 3, const Retention& keep = Retention()) {
         store_.reset();
-        store_ = test::must(JobStore::open(path(), attempts, keep));
+        said_.clear();
+        store_ = test::must(JobStore::open(
+            path(), attempts, keep, [this](const std::string& text) { said_.push_back(text); }));
     }
-    // Runs statements of another program in the file, which is created if it does not exist.
+    // Closes the store. Runs statements of another program in its file.
     void run_sql(const std::string& sql) {
+        store_.reset();
         sqlite3* other = nullptr;
         ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
         EXPECT_EQ(sqlite3_exec(other, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
         sqlite3_close(other);
+    }
+    // Puts a file of another program or version in its place.
+    void replace(const std::string& sql) {
+        store_.reset();
+        std::filesystem::remove(path());
+        run_sql(sql);
     }
     std::string path() const { return folder_.path("store.db"); }
     std::string refusal() const {
@@ -44,9 +55,9 @@ class StoreTest : public testing::Test {
         return test::must(
             store_->add({JobKind::run, "{}", 0, "", frames, "", "{}", kWrites}, max_queue, user));
     }
-    std::string add(int priority = 0, const User& user = User()) {
+    std::string add(int priority = 0, const User& user = User(), const std::string& body = "{}") {
         return test::must(
-                   store_->add({JobKind::run, "{}", priority, "", 0, "", "{}", kWrites}, 100, user))
+                   store_->add({JobKind::run, body, priority, "", 0, "", "{}", kWrites}, 100, user))
             .job.id;
     }
     // A job that has ended; `frames` as its request says.
@@ -93,6 +104,7 @@ class StoreTest : public testing::Test {
 
     test::TempFolder folder_;
     std::unique_ptr<JobStore> store_;
+    std::vector<std::string> said_;  // by open()
 };
 
 }  // namespace postchain::service

@@ -10,10 +10,10 @@
 namespace postchain::service {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 TEST_F(StoreTest, WhatWasEnteredIsThereAgainAndCountsOnce) {
-    open();
     const std::string id = running(3);
     begin(id, 2);
     for (int i = 0; i < 2; ++i) write(id, 2, 70);
@@ -33,7 +33,6 @@ TEST_F(StoreTest, WhatWasEnteredIsThereAgainAndCountsOnce) {
 
 // Any of several frames may have killed the process: the attempt counts for none of them.
 TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
-    open();
     const std::string id = running(4);
     for (int frame : {1, 2, 3}) begin(id, frame);
     open();
@@ -45,25 +44,19 @@ TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
 }
 
 TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsQuarantined) {
-    open();
     const std::string id = running(2);
     for (int death = 1; death <= 3; ++death) {
         begin(id, 1);
-        EXPECT_EQ(frame(id, 1).state, FrameState::waiting);
         open();
         EXPECT_EQ(frame(id, 1).attempts, death);
-        if (death < 3) {
-            ASSERT_GT(*store_->start(id), 0);
-        }
+        EXPECT_EQ(frame(id, 1).state, death < 3 ? FrameState::waiting : FrameState::quarantined);
+        EXPECT_EQ(types(id).back(), "requeued");
+        ASSERT_GT(*store_->start(id), 0) << "the other frame is still to be done";
     }
-    EXPECT_EQ(frame(id, 1).state, FrameState::quarantined);
-    EXPECT_EQ(job(id).state, JobState::queued) << "the other frame is still to be done";
     EXPECT_EQ(job(id).failed, 1);
-    EXPECT_EQ(types(id).back(), "requeued");
 }
 
 TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
-    open();
     const std::string id = add();
     for (int death = 1; death <= 3; ++death) {
         ASSERT_EQ(*store_->start(id), death);
@@ -75,7 +68,6 @@ TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
 
 // Its tasks go on without this process, so that no death is its fault.
 TEST_F(StoreTest, AJobInAnotherQueueOutlivesTheProcess) {
-    open();
     const std::string id = add();
     ASSERT_EQ(*store_->start(id), 1);
     ASSERT_TRUE(store_->set_remote(id, "17").ok());
@@ -88,7 +80,6 @@ TEST_F(StoreTest, AJobInAnotherQueueOutlivesTheProcess) {
 }
 
 TEST_F(StoreTest, WhatWasGivenUpWaitsAsBefore) {
-    open();
     const std::string id = running(2);
     begin(id, 1);
     EXPECT_EQ(frame(id, 1).attempts, 1);
@@ -117,7 +108,6 @@ TEST_F(StoreTest, FailuresCountUntilTheFrameIsQuarantined) {
 }
 
 TEST_F(StoreTest, OneKeyIsOneJob) {
-    open();
     const auto add_with_key = [&](const char* body) {
         return *store_->add({JobKind::run, body, 0, "key"}, 100);
     };
@@ -131,7 +121,6 @@ TEST_F(StoreTest, OneKeyIsOneJob) {
 }
 
 TEST_F(StoreTest, CanceledWorkDoesNotEndOtherwise) {
-    open();
     const std::string id = running(1);
     ASSERT_TRUE(*store_->cancel(id));
     EXPECT_FALSE(*store_->cancel(id));
@@ -142,22 +131,19 @@ TEST_F(StoreTest, CanceledWorkDoesNotEndOtherwise) {
 }
 
 TEST_F(StoreTest, EventsGrowOverRestartsAndAreReadOnFromAnyOfThem) {
-    open();
     const std::string a = add(), b = add();
     const int64_t last = events("").back().id;
     open();
     ASSERT_TRUE(*store_->cancel(a));
-    const auto later = store_->events("", last, 100);
-    ASSERT_EQ(later->size(), 1u);
-    EXPECT_GT((*later)[0].id, last);
-    EXPECT_EQ((*later)[0].type, "canceled");
-    EXPECT_EQ((*later)[0].job, a);
+    const auto later = *store_->events("", last, 100);
+    ASSERT_EQ(later.size(), 1u);
+    EXPECT_GT(later[0].id, last);
+    EXPECT_EQ(later[0].type + later[0].job, "canceled" + a);
     EXPECT_EQ(events(b).size(), 1u);
     EXPECT_EQ(store_->events("", 0, 1)->size(), 1u);
 }
 
 TEST_F(StoreTest, JobsAreReadOnFromAnyOfThem) {
-    open();
     for (int i = 0; i < 5; ++i) add();
     const auto newest = store_->jobs("", "", 2);
     ASSERT_EQ(newest->size(), 2u);
@@ -170,57 +156,41 @@ TEST_F(StoreTest, JobsAreReadOnFromAnyOfThem) {
 }
 
 TEST_F(StoreTest, TheOldestEndedJobsGo) {
-    open();
-    for (int i = 0; i < 5; ++i) add_ended();
-    const std::string waiting = add();
-    store_.reset();
+    for (int i = 0; i < 3; ++i) add_ended();
+    add();
     run_sql("UPDATE jobs SET ended_ms = ended_ms - 3 * 86400000 WHERE id <= 2");
     open(3, {.jobs = 1000, .days = 2});
-    EXPECT_EQ(job_count(), 4u);
+    EXPECT_EQ(job_count(), 2u);
     EXPECT_TRUE(*store_->job("3"));
-    open(3, {.jobs = 2, .days = 0});
-    EXPECT_EQ(job_count(), 3u);
-    EXPECT_FALSE(*store_->job("3"));
-    EXPECT_TRUE(events("3").empty());
-    EXPECT_TRUE(*store_->job(waiting));
+    EXPECT_TRUE(events("2").empty());
 }
 
 // An age is computed only with a clock that can be right.
 TEST_F(StoreTest, JobsAreNotRemovedByAClockThatHasJumped) {
-    open();
     const std::string first = add_ended(), second = add_ended();
-    const auto open_at = [&](const std::string& facts) {
-        store_.reset();
-        run_sql(concat("INSERT OR REPLACE INTO facts VALUES", facts));
-        std::vector<std::string> said;
-        store_ = test::must(JobStore::open(path(), 3, {.jobs = 1000, .days = 2},
-                                           [&](const std::string& text) { said.push_back(text); }));
-        return said;
+    const auto open_at = [&](const char* fact, int64_t value) {
+        run_sql(concat("INSERT OR REPLACE INTO facts VALUES('", fact, "', ", value, ")"));
+        open(3, {.jobs = 1000, .days = 2});
+        return said_;
     };
     const int64_t day = 86'400'000, now = now_ms();
-    store_.reset();
     run_sql("UPDATE jobs SET ended_ms = ended_ms - 40 * 86400000 WHERE id = 1");
-    const auto said = open_at(concat("('clock_ms', ", now - 40 * day, ")"));
-    ASSERT_EQ(said.size(), 1u);
-    EXPECT_THAT(said[0], HasSubstr("the clock is 40 days after the last change"));
+    EXPECT_THAT(open_at("clock_ms", now - 40 * day),
+                ElementsAre(HasSubstr("the clock is 40 days")));
     EXPECT_TRUE(*store_->job(first));
-    EXPECT_TRUE(open_at(concat("('jump_ms', ", now - day / 2, ")")).empty()) << "said once";
+    EXPECT_TRUE(open_at("jump_ms", now - day / 2).empty()) << "said once";
     EXPECT_TRUE(*store_->job(first));
-    // It has been so for a day.
-    open_at(concat("('jump_ms', ", now - day - 1000, ")"));
-    EXPECT_FALSE(*store_->job(first));
-    EXPECT_TRUE(*store_->job(second));
-    EXPECT_TRUE(open_at(concat("('clock_ms', ", now + 400 * day, ")")).empty()) << "set back";
+    open_at("jump_ms", now - day - 1000);
+    EXPECT_FALSE(*store_->job(first)) << "it has been so for a day";
+    EXPECT_TRUE(open_at("clock_ms", now + 400 * day).empty()) << "set back";
     EXPECT_TRUE(*store_->job(second));
 }
 
 // A job that ended while the clock was wrong is not the newest for ever.
 TEST_F(StoreTest, JobsGoInTheOrderOfTheirEnds) {
-    open();
     const std::string first = add_ended(), second = add_ended(), third = add_ended();
     ASSERT_TRUE(store_->retry(first)->done);
     ASSERT_TRUE(*store_->cancel(first));
-    store_.reset();
     run_sql("UPDATE jobs SET ended_ms = ended_ms + 400 * 86400000 WHERE id = 2");
     open(3, {.jobs = 2, .days = 0});
     EXPECT_TRUE(*store_->job(first)) << "it ended last";
@@ -230,7 +200,6 @@ TEST_F(StoreTest, JobsGoInTheOrderOfTheirEnds) {
 
 // The newest job stays, however many frames it has.
 TEST_F(StoreTest, EndedJobsOfManyFramesGo) {
-    open();
     for (const int frames : {10, kMaxEndedFrames, 5}) add_ended(frames);
     open();
     EXPECT_EQ(job_count(), 1u);
@@ -245,9 +214,7 @@ TEST_F(StoreTest, EndedJobsOfManyFramesGo) {
 }
 
 TEST_F(StoreTest, OldEventsOfEndedJobsGo) {
-    open();
     const std::string ended = add_ended(), waiting = add();
-    store_.reset();
     run_sql(
         concat("UPDATE sqlite_sequence SET seq = seq + ", kMaxEvents, " WHERE name = 'events'"));
     open();
@@ -260,7 +227,6 @@ TEST_F(StoreTest, OldEventsOfEndedJobsGo) {
 }
 
 TEST_F(StoreTest, OwnersOfOnePriorityTakeTurns) {
-    open();
     for (const char* name : {"ann", "ann", "ann", "bob", "bob"}) add(0, user_of(name));
     const std::string urgent = add(1, user_of("ann")), late = add(-5, user_of("bob"));
     EXPECT_FALSE(*store_->next(2));
@@ -277,12 +243,10 @@ TEST_F(StoreTest, OwnersOfOnePriorityTakeTurns) {
 }
 
 TEST_F(StoreTest, LimitsOfAUser) {
-    open();
     User ann = user_of("ann");
     ann.max_jobs = 2;
     const std::string first = try_add(ann, 5).job.id;
     EXPECT_EQ(try_add(ann, 5).result, Added::Result::made);
-    EXPECT_EQ(try_add(ann, 5).result, Added::Result::over_limit);
     EXPECT_THAT(try_add(ann, 5).why, HasSubstr("ann may have 2 unfinished jobs"));
     add();  // of another user
     ann.max_jobs = 0;
@@ -341,7 +305,6 @@ TEST_F(StoreTest, OutputsOfJobsThatAreTooOldCountToo) {
 }
 
 TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {
-    open();
     const std::string id = add();
     ASSERT_TRUE(*store_->cancel(id, 143));
     EXPECT_EQ(job(id).exit_code, 143);
@@ -356,7 +319,6 @@ TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {
 
 // A job that has not begun has no frames in the store, only their number from its request.
 TEST_F(StoreTest, FramesOfAJobThatHasNotBegunCountAfterARetryAndARestart) {
-    open();
     User ann = user_of("ann");
     ann.max_frames = 5;
     const std::string id = try_add(ann, 5).job.id;
@@ -370,7 +332,6 @@ TEST_F(StoreTest, FramesOfAJobThatHasNotBegunCountAfterARetryAndARestart) {
 }
 
 TEST_F(StoreTest, PrioritiesChangeAndEndedJobsAreRemoved) {
-    open();
     const std::string a = add(), b = add();
     ASSERT_TRUE(*store_->set_priority(b, 7));
     EXPECT_EQ((**store_->next(-kMaxPriority)).id, b);

@@ -8,9 +8,6 @@
 #include <future>
 #include <thread>
 
-#include "tests/command/frames.h"
-#include "tests/support/status.h"
-
 namespace postchain::test {
 
 constexpr auto kPatience = std::chrono::minutes(10);
@@ -23,14 +20,6 @@ void ServiceTest::SetUp() {
     fs::create_directories(root("out"));
     fs::create_directories(outside());
     write_sequence(root(), {1, 2, 3, 4, 5, 6}, 24, 16);
-}
-
-std::string ServiceTest::root(const std::string& name) const {
-    return folder_.path("root" + (name.empty() ? "" : "/" + name));
-}
-
-std::string ServiceTest::outside(const std::string& name) const {
-    return folder_.path("outside" + (name.empty() ? "" : "/" + name));
 }
 
 std::string ServiceTest::body(const std::string& more, const std::string& pass) {
@@ -60,10 +49,6 @@ ServiceSettings ServiceTest::settings() {
     return settings;
 }
 
-void ServiceTest::open() {
-    service_ = must(Service::open(settings(), *registry_));
-}
-
 void ServiceTest::hold() {
     static const PassRegistry with_held = with_pass<HeldPass>("held");
     registry_ = &with_held;
@@ -72,25 +57,9 @@ void ServiceTest::hold() {
     open();
 }
 
-bool ServiceTest::waits() {
-    return wait_for([] { return HeldPass::waits.load(); });
-}
-
-void ServiceTest::wait_for_done(const std::string& id, int count) const {
-    EXPECT_TRUE(wait_for([&] { return job(id).done == count; })) << job(id).done;
-}
-
-void ServiceTest::TearDown() {
-    HeldPass::held = false;
-}
-
 std::optional<Identity> HeldPass::identity(const PlanContext& context) const {
     for (; held && context.frame.frame_number >= 3; usleep(1000)) waits = true;
     return FakePass::identity(context);
-}
-
-const User& ServiceTest::user(const std::string& name) const {
-    return *users_->named(name);
 }
 
 void ServiceTest::use(const std::string& users) {
@@ -152,23 +121,9 @@ Job ServiceTest::ended(const std::string& id) const {
     return now;
 }
 
-Job ServiceTest::done(const std::string& id) const {
-    const Job job = ended(id);
-    EXPECT_EQ(job.state, JobState::done) << job.message;
-    return job;
-}
-
 std::string ServiceTest::in_folder(std::string body, const std::string& folder) const {
     fs::create_directories(root(folder));
     return body.replace(body.find("out/"), 4, folder + "/");
-}
-
-void ServiceTest::add_frames(int last) const {
-    for (int frame = 7; frame <= last; ++frame) write_sequence(root(), {frame}, 24, 16);
-}
-
-std::vector<Event> ServiceTest::events(const std::string& id) const {
-    return got(service_->events(id, 0, 1000));
 }
 
 std::string ServiceTest::types_of(const std::string& id) const {

@@ -16,7 +16,9 @@
 #include "chain/pass/pass.h"
 #include "chain/pass/planner.h"
 #include "passes/registry.h"
+#include "tests/command/frames.h"
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/service/work/service.h"
 
 namespace postchain::test {
@@ -34,28 +36,65 @@ service::Problem problem_of(service::Answer<T> answer) {
     return std::get<service::Problem>(std::move(answer));
 }
 
+// A pass of a test, which reads color. By default it is the identity.
+class FakePass : public PlainPass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        return use;
+    }
+    Guarantees guarantees() const override { return {}; }
+    Reach reach() const override { return {}; }
+    std::optional<Identity> identity(const PlanContext&) const override {
+        return Identity{kRuleFacts, {"nothing to do"}};
+    }
+    void plan(PassPlanner&) const override {}
+    void reference(const PlanContext&, ReferenceFrame&) const override {}
+    ParameterRef parameters() override { return &unused_; }
+
+  private:
+    char unused_ = 0;
+};
+
+// Planning the frames from 3 on waits while `held`; `waits` is set as soon as one does.
+class HeldPass final : public FakePass {
+  public:
+    static inline std::atomic<bool> held = false, waits = false;
+    std::optional<Identity> identity(const PlanContext& context) const override;
+};
+
 // FOLDER/root/in.####.exr (frames 1..), FOLDER/root/out/, FOLDER/store.db, FOLDER/outside/.
 class ServiceTest : public testing::Test {
   protected:
     void SetUp() override;
-    void TearDown() override;
+    void TearDown() override { HeldPass::held = false; }
 
-    std::string root(const std::string& name = "") const;
-    std::string outside(const std::string& name = "") const;
+    std::string root(const std::string& name = "") const {
+        return folder_.path("root" + (name.empty() ? "" : "/" + name));
+    }
+    std::string outside(const std::string& name = "") const {
+        return folder_.path("outside" + (name.empty() ? "" : "/" + name));
+    }
     // A run of a pass over all frames, with extra members: ", \"strict\": true".
     static std::string body(const std::string& more = "", const std::string& pass = "fxaa");
     // The same with HeldPass, in a service that hold() opens.
     static std::string held_body(const std::string& more = "") { return body(more, "held"); }
     void hold();
-    static bool waits();  // until HeldPass waits
-    void wait_for_done(const std::string& id, int count) const;
+    // Until HeldPass waits.
+    static bool waits() {
+        return wait_for([] { return HeldPass::waits.load(); });
+    }
+    void wait_for_done(const std::string& id, int count) const {
+        EXPECT_TRUE(wait_for([&] { return job(id).done == count; })) << job(id).done;
+    }
 
-    void open();  // fails the test on errors
+    void open() { service_ = must(service::Service::open(settings(), *registry_)); }
     void close() { service_.reset(); }
     service::ServiceSettings settings();
 
     // The user of this name, or the only one.
-    const service::User& user(const std::string& name = "") const;
+    const service::User& user(const std::string& name = "") const { return *users_->named(name); }
     // Users of a text of the file of users, with "token: TOKEN" in place of its hash.
     void use(const std::string& users);
     std::string submit(const std::string& body, const std::string& user = "");  // the id
@@ -67,12 +106,20 @@ class ServiceTest : public testing::Test {
     service::Job ended(const std::string& id) const;  // waits
     // The end of a job of this body. done() fails the test if its state is another one.
     service::Job ran(const std::string& body) { return ended(submit(body)); }
-    service::Job done(const std::string& id) const;
+    service::Job done(const std::string& id) const {
+        const service::Job job = ended(id);
+        EXPECT_EQ(job.state, service::JobState::done) << job.message;
+        return job;
+    }
     void retry(const std::string& id) { got(service_->retry(user(), id)); }
     // A body whose outputs go to this folder of the root, which is made.
     std::string in_folder(std::string body, const std::string& folder) const;
-    void add_frames(int last) const;  // to the input: 7 to `last`
-    std::vector<service::Event> events(const std::string& id) const;
+    void add_frames(int last) const {  // to the input: 7 to `last`
+        for (int frame = 7; frame <= last; ++frame) write_sequence(root(), {frame}, 24, 16);
+    }
+    std::vector<service::Event> events(const std::string& id) const {
+        return got(service_->events(id, 0, 1000));
+    }
     std::string types_of(const std::string& id) const;  // of its events
     std::string logged();                               // the messages
     // The answer to a request for an image: ask(done) calls done() later.
@@ -106,34 +153,6 @@ inline int count_of(const std::string& text, const std::string& part) {
         ++count;
     return count;
 }
-
-// A pass of a test, which reads color. By default it is the identity.
-class FakePass : public PlainPass {
-  public:
-    RoleUse roles() const override {
-        RoleUse use;
-        use.required = {Role::color};
-        return use;
-    }
-    Guarantees guarantees() const override { return {}; }
-    Reach reach() const override { return {}; }
-    std::optional<Identity> identity(const PlanContext&) const override {
-        return Identity{kRuleFacts, {"nothing to do"}};
-    }
-    void plan(PassPlanner&) const override {}
-    void reference(const PlanContext&, ReferenceFrame&) const override {}
-    ParameterRef parameters() override { return &unused_; }
-
-  private:
-    char unused_ = 0;
-};
-
-// Planning the frames from 3 on waits while `held`; `waits` is set as soon as one does.
-class HeldPass final : public FakePass {
-  public:
-    static inline std::atomic<bool> held = false, waits = false;
-    std::optional<Identity> identity(const PlanContext& context) const override;
-};
 
 // The built-in passes and this one.
 template <class Pass>

@@ -99,6 +99,9 @@ TEST_F(Team, FilesThatLinkToOtherFoldersOfTheServiceAreNotRead) {
     test::HeldPass::held = false;
     EXPECT_EQ(ended(id).state, JobState::failed);
     EXPECT_THAT(frames(id)[5].message, HasSubstr("links outside"));
+    EXPECT_FALSE(fs::exists(root("bob/out/o.0006.exr")));
+    const std::string next = submit(of_bob(body(R"(, "on_existing": "overwrite")")), "bob");
+    EXPECT_THAT(ended(next).message, HasSubstr("links outside")) << "at the beginning of a job";
     const std::string sidecar = root("bob/out/o.0001.exr.json");
     EXPECT_NE(test::got(service_->frame(id, 1)).sidecar, "");
     fs::rename(sidecar, root("out/other.json"));

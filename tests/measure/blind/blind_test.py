@@ -21,10 +21,14 @@ class Blind(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", cls.folder / "in", "--size", "48x27",
-                        "--frames", "1-4", "--truth-samples", "2"], check=True, capture_output=True)
+        cls.scene("in", "48x27", "1-4")
         cls.sides = [f"plain={cls.folder}/in/sharp.####.exr", f"streaks={cls.folder}/in/mb.####.exr",
                      f"circles={cls.folder}/in/dof.####.exr"]
+
+    @classmethod
+    def scene(cls, name, size, frames):
+        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", cls.folder / name, "--size", size,
+                        "--frames", frames, "--truth-samples", "2"], check=True, capture_output=True)
 
     def blind(self, *words, code=0):
         done = subprocess.run([POSTCHAIN, "blind", *map(str, words)], capture_output=True, text=True)
@@ -73,19 +77,18 @@ class Blind(unittest.TestCase):
 
     def test_what_is_wrong_with_sides_is_named(self):
         out = self.folder / "none"
-        self.assertIn("a comparison needs two sides", self.blind(self.sides[0], "-o", out, code=2))
-        self.assertIn("--seed", self.blind(*self.sides, "-o", out, "--seed", "-1", code=2))
-        self.assertIn("is not NAME=OUT", self.blind(self.sides[0], "x.####.exr", "-o", out, code=2))
-        self.assertIn("two sides are named plain", self.blind(self.sides[0], self.sides[0], "-o", out,
-                                                              code=2))
-        self.assertIn("no frame in common",
-                      self.blind(self.sides[0], f"gone={self.folder}/gone.####.exr", "-o", out, code=4))
-        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", self.folder / "large", "--size", "96x54",
-                        "--frames", "1", "--truth-samples", "2"], check=True, capture_output=True)
-        for more in (["large=" + f"{self.folder}/large/mb.####.exr"],
-                     [self.sides[1], "--truth", f"{self.folder}/large/both.####.exr"]):
-            self.assertIn("is 96x54 and the first side's frame 48x27",
-                          self.blind(self.sides[0], *more, "-o", out, "--frames", "1", code=4))
+        self.scene("large", "96x54", "1")
+        first, second, third = self.sides
+        sizes = "is 96x54 and the first side's frame 48x27"
+        for code, said, words in [
+                (2, "a comparison needs two sides", []),
+                (2, "--seed", [second, third, "--seed", "-1"]),
+                (2, "is not NAME=OUT", ["x.####.exr"]),
+                (2, "two sides are named plain", [first]),
+                (4, "no frame in common", [f"gone={self.folder}/gone.####.exr"]),
+                (4, sizes, [f"large={self.folder}/large/mb.####.exr", "--frames", "1"]),
+                (4, sizes, [second, "--truth", f"{self.folder}/large/both.####.exr", "--frames", "1"])]:
+            self.assertIn(said, self.blind(first, *words, "-o", out, code=code))
         self.assertFalse(out.exists())
         # A folder of others is not written to, nor one in which an input lies.
         mine = self.folder / "mine"

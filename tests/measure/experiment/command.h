@@ -13,8 +13,8 @@ namespace postchain::test {
 class MeasureCommand : public ::testing::Test {
   protected:
     void SetUp() override {
-        write_sequence(folder_.path(), 1, 2);
-        write_truth(folder_.path(), "truth", 1, 2, 0.125f);
+        write_sequence(folder_.path(), 2);
+        write_truth(folder_.path(), 1, 2, 0.125f);
         write_text(at("chain.yaml"), kChainText);
     }
     std::string at(const std::string& name) const { return folder_.path(name); }

@@ -1,4 +1,4 @@
-// Winners and warnings, on fabricated values.
+// Verdicts on differences, winners and warnings, on fabricated values.
 #include "tools/measure/experiment/outcome.h"
 
 #include <gmock/gmock.h>
@@ -138,6 +138,118 @@ TEST(Outcome, MseThatIsMostlyNoiseIsDoubted) {
     fill(report.truth_noise, "mse", {.006});
     state_outcome(report);
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("makes 0.006 of the 0.01 of v1")));
+}
+
+// Values of one metric per frame of two variants.
+Report fabricate(const std::string& metric, Better better, const Values& first,
+                 const Values& second) {
+    Report report;
+    report.reference = "truth";
+    report.metrics = {{metric, "", better}};
+    for (size_t i = 0; i < first.size(); ++i) report.frames.push_back(int(i) + 1);
+    report.variants.resize(2);
+    report.variants[0].name = "first";
+    report.variants[1].name = "second";
+    fill(report.variants[0].metrics, metric, first);
+    fill(report.variants[1].metrics, metric, second);
+    return report;
+}
+
+const Values kBase = {0.10, 0.12, 0.11, 0.13, 0.10, 0.12, 0.11, 0.13};
+
+Values shifted(const Values& values, Values by) {
+    for (size_t i = 0; i < by.size(); ++i) *by[i] += *values[i];
+    return by;
+}
+
+const Values kConstantGain = {-.010, -.012, -.011, -.009, -.010, -.011, -.012, -.009};
+const Values kScatter = {-.010, .012, -.011, .009, .010, -.011, .012, -.009};
+
+Comparison compared(const std::string& metric, Better better, const Values& a, const Values& b) {
+    return compare_variants(fabricate(metric, better, a, b), {});
+}
+
+TEST(Verdict, IsDecidedByTheIntervalOfEightFrames) {
+    const Values gain = shifted(kBase, kConstantGain), one = {0.1};
+    const auto seven = [](const Values& values) {
+        return Values(values.begin(), values.begin() + 7);
+    };
+    struct Row {
+        const char* name;
+        Better better;
+        Values a, b;
+        Finding finding;
+        const char *words, *verdict;
+    };
+    const Row rows[] = {
+        {"seven frames", Better::lower, seven(kBase), seven(gain), Finding::too_few_frames,
+         "too few frames to decide (n = 7)", "Too few frames to decide (n = 7"},
+        {"gain", Better::lower, kBase, gain, Finding::b_better, "second is lower by 0.0105",
+         "second is closer to the ground truth by hdr_flip"},
+        {"the values of both", Better::lower, kBase, gain, Finding::b_better, "",
+         "HDR-FLIP: first 0.115, second 0.1045"},
+        {"loss", Better::lower, gain, kBase, Finding::a_better, "", "first is closer"},
+        {"more is better", Better::higher, kBase, gain, Finding::a_better, "", ""},
+        {"scatter", Better::lower, kBase, shifted(kBase, kScatter),
+         Finding::no_measurable_difference, "", "No measurable difference in any metric (n = 8)"},
+        {"equal", Better::lower, kBase, kBase, Finding::no_measurable_difference,
+         "equal in all 8 frames", "every metric is equal in all 8 frames"},
+        {"equal in one frame", Better::lower, one, one, Finding::too_few_frames, "",
+         "every metric is equal in the one frame."}};
+    for (const Row& row : rows) {
+        SCOPED_TRACE(row.name);
+        const Comparison comparison = compared("hdr_flip", row.better, row.a, row.b);
+        EXPECT_EQ(comparison.metrics[0].finding, row.finding);
+        EXPECT_THAT(comparison.metrics[0].words, HasSubstr(row.words));
+        EXPECT_THAT(comparison.verdict, HasSubstr(row.verdict));
+    }
+}
+
+// 0.7 against 1.2: distances 0.3 and 0.2, so B is closer by 0.1 although it is larger.
+TEST(Verdict, RatiosAreComparedByTheirDistanceFromOne) {
+    const Comparison comparison =
+        compared("edges_in_blurred", Better::one, Values(8, 0.7), Values(8, 1.2));
+    EXPECT_NEAR(*comparison.metrics[0].mean, -0.1, 1e-12);
+    EXPECT_EQ(comparison.metrics[0].finding, Finding::b_better);
+    EXPECT_THAT(comparison.claims, HasSubstr("Edges in blurred regions: first 0.7, second 1.2"));
+}
+
+TEST(Verdict, FramesThatOneVariantLacksAreLeftOut) {
+    auto report = fabricate("hdr_flip", Better::lower, kBase, shifted(kBase, kConstantGain));
+    report.variants[1].metrics["hdr_flip"].frames[3].reset();
+    report.variants[1].failure = "frame 4: out of memory";
+    const Comparison comparison = compare_variants(report, {});
+    EXPECT_EQ(comparison.metrics[0].n, 7);
+    EXPECT_LT(comparison.metrics[0].t_interval->high, 0);  // shown but not decisive
+    EXPECT_FALSE(comparison.metrics[0].differences[3]);
+    EXPECT_THAT(comparison.verdict, HasSubstr("second failed: frame 4: out of memory"));
+}
+
+TEST(Verdict, TilesAreTheSecondFigure) {
+    const Values a = {0.2, 0.2}, b = {0.1, 0.1};
+    std::map<std::string, TileBootstrap> tiles;
+    TileBootstrap bootstrap(1, 100);
+    TileSums sums;
+    sums.sums = {-1, -1};
+    sums.pixels = {10, 10};
+    bootstrap.add(1, sums);
+    tiles.emplace("hdr_flip", bootstrap);
+    const Comparison comparison =
+        compare_variants(fabricate("hdr_flip", Better::lower, a, b), tiles);
+    EXPECT_NEAR(comparison.metrics[0].bootstrap->low, -0.1, 1e-12);
+    EXPECT_EQ(comparison.metrics[0].tiles, 2);
+    EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is closer"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("this need not hold for other frames"));
+}
+
+TEST(Verdict, WithoutATruthNobodyWins) {
+    auto report = fabricate("hdr_flip", Better::lower, {0, 0}, {0.1, 0.2});
+    report.reference = "a";
+    report.variants[0].metrics.clear();
+    const Comparison comparison = compare_variants(report, {});
+    EXPECT_TRUE(comparison.metrics.empty());
+    EXPECT_THAT(comparison.verdict, HasSubstr("Without a ground truth"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP is 0.15"));
 }
 
 }  // namespace

@@ -26,20 +26,22 @@ std::string number(int frame) {
     return text;
 }
 
-TestFrame frame_of(int frame, int width, int height) {
-    return layered_frame(width, height, {6, 2}, {-3, 1}, uint32_t(frame));
+constexpr int kWidth = 64, kHeight = 40;
+
+TestFrame frame_of(int frame, int height = kHeight) {
+    return layered_frame(kWidth, height, {6, 2}, {-3, 1}, uint32_t(frame));
 }
 
 }  // namespace
 
-void write_sequence(const std::string& folder, int first, int count, int width, int height) {
-    for (int frame = first; frame < first + count; ++frame) {
-        const TestFrame made = frame_of(frame, width, height);
+void write_sequence(const std::string& folder, int count) {
+    for (int frame = 1; frame <= count; ++frame) {
+        const TestFrame made = frame_of(frame);
         const ImageF& motion = made.planes.at(Role::motion);
         ImageF depth = made.planes.at(Role::inverse_depth);
         for (float& d : depth.data) d = 1 / d;
         // Cycles: Z, W = position(this) - position(next), y up.
-        const ImageF vectors = make_image(width, height, 4, [&](int x, int y, int c) {
+        const ImageF vectors = make_image(kWidth, kHeight, 4, [&](int x, int y, int c) {
             return c == 2 ? -motion.at(x, y, 0) : c == 3 ? motion.at(x, y, 1) : 0;
         });
         io::PlanesFile file;
@@ -59,12 +61,11 @@ void write_rgb(const std::string& path, const ImageF& rgb) {
     must(io::write_planes_exr(path, rgb, {"R", "G", "B"}, io::OnExisting::overwrite));
 }
 
-void write_truth(const std::string& folder, const std::string& name, int first, int count,
-                 float offset, int width, int height) {
+void write_truth(const std::string& folder, int first, int count, float offset, int height) {
     for (int frame = first; frame < first + count; ++frame) {
-        const ImageF color = frame_of(frame, width, height).planes.at(Role::color);
-        write_rgb(folder + "/" + name + number(frame),
-                  make_image(width, height, 3,
+        const ImageF color = frame_of(frame, height).planes.at(Role::color);
+        write_rgb(folder + "/truth" + number(frame),
+                  make_image(kWidth, height, 3,
                              [&](int x, int y, int c) { return color.at(x, y, c) + offset; }));
     }
 }
@@ -85,6 +86,20 @@ Result<std::vector<experiment::NamedChain>> sweep(const std::vector<std::string>
     }
     return experiment::sweep_variants({"test.yaml", kChainText, false}, builtin_passes(), sets,
                                       sweeps, limit);
+}
+
+size_t expect_same_values(const report::Metrics& some, const report::Metrics& all) {
+    size_t compared = 0;
+    for (const auto& [name, series] : some) {
+        const auto& expected = all.at(name).frames;
+        for (size_t i = 0; i < expected.size(); ++i) {
+            EXPECT_EQ(series.frames.at(i).has_value(), expected[i].has_value()) << name << i;
+            if (!series.frames[i] || !expected[i]) continue;
+            EXPECT_NEAR(*series.frames[i], *expected[i], 1e-6) << name << i;
+            ++compared;
+        }
+    }
+    return compared;
 }
 
 experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report) {

@@ -9,13 +9,12 @@
 
 namespace postchain::test {
 
-// Frames first..first+count-1 of layered_frame(), each with another texture, in Cycles' convention:
+// Frames 1..count of layered_frame(), 64 x 40, each with another texture, in Cycles' convention:
 // FOLDER/in.####.exr with color, depth and motion vectors.
-void write_sequence(const std::string& folder, int first, int count, int width = 64,
-                    int height = 40);
-// FOLDER/NAME.####.exr, color only: the input's color plus `offset` in every channel.
-void write_truth(const std::string& folder, const std::string& name, int first, int count,
-                 float offset, int width = 64, int height = 40);
+void write_sequence(const std::string& folder, int count);
+// FOLDER/truth.####.exr of the frames from `first` on, color only: the input's color plus `offset`
+// in every channel.
+void write_truth(const std::string& folder, int first, int count, float offset, int height = 40);
 void write_rgb(const std::string& path, const ImageF& rgb);
 
 // Motion blur of 5 taps, then FXAA; needs no camera.
@@ -27,6 +26,9 @@ Chain parse(const std::string& text, const std::vector<std::string>& sets = {});
 Result<std::vector<experiment::NamedChain>> sweep(const std::vector<std::string>& texts,
                                                   int limit = 64,
                                                   const std::vector<std::string>& sets = {});
+
+// Each series of `some` is in `all`, with the same values up to 1e-6. Returns how many values.
+size_t expect_same_values(const report::Metrics& some, const report::Metrics& all);
 
 experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report);
 

@@ -27,16 +27,14 @@ std::vector<std::string> names(const std::vector<NamedChain>& variants) {
 }
 
 TEST(Sweeps, ProductInOrderTheLastFastest) {
-    auto variants = sweep({"motion_blur.samples=5,9", "fxaa.preset=10,12,39"});
-    ASSERT_TRUE(variants.ok()) << variants.status().message();
+    const auto variants = test::must(sweep({"motion_blur.samples=5,9", "fxaa.preset=10,12,39"}));
     EXPECT_THAT(
-        names(*variants),
+        names(variants),
         ElementsAre("motion_blur.samples=5 fxaa.preset=10", "motion_blur.samples=5 fxaa.preset=12",
                     "motion_blur.samples=5 fxaa.preset=39", "motion_blur.samples=9 fxaa.preset=10",
                     "motion_blur.samples=9 fxaa.preset=12",
                     "motion_blur.samples=9 fxaa.preset=39"));
-    EXPECT_THAT((*variants)[4].chain.text(), HasSubstr("samples=9"));
-    EXPECT_THAT((*variants)[4].chain.text(), HasSubstr("preset=12"));
+    EXPECT_THAT(variants[4].chain.text(), AllOf(HasSubstr("samples=9"), HasSubstr("preset=12")));
 }
 
 TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
@@ -48,12 +46,11 @@ TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
 
 // The last one would win, and the variants' names would be wrong.
 TEST(Sweeps, TwoOfOneValueAreRefused) {
-    for (const char* again : {"motion_blur.samples=5", "motion_blur.samples=9",
-                              "passes[0].samples=9", "passes[0].samples=5,9"}) {
+    for (const char* again : {"motion_blur.samples=5", "passes[0].samples=5,9"}) {
         const auto twice = sweep({"motion_blur.samples=5,7", again});
         EXPECT_EQ(twice.status().code(), StatusCode::usage) << again;
-        EXPECT_THAT(twice.status().message(), HasSubstr("one sweep")) << again;
-        EXPECT_THAT(twice.status().message(), HasSubstr("motion_blur.samples")) << again;
+        EXPECT_THAT(test::error_of(twice),
+                    AllOf(HasSubstr("one sweep"), HasSubstr("motion_blur.samples")));
     }
     EXPECT_EQ(sweep({"motion_blur.samples=5,7", "passes[1].preset=10,12"})->size(), 4u);
     // A sweep overrides --set, and its name shows the swept value.
@@ -61,9 +58,9 @@ TEST(Sweeps, TwoOfOneValueAreRefused) {
 }
 
 TEST(Sweeps, ExplosionsAreRefused) {
-    const std::vector<std::string> nine = {"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"};
-    EXPECT_EQ(sweep(nine, 8).status().code(), StatusCode::usage);
-    EXPECT_TRUE(sweep(nine, 9).ok());
+    const std::vector<std::string> six = {"motion_blur.samples=5,7,9", "fxaa.preset=10,12"};
+    EXPECT_EQ(sweep(six, 5).status().code(), StatusCode::usage);
+    EXPECT_TRUE(sweep(six, 6).ok());
 }
 
 TEST(Sweeps, BadTextsAndValuesAreUsageErrors) {

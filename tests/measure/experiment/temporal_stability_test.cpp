@@ -1,14 +1,13 @@
-// Flicker and grid of a chain on one frame, against the definitions implemented here.
+// Flicker and grid of a chain on one frame.
 #include "tools/measure/experiment/temporal_stability.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/measure/experiment/support.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
+#include "tools/measure/metrics/temporal.h"
 
 namespace postchain::experiment {
 
@@ -67,57 +66,32 @@ class Stability : public ::testing::Test {
     FramePlanes planes_;  // belong to frame_
 };
 
-ImageF moved(const ImageF& image, int k) {
-    return test::make_image(image.width, image.height, image.channels, [&](int x, int y, int c) {
-        return image.at(std::max(0, x - k), std::max(0, y - k), c);
-    });
-}
-
 // Tiles of 8: shifts 1 + (2 i + 1) 7 / 8 = 1, 3, 5, 7; the margin is a quarter of 40, less than
 // three tiles.
 TEST_F(Stability, GridIsTheMeanOverTheShifts) {
     const Chain chain = test::parse(test::kChainText);
-    const ImageF plain = color_of(chain, planes_);
-    double expected = 0;
+    const auto plain = test::must(metrics::rgb_image_of(color_of(chain, planes_)));
+    metrics::GridError expected(10);
     for (const int k : {1, 3, 5, 7}) {
         FramePlanes planes;
-        for (const auto& [role, plane] : planes_) planes[role] = moved(plane, k);
-        const ImageF there = color_of(chain, planes);
-        double sum = 0;
-        int count = 0;
-        for (int y = 10 + k; y < 40 - 10; ++y) {
-            for (int x = 10 + k; x < 64 - 10; ++x) {
-                for (int c = 0; c < 3; ++c, ++count)
-                    sum += std::abs(double(there.at(x, y, c)) - double(plain.at(x - k, y - k, c)));
-            }
-        }
-        expected += sum / count / 4;
+        for (const auto& [role, plane] : planes_) planes[role] = metrics::shifted(plane, k, k);
+        const auto there = test::must(metrics::rgb_image_of(color_of(chain, planes)));
+        ASSERT_TRUE(expected.add(there, plain, k, k).ok());
     }
-    EXPECT_GT(expected, 1e-3);
-    EXPECT_NEAR(*measure(chain).grid, expected, 1e-5 * expected);
+    EXPECT_GT(*expected.mean(), 1e-3);
+    EXPECT_NEAR(*measure(chain).grid, *expected.mean(), 1e-5 * *expected.mean());
 }
 
-// Seeds 0..3 by hand; sample standard deviation.
 TEST_F(Stability, FlickerIsTheScatterOverFourSeeds) {
-    std::vector<ImageF> pictures;
-    for (const char* seed : {"0", "1", "2", "3"})
-        pictures.push_back(color_of(
-            test::parse(test::kChainText, {std::string("motion_blur.seed=") + seed}), planes_));
-    double sum = 0;
-    for (int y = 0; y < 40; ++y) {
-        for (int x = 0; x < 64; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                double mean = 0, squares = 0;
-                for (const auto& picture : pictures) mean += double(picture.at(x, y, c)) / 4;
-                for (const auto& picture : pictures)
-                    squares += std::pow(double(picture.at(x, y, c)) - mean, 2);
-                sum += std::sqrt(squares / 3);
-            }
-        }
+    metrics::Flicker expected;
+    for (const char* seed : {"0", "1", "2", "3"}) {
+        const Chain chain = test::parse(test::kChainText, {concat("motion_blur.seed=", seed)});
+        const auto image = test::must(metrics::rgb_image_of(color_of(chain, planes_)));
+        ASSERT_TRUE(expected.add(image).ok());
     }
-    const double expected = sum / (64 * 40 * 3);
-    EXPECT_GT(expected, 1e-4);
-    EXPECT_NEAR(*measure(test::parse(test::kChainText)).flicker, expected, 1e-4 * expected);
+    EXPECT_GT(*expected.mean(), 1e-4);
+    EXPECT_NEAR(*measure(test::parse(test::kChainText)).flicker, *expected.mean(),
+                1e-4 * *expected.mean());
 }
 
 TEST_F(Stability, AFilterWithoutSeedsOrTilesHasNeither) {

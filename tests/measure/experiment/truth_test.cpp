@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 
 class TruthFiles : public ::testing::Test {
   protected:
-    void SetUp() override { test::write_sequence(folder_.path(), 1, 3); }
+    void SetUp() override { test::write_sequence(folder_.path(), 3); }
     ExperimentSettings settings() const {
         return test::settings_for(folder_.path(), folder_.path("report"));
     }
@@ -46,7 +46,7 @@ class TruthFiles : public ::testing::Test {
 
 TEST_F(TruthFiles, APartOfTheFramesIsTakenAndNoneIsRefused) {
     expect_refused("has no file for any of the 3 frames of the input: 1-3");
-    test::write_truth(folder_.path(), "truth", 2, 1, 0.1f);
+    test::write_truth(folder_.path(), 2, 1, 0.1f);
     const Truth part = test::must(truth());
     EXPECT_EQ(part.frames(), std::vector<int>{2});
     EXPECT_TRUE(part.has(2) && !part.has(1) && !part.has(3));
@@ -54,14 +54,14 @@ TEST_F(TruthFiles, APartOfTheFramesIsTakenAndNoneIsRefused) {
 }
 
 TEST_F(TruthFiles, AnotherSizeNamesBoth) {
-    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
-    test::write_truth(folder_.path(), "truth", 3, 1, 0.1f, 64, 41);
+    test::write_truth(folder_.path(), 1, 3, 0.1f);
+    test::write_truth(folder_.path(), 3, 1, 0.1f, 41);
     expect_refused("64x41");
     EXPECT_THAT(test::error_of(truth()), HasSubstr("in.0003.exr is 64x40"));
 }
 
-Status write_cropped(const std::string& path, const ImageF& whole, const io::Window& display,
-                     const io::Window& data) {
+Status write_cropped(const std::string& path, const ImageF& whole, const io::Window& data) {
+    const io::Window display = {0, 0, 63, 39};
     const ImageF stored = io::placed(whole, display, data);
     io::PlanesFile file;
     for (int c = 0; c < 3; ++c)
@@ -69,34 +69,31 @@ Status write_cropped(const std::string& path, const ImageF& whole, const io::Win
     file.origin_x = data.min_x;
     file.origin_y = data.min_y;
     file.display_window = display;
-    io::WriteOptions options;
-    options.on_existing = io::OnExisting::overwrite;
-    return io::write_planes_exr(path, file, options).status();
+    return io::write_planes_exr(path, file, {.on_existing = io::OnExisting::overwrite}).status();
 }
 
 // A cropped ground truth is not completed with black, unless the input is clear there too.
 TEST_F(TruthFiles, ACroppedDataWindowMustCoverThatOfTheInput) {
-    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
-    const io::Window display = {0, 0, 63, 39}, data = {9, 4, 50, 39};
+    test::write_truth(folder_.path(), 1, 3, 0.1f);
+    const io::Window data = {9, 4, 50, 39};
     const ImageF picture(64, 40, 3, 0.5f);
-    ASSERT_TRUE(write_cropped(folder_.path("truth.0002.exr"), picture, display, data).ok());
+    ASSERT_TRUE(write_cropped(folder_.path("truth.0002.exr"), picture, data).ok());
     expect_refused("the data window of the ground truth is 42x36 (9, 4)-(50, 39), but that of ");
     EXPECT_THAT(test::error_of(truth()), HasSubstr("in.0002.exr is 64x40 (0, 0)-(63, 39)"));
-    ASSERT_TRUE(write_cropped(folder_.path("in.0002.exr"), picture, display, data).ok());
+    ASSERT_TRUE(write_cropped(folder_.path("in.0002.exr"), picture, data).ok());
     EXPECT_EQ(test::error_of(truth()), "");
 }
 
 // Within one display window the same pixels are compared, whatever each file's data window.
 TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
-    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    test::write_truth(folder_.path(), 1, 3, 0.1f);
     const ImageF whole = test::must(test::must(truth()).load(2)).rgb;
-    const io::Window display = {0, 0, 63, 39}, overscan = {-5, -2, 70, 41};
-    ASSERT_TRUE(write_cropped(folder_.path("truth.0002.exr"), whole, display, overscan).ok());
+    ASSERT_TRUE(write_cropped(folder_.path("truth.0002.exr"), whole, {-5, -2, 70, 41}).ok());
     EXPECT_EQ(test::must(test::must(truth()).load(2)).rgb, whole);
 }
 
 TEST_F(TruthFiles, InfNanAndBlackAreRefused) {
-    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    test::write_truth(folder_.path(), 1, 3, 0.1f);
     for (const float bad :
          {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
         ImageF image(64, 40, 3, 0.5f);
@@ -238,7 +235,8 @@ Status prepare(const std::string& folder, io::OnExisting on_existing) {
 TEST(ReportFolder, StrangersAreNeverTouched) {
     const test::TempFolder folder;
     std::filesystem::create_directories(folder.path("images"));
-    test::write_text(folder.path("images/mine.txt"), "mine");
+    for (const std::string& mine : {folder.path("file"), folder.path("images/mine.txt")})
+        test::write_text(mine, "mine");
     for (const auto choice :
          {io::OnExisting::fail, io::OnExisting::skip, io::OnExisting::overwrite}) {
         const Status status = prepare(folder.path(), choice);
@@ -246,6 +244,7 @@ TEST(ReportFolder, StrangersAreNeverTouched) {
         EXPECT_THAT(status.message(), HasSubstr("not empty and is not a report"));
     }
     EXPECT_TRUE(std::filesystem::exists(folder.path("images/mine.txt")));
+    EXPECT_EQ(prepare(folder.path("file"), io::OnExisting::overwrite).code(), StatusCode::output);
 }
 
 TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
@@ -263,12 +262,6 @@ TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
     EXPECT_TRUE(prepare(report, io::OnExisting::overwrite).ok());
     EXPECT_FALSE(std::filesystem::exists(report + "/report.json"));
     EXPECT_TRUE(std::filesystem::exists(report + "/notes.txt"));
-}
-
-TEST(ReportFolder, AFileInItsPlaceIsAnError) {
-    const test::TempFolder folder;
-    test::write_text(folder.path("file"), "x");
-    EXPECT_EQ(prepare(folder.path("file"), io::OnExisting::overwrite).code(), StatusCode::output);
 }
 
 }  // namespace

@@ -27,13 +27,6 @@ TEST(Psnr, OfKnownErrors) {
     EXPECT_FALSE(psnr(pair(half, half)));
 }
 
-// Both constant: contrast and structure are 1, luminance is (2ab + C1)/(a^2 + b^2 + C1).
-TEST(Ssim, ConstantOffset) {
-    const Pair both = pair(gray(20, 15, shown_as(0.6)), gray(20, 15, shown_as(0.5)));
-    EXPECT_NEAR(*ssim(both), (2 * 0.3 + 1e-4) / (0.36 + 0.25 + 1e-4), 1e-5);
-    EXPECT_NEAR(*ssim(pair(gray(20, 15, 3), gray(20, 15, 3))), 1, 1e-9);
-}
-
 // An 11 x 11 image is one window. Reference 0; the test is d in its center only: with the center's
 // weight w, mean = w d, variance = w d^2 - (w d)^2, covariance 0.
 TEST(Ssim, SinglePixel) {
@@ -79,9 +72,8 @@ TEST(Ssim, AgainstTheFullWindow) {
 }
 
 TEST(Ssim, SmallerThanTheWindowHasNone) {
-    EXPECT_FALSE(ssim(pair(gray(10, 40, 1), gray(10, 40, 0))));
-    EXPECT_FALSE(ssim(pair(gray(1, 1, 1), gray(1, 1, 0))));
-    EXPECT_TRUE(ssim(pair(gray(11, 11, 1), gray(11, 11, 0))));
+    for (const auto& [width, height] : {std::pair{10, 40}, {40, 10}, {1, 1}})
+        EXPECT_FALSE(ssim(pair(gray(width, height, 1), gray(width, height, 0)))) << width;
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "tools/measure/metrics/exposure.h"
 
 #include <cmath>
-#include <limits>
 
 #include "tests/measure/metrics/support.h"
 
@@ -24,9 +23,7 @@ TEST(ToneMapper, InverseUndoesTheCurve) {
                     value, 1e-6);
         x = inverse_of(ToneMapper::reinhard, value);
         EXPECT_NEAR(x / (1 + x), value, 1e-9);
-        x = inverse_of(ToneMapper::hable, value);
-        EXPECT_NEAR(hable(x), value, 1e-6);
-        EXPECT_GT(x, 0);
+        EXPECT_NEAR(hable(inverse_of(ToneMapper::hable, value)), value, 1e-6);
     }
 }
 
@@ -53,26 +50,15 @@ TEST(ExposureRange, MedianIsTheUpperOfTwoOfTheLit) {
         EXPECT_NEAR(range.start, std::log2(x / 4), 1e-6);
         EXPECT_NEAR(range.stop, std::log2(x / 3), 1e-6);
         EXPECT_EQ(range.count(), 2);
-        EXPECT_EQ(range.exposures().front(), range.start);
-        EXPECT_EQ(range.exposures().back(), range.stop);
+        EXPECT_EQ(range.exposures(), (std::vector<double>{range.start, range.stop}));
     }
 }
 
 TEST(ExposureRange, AtMostTwentyStopsOnTheMediansSide) {
-    auto image = gray(5, 5, 0.5);
-    for (int c = 0; c < 3; ++c) image.at(2, 2, c) = 1e10f;
-    const auto range = exposure_range(one(image), ToneMapper::aces);
-    EXPECT_DOUBLE_EQ(range.stop - range.start, 20);
+    const auto range = exposure_range(one(row_of({0.5, 0.5, 0.5, 1e10})), ToneMapper::aces);
     EXPECT_NEAR(range.stop, std::log2(inverse_of(ToneMapper::aces, 0.85) / 0.5), 1e-6);
+    EXPECT_DOUBLE_EQ(range.stop - range.start, 20);
     EXPECT_EQ(range.count(), 20);
-}
-
-TEST(ExposureRange, InfDoesNotReachTheRange) {
-    auto image = gray(3, 3, 0.5);
-    for (int c = 0; c < 3; ++c) image.at(1, 1, c) = std::numeric_limits<float>::infinity();
-    const auto range = exposure_range(one(image), ToneMapper::aces);
-    EXPECT_NEAR(range.start, range.stop, 1e-9);
-    EXPECT_EQ(range.count(), 2);
 }
 
 TEST(ExposureRange, SequencesTakeTheSmallestStartAndTheLargestStop) {

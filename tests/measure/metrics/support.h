@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "tests/support/status.h"
 #include "tools/measure/metrics/pair.h"
 
 namespace postchain::metrics {
@@ -24,11 +25,8 @@ ImageF make_image(int width, int height, F&& f) {
     return image;
 }
 
-inline ImageF constant(int width, int height, const Rgb& rgb) {
-    return make_image(width, height, [&](int, int) { return rgb; });
-}
 inline ImageF gray(int width, int height, double v) {
-    return constant(width, height, {v, v, v});
+    return ImageF(width, height, 3, float(v));
 }
 
 // The scene value that is displayed as d.
@@ -38,14 +36,10 @@ inline double shown_as(double d) {
 }
 
 inline Pair pair(const ImageF& test, const ImageF& reference) {
-    auto made = pair_of(test, reference);
-    EXPECT_TRUE(made.ok()) << made.status().message();
-    return std::move(*made);
+    return postchain::test::must(pair_of(test, reference));
 }
 inline RgbImage one(const ImageF& image) {
-    auto made = rgb_image_of(image);
-    EXPECT_TRUE(made.ok()) << made.status().message();
-    return std::move(*made);
+    return test::must(rgb_image_of(image));
 }
 
 }  // namespace postchain::metrics

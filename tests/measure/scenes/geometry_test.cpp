@@ -86,16 +86,8 @@ TEST(Depth, OfAWheelsGapsIsThatOfTheGround) {
     EXPECT_NEAR(planes.depth.at(cx + 15, cy), 3, 1e-5);
 }
 
-TEST(Vectors, OfATranslation) {
-    // F v / z = 100 * (0.04, 0.016) / 2 = (2, 0.8) pixels per frame, up. It came from the lower
-    // left.
-    SceneModel model = empty_model();
-    model.objects = {wall([](double t) { return at({0.04 * t, 0.016 * t, 2}); })};
-    expect_vectors(model, [](double, double) { return Motion{-2, -0.8, -2, -0.8}; });
-}
-
 TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
-    // A point seen at x from depth 2 is at x 2/1.9 in the next and at x 2/2.1 in the previous
+    // What is seen at x from depth 2 is at x 2/1.9 in the next and at x 2/2.1 in the previous
     // frame.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0, 0, 2 - 0.1 * t}); })};

@@ -1,4 +1,4 @@
-// Properties of each scene (docs/scenes.md), and the vector convention by reprojection.
+// Properties of each scene (docs/scenes.md).
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -13,20 +13,6 @@ namespace {
 double speed(const ScenePlanes& planes, int x, int y) {
     const float* v = planes.vectors.pixel(x, y);
     return std::hypot(v[2], v[3]);
-}
-
-double largest_speed(const ScenePlanes& planes) {
-    double largest = 0;
-    for (int y = 0; y < planes.depth.height; ++y)
-        for (int x = 0; x < planes.depth.width; ++x)
-            largest = std::max(largest, speed(planes, x, y));
-    return largest;
-}
-
-TEST(Scenes, AreTheFiveOfTheCommand) {
-    std::vector<std::string> names;
-    for (const SceneInfo& scene : scenes()) names.push_back(scene.name);
-    EXPECT_THAT(names, testing::ElementsAre("wheels", "poles", "crossing", "zoom", "still"));
 }
 
 TEST(Scenes, HaveHighlightsAndFinitePlanes) {
@@ -45,48 +31,9 @@ TEST(Scenes, HaveHighlightsAndFinitePlanes) {
         }
 }
 
-// Mean difference between frame n and its reprojection from frame n+1 by the motion vectors ZW,
-// over moving pixels. Signs multiply the displacement in image rows (y down).
-double warp_error(const ScenePlanes& a, const ScenePlanes& b, int sx, int sy) {
-    double sum = 0;
-    int count = 0;
-    for (int y = 0; y < a.depth.height; ++y)
-        for (int x = 0; x < a.depth.width; ++x) {
-            if (speed(a, x, y) < 2) continue;
-            const float* v = a.vectors.pixel(x, y);
-            const int to_x = int(std::floor(x + 0.5 + sx * v[2]));
-            const int to_y = int(std::floor(y + 0.5 + sy * v[3]));
-            if (!b.depth.inside(to_x, to_y)) continue;
-            for (int c = 0; c < 3; ++c)
-                sum += std::abs(display(a.color.at(x, y, c)) - display(b.color.at(to_x, to_y, c)));
-            ++count;
-        }
-    EXPECT_GT(count, 200);
-    return sum / (3 * count);
-}
-
-// frame.md: motion = (-Z, +W) in rows from the top.
-TEST(Vectors, LeadFromEachFrameToTheNext) {
-    for (const char* name : {"wheels", "poles", "crossing", "zoom"}) {
-        const ScenePlanes a = render(name, 320, 180, 4, Picture::gbuf);
-        const ScenePlanes b = render(name, 320, 180, 5, Picture::gbuf);
-        const double right = warp_error(a, b, -1, +1);
-        EXPECT_LT(right, 0.12) << name;
-        EXPECT_GT(warp_error(a, b, +1, +1), 1.25 * right) << name;
-        EXPECT_GT(warp_error(a, b, +1, -1), 1.25 * right) << name;
-        // A pan has almost no vertical motion, so its sign has little effect.
-        EXPECT_GT(warp_error(a, b, -1, -1), (std::string(name) == "poles" ? 1 : 1.25) * right)
-            << name;
-    }
-}
-
 struct Range {
     double low, high;
 };
-void expect_within(const Range& range, double value, const std::string& what) {
-    EXPECT_GE(value, range.low) << what;
-    EXPECT_LE(value, range.high) << what;
-}
 
 // The depths and speeds that docs/scenes.md describes; shares are parts of all pixels.
 TEST(Scenes, HaveTheDepthsAndSpeedsOfTheirDescriptions) {
@@ -109,11 +56,12 @@ TEST(Scenes, HaveTheDepthsAndSpeedsOfTheirDescriptions) {
         SceneRequest request;
         request.name = row.name;
         const Camera camera = camera_at(postchain::test::must(model_for(request)), 1);
-        double nearest = 1e10, sky = 0, still = 0, in_focus = 0, fast = 0;
+        double nearest = 1e10, fastest = 0, sky = 0, still = 0, in_focus = 0, fast = 0;
         for (int y = 0; y < row.height; ++y)
             for (int x = 0; x < row.width; ++x) {
                 const double z = planes.depth.at(x, y), v = speed(planes, x, y);
                 nearest = std::min(nearest, z);
+                fastest = std::max(fastest, v);
                 in_focus += v > 1 && std::abs(z - *camera.focus_distance) < 0.06;
                 fast += v > 39;
                 if (z > 1e9) {
@@ -123,12 +71,16 @@ TEST(Scenes, HaveTheDepthsAndSpeedsOfTheirDescriptions) {
                     still += v < 1e-3;
             }
         const double pixels = double(planes.depth.pixels());
-        expect_within(row.nearest, nearest, concat(row.name, " nearest"));
-        expect_within(row.fastest, largest_speed(planes), concat(row.name, " fastest"));
-        expect_within(row.sky, sky / pixels, concat(row.name, " sky"));
-        expect_within(row.still, still / pixels, concat(row.name, " still"));
-        expect_within(row.in_focus, in_focus / pixels, concat(row.name, " in focus"));
-        expect_within(row.fast, fast / pixels, concat(row.name, " fast"));
+        const std::tuple<const char*, Range, double> found[] = {
+            {"nearest", row.nearest, nearest},
+            {"fastest", row.fastest, fastest},
+            {"sky", row.sky, sky / pixels},
+            {"still", row.still, still / pixels},
+            {"in focus", row.in_focus, in_focus / pixels},
+            {"fast", row.fast, fast / pixels}};
+        for (const auto& [what, range, value] : found)
+            EXPECT_TRUE(range.low <= value && value <= range.high)
+                << row.name << " " << what << ": " << value;
     }
 }
 
@@ -152,8 +104,11 @@ TEST(Crossing, HasAHalfTransparentPaneAndAHoleWithoutAlpha) {
 
 TEST(Crossing, NobodyJumpsInSight) {
     // The jump back is longer than any image: no vector of 100 frames includes it.
-    for (int frame = 0; frame < 100; ++frame)
-        ASSERT_LT(largest_speed(render("crossing", 64, 36, frame, Picture::gbuf)), 11) << frame;
+    for (int frame = 0; frame < 100; ++frame) {
+        const ImageF vectors = render("crossing", 64, 36, frame, Picture::gbuf).vectors;
+        EXPECT_THAT(vectors.data, testing::Each(testing::AllOf(testing::Gt(-11), testing::Lt(11))))
+            << frame;
+    }
 }
 
 TEST(Zoom, MovesAwayFromTheMiddle) {
@@ -215,8 +170,17 @@ TEST(Sharp, HasTheDepthOfTheCenterAndMeanVectors) {
     EXPECT_GT(between, 50);
 }
 
+// RMS difference of the color, as displayed.
+double display_rmse(const ImageF& a, const ImageF& b) {
+    const auto display = [](float value) { return std::pow(value / (1 + value), 1 / 2.2); };
+    double sum = 0;
+    for (size_t i = 0; i < a.data.size(); ++i)
+        if (i % 4 < 3) sum += std::pow(display(a.data[i]) - display(b.data[i]), 2);
+    return std::sqrt(sum / double(3 * a.pixels()));
+}
+
 TEST(Sharp, IsTheMeanOverThePixel) {
-    // Sixteen one-sample images of four times the size, averaged: a box filter.
+    // An image of eight times the size, averaged: a box filter.
     const ScenePlanes sharp = render("still", 64, 36, 1, Picture::sharp, 256);
     const ScenePlanes fine = render("still", 512, 288, 1, Picture::gbuf);
     ImageF mean(64, 36, 4);

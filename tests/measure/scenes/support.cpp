@@ -1,7 +1,6 @@
 #include "tests/measure/scenes/support.h"
 
-#include <cmath>
-
+#include "tests/support/moments.h"
 #include "tests/support/status.h"
 
 namespace postchain::scenes::test {
@@ -47,34 +46,8 @@ Object unlit(Object object, glm::dvec3 radiance) {
 }
 
 Moments moments_of(const ImageF& image) {
-    Moments m;
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-            const double value = image.at(x, y);
-            m.sum += value;
-            m.x += value * (x + 0.5);
-            m.y += value * (y + 0.5);
-            m.xx += value * (x + 0.5) * (x + 0.5);
-            m.yy += value * (y + 0.5) * (y + 0.5);
-        }
-    m.x /= m.sum;
-    m.y /= m.sum;
-    m.xx = m.xx / m.sum - m.x * m.x;
-    m.yy = m.yy / m.sum - m.y * m.y;
-    return m;
-}
-
-double display(double value) {
-    return std::pow(value / (1 + value), 1 / 2.2);
-}
-
-double display_rmse(const ImageF& a, const ImageF& b) {
-    double sum = 0;
-    for (int y = 0; y < a.height; ++y)
-        for (int x = 0; x < a.width; ++x)
-            for (int c = 0; c < 3; ++c)
-                sum += std::pow(display(a.at(x, y, c)) - display(b.at(x, y, c)), 2);
-    return std::sqrt(sum / double(3 * a.pixels()));
+    const auto m = postchain::test::moments_of(image, -0.5, -0.5);
+    return {m.light, m.x, m.y, m.xx - m.x * m.x, m.yy - m.y * m.y};
 }
 
 }  // namespace postchain::scenes::test

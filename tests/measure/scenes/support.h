@@ -30,8 +30,4 @@ struct Moments {
 };
 Moments moments_of(const ImageF& image);
 
-double display(double value);  // x/(1+x), gamma 2.2
-// RMS difference of the first three channels, as displayed.
-double display_rmse(const ImageF& a, const ImageF& b);
-
 }  // namespace postchain::scenes::test

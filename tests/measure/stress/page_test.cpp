@@ -24,14 +24,9 @@ CheckImages images_of(int width, int height) {
 
 // RFC 4648, section 10.
 TEST(Png, Base64OfTheTestVectors) {
-    const std::pair<const char*, const char*> rows[] = {{"", ""},
-                                                        {"f", "Zg=="},
-                                                        {"fo", "Zm8="},
-                                                        {"foo", "Zm9v"},
-                                                        {"foob", "Zm9vYg=="},
-                                                        {"fooba", "Zm9vYmE="},
-                                                        {"foobar", "Zm9vYmFy"}};
-    for (const auto& [bytes, text] : rows) EXPECT_EQ(io::base64_of(bytes), text);
+    for (const auto& [bytes, text] :
+         {std::pair{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foobar", "Zm9vYmFy"}})
+        EXPECT_EQ(io::base64_of(bytes), text);
     EXPECT_EQ(io::base64_of(std::string_view("\xfb\xff\0", 3)), "+/8A");
 }
 
@@ -86,34 +81,19 @@ const KnownLimit& known_limit() {
     return limit;
 }
 
-struct Sample {
-    Matrix matrix;
-    std::vector<ImagedCheck> pictures;
-};
-
-Sample sample() {
-    Sample made;
-    made.matrix.cells.resize(2);
+// One cell within a known limit, and one that failed.
+Matrix sample() {
+    Matrix made;
+    made.cells.resize(2);
     for (size_t i = 0; i < 2; ++i) {
-        CellResult& cell = made.matrix.cells[i];
+        CellResult& cell = made.cells[i];
         cell.subject = "a<b";
         cell.row = "speed";
         cell.cell = std::string(1, char('x' + i));
-        Measured one;
-        one.check = i == 0 ? "mirror" : "range";
-        one.verdict = i == 0 ? Verdict::limit : Verdict::failed;
-        one.value = 2.5;
-        one.bound = 1;
-        one.note = "at 3,4";
-        if (i == 0) one.limit = &known_limit();
-        cell.measured = {one};
     }
-    for (const CellResult& cell : made.matrix.cells) {
-        ImagedCheck pictures = test::must(imaged(images_of(8, 4)));
-        pictures.cell = &cell;
-        pictures.measured = &cell.measured[0];
-        made.pictures.push_back(std::move(pictures));
-    }
+    made.cells[0].measured = {{"mirror", Verdict::limit, 2.5, 1, "at 3,4"}};
+    made.cells[0].measured[0].limit = &known_limit();
+    made.cells[1].measured = {{"range", Verdict::failed, 2.5, 1, "at 3,4"}};
     return made;
 }
 
@@ -125,9 +105,16 @@ nlohmann::json data_of(const std::string& page) {
 }
 
 TEST(Page, HoldsFailuresAndLimitsWithTheirPictures) {
-    const Sample made = sample();
+    const Matrix matrix = sample();
+    std::vector<ImagedCheck> checks_with_images;
+    for (const CellResult& cell : matrix.cells) {
+        ImagedCheck one = test::must(imaged(images_of(8, 4)));
+        one.cell = &cell;
+        one.measured = &cell.measured[0];
+        checks_with_images.push_back(std::move(one));
+    }
     const std::string page = matrix_as_page(
-        made.matrix, made.pictures, {"1.2", "some device", "postchain stress --only '<x>'"});
+        matrix, checks_with_images, {"1.2", "some device", "postchain stress --only '<x>'"});
     // No name becomes a part of the HTML.
     EXPECT_EQ(page.find("a<b"), std::string::npos);
     EXPECT_EQ(page.find("<x>"), std::string::npos);

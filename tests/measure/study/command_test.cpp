@@ -1,8 +1,6 @@
 // postchain study as processes: split, killed, taken up again.
-#include <chrono>
 #include <csignal>
 #include <regex>
-#include <thread>
 
 #include "tests/command/fixture.h"
 
@@ -17,11 +15,10 @@ class StudyCommand : public CommandTest {
         CommandTest::SetUp();
         write_text(at("directional.yaml"), "postchain: 1\npasses: [fxaa: {mode: directional}]\n");
         for (const char* scene : {"a", "b", "c"}) {
-            fs::create_directory(at(scene));
-            write_sequence(at(scene), {1, 2}, scene[0] == 'b' ? 40 : 48, 32);
-            fs::create_directory(at(std::string(scene) + "/truth"));
-            write_sequence(at(std::string(scene) + "/truth"), {1, 2}, scene[0] == 'b' ? 40 : 48,
-                           32);
+            const std::string truth = at(concat(scene, "/truth"));
+            fs::create_directories(truth);
+            for (const std::string& folder : {at(scene), truth})
+                write_sequence(folder, {1, 2}, scene[0] == 'b' ? 40 : 48, 32);
         }
         write_study(scene("a") + scene("b") + scene("c"));
     }
@@ -84,12 +81,6 @@ TEST_F(StudyCommand, ItsGainsAreThoseOfAb) {
     EXPECT_TRUE(exists(at("study/scenes/b/plain_vs_along/index.html")));
     EXPECT_TRUE(
         contains(read_text(at("study/index.html")), "\"scenes/b/plain_vs_along/index.html\""));
-    // A second call measures nothing and says the same.
-    const std::string before = report("study");
-    const auto time = fs::last_write_time(at("study/tasks/a.plain_vs_along.json"));
-    EXPECT_EQ(run(study("study")).code, 0);
-    EXPECT_EQ(report("study"), before);
-    EXPECT_EQ(fs::last_write_time(at("study/tasks/a.plain_vs_along.json")), time);
 }
 
 TEST_F(StudyCommand, TwoProcessesAndPartsGiveTheBytesOfOne) {
@@ -101,8 +92,7 @@ TEST_F(StudyCommand, TwoProcessesAndPartsGiveTheBytesOfOne) {
     }
     EXPECT_EQ(report("two"), report("one"));
     for (const char* part : {"3/3", "1/3"}) {
-        const auto outcome = run(study("parts", {"--chunk", part}));
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        EXPECT_EQ(run(study("parts", {"--chunk", part})).code, 0);
         EXPECT_FALSE(exists(at("parts/report.json")));
     }
     EXPECT_EQ(run(study("parts", {"--chunk", "2/3"})).code, 0);
@@ -117,8 +107,7 @@ TEST_F(StudyCommand, AKilledOneIsTakenUpAgain) {
         const std::string folder = "killed" + std::to_string(after);
         {
             Process process(with_command(study(folder)));
-            while (results(folder) < after && process.running())
-                std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            process.until([&] { return results(folder) >= after; });
             process.send(SIGKILL);
             process.wait();
         }
@@ -132,10 +121,7 @@ TEST_F(StudyCommand, AKilledOneIsTakenUpAgain) {
 
 TEST_F(StudyCommand, ASceneThatFailsIsNamedAndTheOthersStand) {
     write_study(scene("a") + scene("b", "none.####.exr") + scene("missing"));
-    const auto outcome = run(study("study"));
-    EXPECT_EQ(outcome.code, 1) << outcome.text();
-    for (const char* part : {"scene b: ", "none.0001.exr", "scene missing: "})
-        EXPECT_TRUE(contains(outcome.err, part)) << outcome.err;
+    expect_ends(run(study("study")), 1, {"scene b: ", "none.0001.exr", "scene missing: "});
     const Json json = Json::parse(read_text(at("study/report.json")));
     EXPECT_EQ(json["tables"][0]["scenes"].size(), 1u);
     EXPECT_TRUE(contains(json["scenes"][1]["failure"], "the ground truth has no file"));
@@ -149,19 +135,13 @@ TEST_F(StudyCommand, ASceneThatFailsIsNamedAndTheOthersStand) {
     EXPECT_EQ(Json::parse(read_text(at("study/report.json")))["tables"][0]["scenes"].size(), 2u);
 }
 
-TEST_F(StudyCommand, ResultsOfAnotherStudyAndFoldersOfOthersAreRefused) {
+TEST_F(StudyCommand, ResultsOfAnotherStudyAreRefused) {
     ASSERT_EQ(run(study("study")).code, 0);
     const std::string before = report("study");
     write_text(at("fxaa.yaml"), "postchain: 1\npasses: [fxaa: {preset: 39}]\n");
-    const auto outcome = run(study("study"));
-    EXPECT_EQ(outcome.code, 2) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, "was made from")) << outcome.err;
+    expect_ends(run(study("study")), 2, {"was made from"});
     EXPECT_EQ(report("study"), before);
     EXPECT_EQ(run(study("study", {"--on-existing", "overwrite"})).code, 0);
-    fs::create_directory(at("mine"));
-    write_text(at("mine/notes.txt"), "mine");
-    EXPECT_EQ(run(study("mine")).code, 5);
-    EXPECT_FALSE(exists(at("mine/tasks")));
 }
 
 // The commit and the chains are frozen in the report, and a script that shares no code with the
@@ -188,26 +168,16 @@ TEST_F(StudyCommand, ItsFiguresAreRecomputed) {
     EXPECT_TRUE(contains(outcome.out, "equal time: "));
     EXPECT_TRUE(exists(at("study/scenes/a/index.html")));
     const auto recompute = [&](const std::string& what) {
-        return run_program({"python3", "-B", STUDY_RECOMPUTE, what});
+        return run_program({"python3", "-B", STUDY_RECOMPUTE, at(what)});
     };
-    for (const char* what : {"study", "study/report.json"}) {
-        const auto checked = recompute(at(what));
-        EXPECT_EQ(checked.code, 0) << checked.text();
-        EXPECT_TRUE(contains(checked.out, " 0 differ")) << checked.text();
-    }
-    const auto table =
-        run_program({"python3", "-B", STUDY_RECOMPUTE, at("study/report.json"), "--table"});
-    EXPECT_TRUE(contains(table.out, "| `along` against `low` |  | ")) << table.text();
-    EXPECT_TRUE(contains(table.out, "`high` against `low` | ")) << table.text();
-    EXPECT_TRUE(contains(table.out, "3 scenes in 3 families")) << table.text();
+    for (const char* what : {"study", "study/report.json"})
+        expect_prints(recompute(what), 0, {" 0 differ"});
     for (const char* key : {"gain", "probability", "probability_holm", "finding"}) {
         Json changed = json;
         Json& value = changed["tables"][0]["pairs"][1][key];
         value = value.is_string() ? Json("too_few_families") : Json(value.get<double>() + 0.001);
         write_text(at("changed.json"), changed.dump());
-        const auto checked = recompute(at("changed.json"));
-        EXPECT_EQ(checked.code, 1) << key;
-        EXPECT_TRUE(contains(checked.err, concat(": ", key, " is "))) << checked.text();
+        expect_ends(recompute("changed.json"), 1, {concat(": ", key, " is ")});
     }
 }
 

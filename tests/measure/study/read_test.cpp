@@ -8,6 +8,7 @@
 namespace postchain::study {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const std::string kHead =
@@ -90,13 +91,15 @@ TEST(StudyFile, QuestionsSayWhatIsEqual) {
     // Each chain is measured once.
     EXPECT_EQ(tasks_of(study).size(), 1u);
     EXPECT_EQ(study.chains.size(), 3u);
+}
+
+TEST(StudyFile, WhatIsNotEqualIsRefused) {
     const std::string end = "\nscenes:\n" + kScene;
     const std::string bench = "postchain_study: 1\nkind: bench\nchains:\n";
     expect_refused(
         {{kSampled + "questions: [{pair: [more, joint], equal: samples}]" + end,
           "study.yaml:7:13: error: questions[0]: says equal samples, but the passes of more take "
-          "33 "
-          "and those of joint 32"},
+          "33"},
          // The lens of the report takes no samples, whatever the row's default is.
          {bench +
               "  report: [motion_blur: {mode: guertin}, depth_of_field: {method: gilham}]\n"
@@ -126,8 +129,8 @@ TEST(StudyFile, AChainMayBeAListOfPasses) {
         "scenes:\n" +
         kScene);
     ASSERT_EQ(study.chains.size(), 2u);
-    EXPECT_THAT(write_chain(study.chains[0].chain), HasSubstr("samples: 24"));
-    EXPECT_THAT(write_chain(study.chains[0].chain), HasSubstr("- fxaa"));
+    EXPECT_THAT(write_chain(study.chains[0].chain),
+                AllOf(HasSubstr("samples: 24"), HasSubstr("- fxaa")));
     EXPECT_THAT(write_chain(study.chains[1].chain), HasSubstr("neighbors: none"));
 }
 

@@ -108,26 +108,30 @@ ParetoSearch searched(const Goal& goal, ChainEvaluator& evaluator, Chain start =
     return std::move(*search);
 }
 
+std::string chosen_of(const ParetoSearch& search) {
+    return search.chosen ? knobs_text(search.candidates[*search.chosen].chain) : "none";
+}
+
 TEST(TuneSearch, FindsTheFrontOfAllCombinationsWithinTheBudget) {
     for (const double budget : {0.03, 0.1, 0.3}) {
+        SCOPED_TRACE(budget);
         Formulas formulas;
-        const ParetoSearch search = searched({.budget_s = budget, .error = {}}, formulas);
+        const Goal goal = {.budget_s = budget, .error = {}};
+        const std::vector<std::string> expected = true_front(budget);
+        const ParetoSearch search = searched(goal, formulas);
         EXPECT_TRUE(search.complete);
         std::vector<std::string> within;
         for (const size_t i : search.front())
             if (search.candidates[i].measured.times.seconds <= budget)
                 within.push_back(knobs_text(search.candidates[i].chain));
-        EXPECT_EQ(within, true_front(budget)) << budget;
-        EXPECT_EQ(knobs_text(search.candidates[*search.chosen].chain), true_front(budget).back())
-            << budget;
+        EXPECT_EQ(within, expected);
+        EXPECT_EQ(chosen_of(search), expected.back());
         EXPECT_LT(formulas.measured, 144);
         // The chain closest to the goal comes first: if the start is not far from it (0.14 s),
         // a short walk chooses the same chain.
         if (budget < 0.1) continue;
-        Formulas again;
-        const ParetoSearch shorter =
-            searched({.budget_s = budget, .error = {}}, again, joint(), TuneSettings().max_chains);
-        EXPECT_EQ(knobs_text(shorter.candidates[*shorter.chosen].chain), true_front(budget).back());
+        EXPECT_EQ(chosen_of(searched(goal, formulas, joint(), TuneSettings().max_chains)),
+                  expected.back());
     }
 }
 
@@ -137,24 +141,23 @@ TEST(TuneSearch, FindsTheLeastTimeOfAllCombinationsWithinTheError) {
         for (const Chain& chain : all_combinations())
             if (const Measured here = formula(chain); *here.error <= limit)
                 least = std::min(least.value_or(1e9), here.times.seconds);
-        Formulas formulas;
-        const ParetoSearch search = searched({.budget_s = {}, .error = limit}, formulas);
-        ASSERT_TRUE(search.chosen && least) << limit;
-        EXPECT_DOUBLE_EQ(search.candidates[*search.chosen].measured.times.seconds, *least) << limit;
-        const ParetoSearch shorter = searched({.budget_s = {}, .error = limit}, formulas, joint(),
-                                              TuneSettings().max_chains);
-        EXPECT_DOUBLE_EQ(shorter.candidates[*shorter.chosen].measured.times.seconds, *least)
-            << limit;
+        for (const int most : {1000, TuneSettings().max_chains}) {
+            Formulas formulas;
+            const ParetoSearch search =
+                searched({.budget_s = {}, .error = limit}, formulas, joint(), most);
+            ASSERT_TRUE(search.chosen && least) << limit;
+            EXPECT_DOUBLE_EQ(search.candidates[*search.chosen].measured.times.seconds, *least)
+                << limit << " " << most;
+        }
     }
 }
 
 // From the most expensive chain down, and without a look at what lies far beyond the budget.
 TEST(TuneSearch, AStartBeyondTheBudgetLeadsToCheaperChains) {
     Formulas formulas;
-    const ParetoSearch search =
-        searched({.budget_s = 0.05, .error = {}}, formulas, joint(128, 8, "both", true));
-    ASSERT_TRUE(search.chosen);
-    EXPECT_EQ(knobs_text(search.candidates[*search.chosen].chain), true_front(0.05).back());
+    EXPECT_EQ(
+        chosen_of(searched({.budget_s = 0.05, .error = {}}, formulas, joint(128, 8, "both", true))),
+        true_front(0.05).back());
 }
 
 TEST(TuneSearch, AGoalThatNoChainMeetsNamesTheClosest) {
@@ -231,30 +234,28 @@ TEST(TuneSearch, OfEqualChainsTheFirstStays) {
     EXPECT_EQ(search.chosen, 0u);
 }
 
-class Broken final : public Formulas {
+// Ends with this status after a number of chains.
+class Ending final : public Formulas {
   public:
+    Ending(Status end, int after) : end_(std::move(end)), after_(after) {}
     Result<Measured> measure(const Chain& chain) override {
-        if (measured > 2) return Status(StatusCode::gl, "the device is gone");
-        return Formulas::measure(chain);
-    }
-};
-
-class Stopped final : public Formulas {
-  public:
-    explicit Stopped(int after) : after_(after) {}
-    Result<Measured> measure(const Chain& chain) override {
-        if (measured >= after_) return Status(StatusCode::canceled, "stopped");
+        if (measured >= after_) return end_;
         return Formulas::measure(chain);
     }
 
   private:
+    Status end_;
     int after_;
 };
 
+Result<ParetoSearch> search_until(Status end, int after, const Goal& goal) {
+    Ending evaluator(std::move(end), after);
+    return tune::search_front(one_start(joint()), kSteps, goal, 99, evaluator);
+}
+
 TEST(TuneSearch, AStopKeepsTheBestSoFar) {
     const auto found = [](const Goal& goal, int after) {
-        Stopped evaluator(after);
-        return tune::search_front(one_start(joint()), kSteps, goal, 99, evaluator);
+        return search_until(Status(StatusCode::canceled, "stopped"), after, goal);
     };
     Formulas all;
     const ParetoSearch whole = searched({.budget_s = 1, .error = {}}, all);
@@ -277,9 +278,8 @@ TEST(TuneSearch, AStopKeepsTheBestSoFar) {
 }
 
 TEST(TuneSearch, AFailureEndsIt) {
-    Broken broken;
     const auto search =
-        tune::search_front(one_start(joint()), kSteps, {.budget_s = 1, .error = {}}, 99, broken);
+        search_until(Status(StatusCode::gl, "the device is gone"), 3, {.budget_s = 1, .error = {}});
     EXPECT_EQ(search.status().message(), "the device is gone");
 }
 

@@ -6,7 +6,6 @@
 
 #include <atomic>
 
-#include "config/chain_file.h"
 #include "tests/measure/experiment/support.h"
 #include "tests/support/status.h"
 #include "tools/measure/experiment/converge.h"
@@ -20,9 +19,20 @@ namespace {
 
 using ::testing::HasSubstr;
 
+std::vector<Start> one(const std::string& pass) {
+    std::vector<Start> starts;
+    starts.push_back({"mine", test::parse("{postchain: 1, passes: [" + pass + "]}")});
+    return starts;
+}
+
+Result<Tuning> run(std::vector<Start> starts, const std::vector<std::string>& fixed,
+                   const TuneSettings& settings, const std::atomic<bool>* stop = nullptr) {
+    return run_tune(std::move(starts), fixed, settings, test::executor(), {}, stop);
+}
+
 class Shot : public ::testing::Test {
   protected:
-    void SetUp() override { test::write_sequence(folder_.path(), 1, 2); }
+    void SetUp() override { test::write_sequence(folder_.path(), 2); }
     TuneSettings settings() {
         TuneSettings settings;
         static_cast<experiment::ExperimentSettings&>(settings) =
@@ -30,11 +40,6 @@ class Shot : public ::testing::Test {
         settings.repeats = 1;
         settings.truth.clear();
         return settings;
-    }
-    static std::vector<Start> one(const std::string& pass) {
-        std::vector<Start> starts;
-        starts.push_back({"mine", test::parse("{postchain: 1, passes: [" + pass + "]}")});
-        return starts;
     }
     test::TempFolder folder_;
 };
@@ -44,12 +49,13 @@ TEST_F(Shot, WithoutATruthTheReferenceIsTheConvergedImage) {
     TuneSettings tuned = settings();
     tuned.error = 0.06;
     tuned.max_chains = 12;
-    const Tuning tuning = test::must(run_tune(one("motion_blur: {mode: guertin, samples: 33}"), {},
-                                              tuned, test::executor(), {}, nullptr));
+    const Tuning tuning =
+        test::must(run(one("motion_blur: {mode: guertin, samples: 33}"), {}, tuned));
     ASSERT_TRUE(tuning.chosen()) << outcome_text(tuning);
     EXPECT_FALSE(tuning.with_truth);
-    EXPECT_THAT(tuning.reference, HasSubstr("no ground truth: the converged image of mine"));
-    EXPECT_THAT(tuning.reference, HasSubstr("samples 33 -> 401"));
+    EXPECT_THAT(tuning.reference,
+                ::testing::AllOf(HasSubstr("no ground truth: the converged image of mine"),
+                                 HasSubstr("samples 33 -> 401")));
     EXPECT_GT(tuning.search.candidates.size(), 1u);
 
     const Chain converging = test::parse("{postchain: 1, passes: [motion_blur: {mode: guertin}]}");
@@ -82,9 +88,8 @@ TEST_F(Shot, AKnobWithoutEffectIsMeasuredOnce) {
     tuned.run.input = *io::InputSpec::parse(folder_.path("in.0001.exr"));
     tuned.budget = "100s";
     tuned.measure_frames = 1;
-    const Tuning tuning = test::must(run_tune(one("motion_blur: {samples: 9}"),
-                                              {"motion_blur.samples", "motion_blur.starts"}, tuned,
-                                              test::executor(), {}, nullptr));
+    const Tuning tuning = test::must(run(one("motion_blur: {samples: 9}"),
+                                         {"motion_blur.samples", "motion_blur.starts"}, tuned));
     const auto& candidates = tuning.search.candidates;
     ASSERT_GE(candidates.size(), 2u);
     EXPECT_EQ(candidates[0].measured.error, candidates[1].measured.error);
@@ -93,33 +98,25 @@ TEST_F(Shot, AKnobWithoutEffectIsMeasuredOnce) {
 }
 
 TEST_F(Shot, AgainstATruthTheOrderChanges) {
-    test::write_truth(folder_.path(), "truth", 1, 2, 0.125f);
+    test::write_truth(folder_.path(), 1, 2, 0.125f);
     TuneSettings tuned = settings();
     tuned.truth = folder_.path("truth.####.exr");
     tuned.budget = "100s";
-    const Tuning tuning =
-        test::must(run_tune(one("motion_blur: {mode: guertin, samples: 5}, fxaa: {}"),
-                            {"motion_blur.samples"}, tuned, test::executor(), {}, nullptr));
+    const Tuning tuning = test::must(run(one("motion_blur: {mode: guertin, samples: 5}, fxaa: {}"),
+                                         {"motion_blur.samples"}, tuned));
     EXPECT_EQ(tuning.search.candidates.size(), 2u);
-    const std::string file = tuned_chain_file(tuning);
-    EXPECT_THAT(file, HasSubstr("\n# reference: ground truth " + tuned.truth + "\n"));
-    // The file is the chosen chain.
-    const auto parsed = parse_chain(file, "tuned", builtin_passes());
-    ASSERT_TRUE(parsed.status().ok());
-    EXPECT_EQ(parsed.chain.hash(), tuning.chosen()->chain.hash());
+    EXPECT_THAT(tuned_chain_file(tuning),
+                HasSubstr("\n# reference: ground truth " + tuned.truth + "\n"));
 }
 
 TEST_F(Shot, AStopAndSeveralChainsWithoutATruthAreErrors) {
     TuneSettings tuned = settings();
     tuned.budget = "1s";
     const std::atomic<bool> stop = true;
-    EXPECT_EQ(
-        run_tune(one("motion_blur: {}"), {}, tuned, test::executor(), {}, &stop).status().code(),
-        StatusCode::canceled);
+    EXPECT_EQ(run(one("motion_blur: {}"), {}, tuned, &stop).status().code(), StatusCode::canceled);
     auto starts = one("fxaa: {}");
     starts.push_back({"other", test::parse(test::kChainText)});
-    EXPECT_EQ(run_tune(std::move(starts), {}, tuned, test::executor(), {}, nullptr).status().code(),
-              StatusCode::usage);
+    EXPECT_EQ(run(std::move(starts), {}, tuned).status().code(), StatusCode::usage);
 }
 
 }  // namespace

@@ -74,8 +74,6 @@ TEST(TuneText, TheFileOfAStoppedWalkHasItsChains) {
     const std::string file = tuned_chain_file(made);
     EXPECT_THAT(file,
                 HasSubstr("# the walk was stopped after 4 chains; the same command goes on\n"));
-    EXPECT_EQ(parse_chain(file, "tuned", builtin_passes()).chain.hash(),
-              made.chosen()->chain.hash());
     const auto walk = stopped_walk_of(file);
     ASSERT_TRUE(walk);
     EXPECT_EQ(walk->key, "abc");
@@ -83,10 +81,9 @@ TEST(TuneText, TheFileOfAStoppedWalkHasItsChains) {
     for (const Candidate& one : made.search.candidates) {
         const auto& point = walk->by_hash.at(one.chain.hash());
         EXPECT_EQ(point.measured.error, one.measured.error);
-        EXPECT_EQ(point.measured.times.seconds, one.measured.times.seconds);
-        EXPECT_EQ(point.measured.times.spread_s, one.measured.times.spread_s);
-        EXPECT_EQ(point.measured.times.repeats, one.measured.times.repeats);
-        EXPECT_EQ(point.measured.times.doubt, one.measured.times.doubt);
+        const Times &read = point.measured.times, &written = one.measured.times;
+        EXPECT_EQ(std::tie(read.seconds, read.spread_s, read.repeats, read.doubt),
+                  std::tie(written.seconds, written.spread_s, written.repeats, written.doubt));
         EXPECT_EQ(point.confirmed, one.confirmed);
     }
     // An edited file is not replaced.

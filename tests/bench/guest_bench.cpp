@@ -70,31 +70,24 @@ pc_frame make_frame(int width, int height) {
 
 struct Kind {
     const char* name;
-    bool animated;
     std::function<void(pc_frame&, pc_chain*, int)> change;  // before frame i
 };
 
 std::vector<Kind> kinds() {
-    return {{"as the last one", false, [](pc_frame&, pc_chain*, int) {}},
-            {"focus moves", false,
-             [](pc_frame& frame, pc_chain*, int i) {
-                 frame.focus_distance = 4 + 0.001f * float(i % 100);
-             }},
-            {"its size changes", false,
+    return {{"as the last one", [](pc_frame&, pc_chain*, int) {}},
+            {"its size changes",
              [](pc_frame& frame, pc_chain*, int i) {
                  frame.width = 1920 - 8 * (i % 97);
                  frame.height = 1080 - 8 * (i % 55);
              }},
-            {"animated noise", true,
-             [](pc_frame& frame, pc_chain*, int i) { frame.frame_number = uint64_t(i); }},
-            {"depth and vectors converted", false,
+            {"depth and vectors converted",
              [](pc_frame& frame, pc_chain*, int i) {
                  frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
                  frame.near_clip = 0.1f;
                  frame.flags |= PC_MOTION_JITTERED;
                  frame.jitter_px[0] = 0.1f * float(i % 8);
              }},
-            {"a parameter is set: planned", false, [](pc_frame&, pc_chain* chain, int i) {
+            {"a parameter is set: planned", [](pc_frame&, pc_chain* chain, int i) {
                  pc_chain_set_number(chain, 0, "seed", i % 2);
              }}};
 }
@@ -168,22 +161,19 @@ int main(int argc, char** argv) {
     std::printf("%-9s %-8s %-28s %8s %8s %9s %9s %9s %12s %12s\n", "chain", "state", "frame",
                 "least", "median", "GL calls", "steps", "barriers", "allocations", "textures, MB");
     for (const Kind& kind : kinds()) {
-        const char* animated = kind.animated ? "1" : "0";
-        const NamedChain chains[] = {make_chain("paper", "motion_blur,fxaa,depth_of_field",
-                                                {{0, "mode", "guertin"},
-                                                 {0, "samples", "25"},
-                                                 {0, "max_blur_px", "40"},
-                                                 {0, "animate_noise", animated},
-                                                 {1, "preset", "12"},
-                                                 {1, "hint", "checkerboard"},
-                                                 {1, "hint_gate", "tile"},
-                                                 {2, "method", "gilham"},
-                                                 {2, "downsample", "4"},
-                                                 {2, "leak", "coc"}}),
-                                     make_chain("balanced", "joint_blur,fxaa",
-                                                {{0, "samples", "32"},
-                                                 {0, "animate_noise", animated},
-                                                 {1, "mode", "directional"}})};
+        const NamedChain chains[] = {
+            make_chain("paper", "motion_blur,fxaa,depth_of_field",
+                       {{0, "mode", "guertin"},
+                        {0, "samples", "25"},
+                        {0, "max_blur_px", "40"},
+                        {1, "preset", "12"},
+                        {1, "hint", "checkerboard"},
+                        {1, "hint_gate", "tile"},
+                        {2, "method", "gilham"},
+                        {2, "downsample", "4"},
+                        {2, "leak", "coc"}}),
+            make_chain("balanced", "joint_blur,fxaa",
+                       {{0, "samples", "32"}, {1, "mode", "directional"}})};
         for (const NamedChain& chain : chains) {
             measure(chain, PC_STATE_RESET, kind, frame, repeats);
             measure(chain, PC_STATE_RESTORE, kind, frame, repeats);

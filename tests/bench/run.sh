@@ -17,4 +17,3 @@ fi
 "$programs/steps_bench" --steps
 "$programs/guest_bench"
 "$here/sequence_bench.py" "$@"
-"$here/startup.py"

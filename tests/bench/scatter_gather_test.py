@@ -13,7 +13,7 @@ import scatter_gather
 POSTCHAIN = sys.argv.pop(1)
 WIDTH, HEIGHT = 160, 120
 # Karis weights lose energy on purpose. The area of a ring's taps ends half a ring beyond it: a sixth.
-CONSTANTS = scatter_gather.Constants(karis=0, outer_ring=6 / 7, prefilter=0.5, median=1)
+CONSTANTS = scatter_gather.Constants(karis=0, outer_ring=6 / 7, prefilter=0.5)
 
 
 def camera(radius):

@@ -1,27 +1,56 @@
 #!/usr/bin/env python3
-"""The whole command on a sequence against oiiotool, which reads and writes the same channels, and its peak
-memory over 1000 frames against that over 10.
+"""The whole command on a sequence against oiiotool, which reads and writes the same channels, its peak
+memory over 1000 frames against that over 10, and the CPU time of short calls.
 
     tests/bench/sequence_bench.py [--pairs 5] [--copy-level 4] [--run WORD]... [A.exr B.exr --camera FILE]
 
 Two frames, by default of `postchain scene wheels`, become 24 numbered copies. oiiotool runs in its best form,
 which is chosen by CPU time before the pairs: one process for all frames, with channels kept in their types (by
 default it writes each as float, which is slower and larger). Deflate levels differ between zlib and libdeflate,
-so the ratio of the sizes is printed beside the times.
+so the ratio of the sizes is printed beside the times. CPU time is user and system, of all threads.
 """
 import argparse
+import dataclasses
 import json
+import os
 import pathlib
 import re
 import shutil
 import statistics
 import subprocess
 import tempfile
-
-from processes import Cost, run, spread
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FRAMES, LONG, SHORT = 24, 1000, 10
+STARTS = 15  # of each short call
+
+
+@dataclasses.dataclass
+class Cost:
+    wall_s: float = 0
+    cpu_s: float = 0
+    peak_mib: float = 0  # resident
+
+    def __add__(self, other):
+        return Cost(self.wall_s + other.wall_s, self.cpu_s + other.cpu_s, max(self.peak_mib, other.peak_mib))
+
+
+def run(*command):
+    """The cost of a run that succeeds; its standard output is dropped."""
+    words = [str(word) for word in command]
+    start = time.monotonic()
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL) as process:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise SystemExit(f"exit code {process.returncode}: {' '.join(words)}")
+    return Cost(time.monotonic() - start, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+
+
+def spread(values, digits):
+    """Median, minimum and maximum."""
+    return f"{statistics.median(values):.{digits}f} ({min(values):.{digits}f}-{max(values):.{digits}f})"
 
 
 def render(options, folder, size):
@@ -117,6 +146,24 @@ def compare_memory(options, folder):
           f"ratio {long / short:.3f}")
 
 
+def time_starts(options, folder):
+    """Calls over a frame of 64x36, in turn. The first round fills Mesa's shader cache and does not count."""
+    sources, camera = render(options, folder / "start", "64x36")
+    frame = ["-i", sources[0], "--camera", camera]
+    filtered = ["run", "paper", *frame, "-o", folder / "started.exr", "-q", "--on-existing", "overwrite"]
+    calls = {"--version": ["--version"], "plan paper": ["plan", "paper", *frame], "run paper": filtered,
+             "run paper --png": [*filtered, "--png"]}
+    times = {name: [] for name in calls}
+    for turn in range(STARTS + 1):
+        for name, words in calls.items():
+            ms = 1e3 * run(options.postchain, *words).cpu_s
+            if turn:
+                times[name].append(ms)
+    print("\nCPU ms of a call, median (range):")
+    for name, all_ms in times.items():
+        print(f"  {name:20} {spread(all_ms, 0)}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("frames", nargs="*", type=pathlib.Path)
@@ -136,6 +183,7 @@ def main():
             render(options, folder / "scene", "1280x720")
         compare_with_copy(options, folder, sources, camera)
         compare_memory(options, folder)
+        time_starts(options, folder)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Runs inside a Blender with a window: called by window_test.py with a folder after "--"."""
+"""Runs inside a Blender with a window: called by addon_test.py with a folder after "--"."""
 import json
 import os
 import sys
@@ -106,7 +106,6 @@ def steps():
     scene.camera = eye
     bpy.ops.postchain.reset(name="joint_blur")
     bpy.ops.postchain.prepare()
-    bpy.ops.ed.undo_push(message="Prepare")
     bpy.ops.render.render(animation=True)
     scene.postchain.preset, scene.postchain.samples = "best", 1023  # ended long before it is done
     yield
@@ -145,17 +144,7 @@ def steps():
     yield from until(lambda: len(bpy.context.window_manager.windows) == 2 and len(shown()) == 2,
                      "a window shows both")
     yield from until(ended, "the job has ended")
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.postchain.put_back()
-        bpy.ops.ed.undo_push(message="Put Back")
-        check(bpy.context.scene.render.use_motion_blur, "put back")
-        bpy.ops.ed.undo()
-        check(not bpy.context.scene.render.use_motion_blur, "undone")
-        bpy.ops.ed.redo()
-        check(bpy.context.scene.render.use_motion_blur, "done again")
-    yield
     # While a job runs, the add-on can be switched off.
-    bpy.ops.postchain.prepare()
     bpy.context.scene.postchain.preset, bpy.context.scene.postchain.samples = "best", 1023
     job = start(addon)
     check(job._process.poll() is None, "runs before it is switched off")

@@ -29,7 +29,7 @@ def parse_frames(text):
         first = int(first)
         last = int(last) if dash else first
         if last < first:
-            raise ValueError(f"{part}: the last frame comes before the first")
+            raise argparse.ArgumentTypeError(f"{part}: the last frame comes before the first")
         frames.update(range(first, last + 1))
     return sorted(frames)
 
@@ -40,7 +40,7 @@ def parse_kinds(text):
     known = [*KINDS, BEHIND]
     for name in wanted:
         if name not in known:
-            raise ValueError(f"{name}: a kind is one of {', '.join(known)}")
+            raise argparse.ArgumentTypeError(f"{name}: a kind is one of {', '.join(known)}")
     return [name for name in known if name in wanted]
 
 
@@ -49,7 +49,7 @@ def parse_size(text):
     width, _, height = text.partition("x")
     size = int(width), int(height)
     if min(size) < 1:
-        raise ValueError(f"{text}: not a size")
+        raise argparse.ArgumentTypeError(f"{text}: not a size")
     return size
 
 
@@ -57,26 +57,18 @@ def parse_options(arguments):
     """The options of render.py: those that Blender leaves to it, after "--"."""
     parser = argparse.ArgumentParser(prog="blender -b -P render.py --")
 
-    def checked(parse):
-        def convert(text):
-            try:
-                return parse(text)
-            except ValueError as error:
-                raise argparse.ArgumentTypeError(str(error)) from error
-        return convert
-
     parser.add_argument("scene", choices=SCENES)
     parser.add_argument("out", metavar="OUT", help="folder, made when it is not there")
-    parser.add_argument("--frames", type=checked(parse_frames), default=parse_frames("1-12"),
+    parser.add_argument("--frames", type=parse_frames, default=parse_frames("1-12"),
                         help="1-12 by default")
-    parser.add_argument("--kinds", type=checked(parse_kinds), default=list(KINDS),
+    parser.add_argument("--kinds", type=parse_kinds, default=list(KINDS),
                         help="any of " + ",".join([*KINDS, BEHIND]) + "; all but behind by default")
     parser.add_argument("--samples", type=int, default=256, help="of ground truth, at most")
     parser.add_argument("--min-samples", type=int, default=64, help="of ground truth, at least")
     parser.add_argument("--half", choices=list(HALVES), help="ground truth of other seeds, as "
                         "KIND_HALF.####.exr; two halves tell its noise")
     parser.add_argument("--sharp-samples", type=int, default=96, help="of sharp, all of them")
-    parser.add_argument("--size", type=checked(parse_size), default=(640, 360),
+    parser.add_argument("--size", type=parse_size, default=(640, 360),
                         help="640x360 by default")
     parser.add_argument("--threads", type=int, default=0, help="0: all cores")
     parser.add_argument("--transparent", action="store_true",

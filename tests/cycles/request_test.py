@@ -1,4 +1,5 @@
 """Options of the scripts of the Cycles scenes: files, syntax."""
+import argparse
 import contextlib
 import io
 import pathlib
@@ -16,7 +17,7 @@ class Request(unittest.TestCase):
         self.assertEqual(request.parse_frames("7"), [7])
         self.assertEqual(request.parse_frames("9-11,2,10"), [2, 9, 10, 11])
         for text in ("", "5-3", "a", "1-", "1,"):
-            with self.assertRaises(ValueError, msg=text):
+            with self.assertRaises((ValueError, argparse.ArgumentTypeError), msg=text):
                 request.parse_frames(text)
 
     def test_kinds_come_in_the_order_of_rendering(self):

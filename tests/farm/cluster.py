@@ -71,18 +71,16 @@ class Cluster:
             self.start_controller()
             for node in self.names:
                 self.start_node(node)
-            self.wait_for_nodes()
-        except (OSError, subprocess.SubprocessError) as error:
+            self.wait_for(lambda: self.ask("scontrol", "show", "node", check=False).count("State=IDLE") == nodes,
+                          f"the nodes did not come up: {self.folder}/slurmd.log")
+        except (CannotStart, OSError, subprocess.SubprocessError) as error:
             self.stop()
             raise CannotStart(str(error)) from error
-        except CannotStart:
-            self.stop()
-            raise
 
-    def start(self, name, *words, **keys):
+    def start(self, name, *words):
         log = open(self.folder / f"{name}.log", "ab")
         process = subprocess.Popen([program(name), *words], stdout=log, stderr=log,
-                                   stdin=subprocess.DEVNULL, env=self.environment, **keys)
+                                   stdin=subprocess.DEVNULL, env=self.environment)
         self.processes.append(process)
         return process
 
@@ -121,7 +119,6 @@ AuthInfo=socket={self.folder}/munge/socket
 CredType=cred/munge
 SlurmctldPort={free_port()}
 SlurmctldPidFile={self.folder}/slurmctld.pid
-SlurmdPidFile={self.folder}/slurmd.pid
 StateSaveLocation={self.folder}/state
 SlurmdSpoolDir={self.folder}/spool.%n
 SlurmdPidFile={self.folder}/%n.pid
@@ -140,13 +137,8 @@ MpiDefault=none
         self.nodes[name] = self.start("slurmd", "-D", "-N", name, "-f",
                                       self.environment["SLURM_CONF"])
 
-    def wait_for_nodes(self):
-        self.wait_for(lambda: self.ask("scontrol", "show", "node", check=False).count("State=IDLE")
-                      == len(self.names),
-                      "the nodes did not come up: " + str(self.folder / "slurmd.log"))
-
-    def wait_for(self, holds, failure, seconds=120):
-        end = time.monotonic() + seconds
+    def wait_for(self, holds, failure):
+        end = time.monotonic() + 120
         while not holds():
             if time.monotonic() > end:
                 raise CannotStart(failure)
@@ -180,7 +172,7 @@ MpiDefault=none
         # Otherwise it waits for two minutes.
         self.ask("scontrol", "update", f"JobId={job}_{task}", "StartTime=now", check=False)
 
-    def kill_node(self, name="node1"):
+    def kill_node(self, name):
         """Kills and restarts the node's daemon."""
         self.nodes[name].kill()
         self.nodes[name].wait()

@@ -1,7 +1,7 @@
-"""postchain serve --backend slurm on a real Slurm of one node: a job, requeued tasks, a restart of
-slurmctld, a script above 64 KiB, another user's job of the same name, another version on the node,
-priorities and a full queue, an experiment, and programs of Slurm that hang. Skipped if Slurm cannot
-start.
+"""postchain serve --backend slurm on a real Slurm of two nodes: requeued tasks, a restart of slurmctld,
+tasks, daemons and services that are killed, a script above 64 KiB, another user's job of the same name,
+another version on the node, priorities and a full queue, an experiment, and programs of Slurm that hang.
+Skipped if Slurm cannot start.
 
     serve_slurm.py COMMAND [--work DIR]
 """
@@ -10,19 +10,21 @@ import contextlib
 import json
 import os
 import pathlib
+import random
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import time
 
 for folder in ("service", "support"):
     sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / folder))
-from cluster import CannotStart, Cluster, PACKAGES, check, failures, program  # noqa: E402
+from cluster import CannotStart, Cluster, PACKAGES, check, failures, program, writers  # noqa: E402
 from server import Events, Server, make_scene, serve_command, wait_until  # noqa: E402
 from skips import skip  # noqa: E402
 
-FRAMES = 6
+FRAMES = 16
 NOBODY = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
 POSTCHAIN = WORK = CLUSTER = None
 TOOLS = ["sbatch", "squeue", "scontrol", "scancel", "sacct"]
@@ -45,19 +47,28 @@ def programs_that_can_hang():
     CLUSTER.environment["PATH"] = f"{WORK}/bin:{os.environ['PATH']}"
 
 
-@contextlib.contextmanager
-def serving(name, *more, farm_program=None):
-    given = ["--farm-program", str(farm_program or POSTCHAIN)]
+def slow_program(seconds):
+    """The command that filters later, so that every task is seen on a fast machine too."""
+    return script(WORK / f"slow{seconds}", f"[ \"$1\" = --version ] || sleep {seconds}\n"
+                  f"exec {shlex.quote(str(POSTCHAIN))} \"$@\"\n")
+
+
+def start(name, *more, farm_program=None, attempts=2):
     command = serve_command(POSTCHAIN, WORK / "root", "--backend", "slurm", "--farm-folder",
-                            str(WORK / "tasks"), "--farm-lag", "2", "--farm-frames", "3",
-                            "--attempts", "2", *more, *given, store=f"../{name}.sqlite")
-    server = Server(command, CLUSTER.environment)
+                            str(WORK / "tasks"), "--farm-lag", "2", "--farm-frames", "4", "--attempts", str(attempts),
+                            "--farm-program", str(farm_program or POSTCHAIN), *more, store=f"../{name}.sqlite")
+    return Server(command, CLUSTER.environment)
+
+
+@contextlib.contextmanager
+def serving(name, *more, **keys):
+    server = start(name, *more, **keys)
     try:
         yield server
     finally:
-        start = time.monotonic()
+        began = time.monotonic()
         server.stop()
-        check(time.monotonic() - start < 8, f"{name}: SIGTERM took {time.monotonic() - start:.1f} s")
+        check(time.monotonic() - began < 8, f"{name}: SIGTERM took {time.monotonic() - began:.1f} s")
 
 
 def body(out, **more):
@@ -69,12 +80,10 @@ def rows(format):
     return [line.split("|") for line in CLUSTER.ask("squeue", "-h", "-r", "-o", format).splitlines()]
 
 
-def in_slurm(count):
-    """The names of jobs as soon as there are so many."""
-    def found():
-        names = {row[1]: row[0] for row in rows("%F|%j")}
-        return names if len(names) >= count else None
-    return wait_until(found)
+def first_in_slurm():
+    """Name and number of the only job, as soon as there is one."""
+    number, name = wait_until(lambda: rows("%F|%j"))[0]
+    return name, number
 
 
 def check_done(server, number, out, what):
@@ -83,17 +92,18 @@ def check_done(server, number, out, what):
     made = {file.name: file.read_bytes() for file in (WORK / "root" / out).glob("o.*.exr")}
     expected = {file.name: file.read_bytes() for file in (WORK / "expected").glob("o.*.exr")}
     check(made == expected, f"{what}: {len(made)} of {len(expected)} frames, or other bits")
-    frames = server.get(f"/v1/jobs/{number}/frames")["frames"]
-    check(all(frame["attempts"] == 0 for frame in frames), f"{what}: frames failed: {frames}")
     print(f"{what}: {job['done']} frames", flush=True)
 
 
+def check_no_attempts(server, number):
+    frames = server.get(f"/v1/jobs/{number}/frames")["frames"]
+    check(all(frame["attempts"] == 0 for frame in frames), f"job {number}: frames failed: {frames}")
+
+
 def undisturbed_and_disturbed():
-    slow = script(WORK / "slow", f"[ \"$1\" = --version ] || sleep 2\n"
-                  f"exec {shlex.quote(str(POSTCHAIN))} \"$@\"\n")
-    with serving("run", farm_program=slow) as server:
+    with serving("run", farm_program=slow_program(2)) as server:
         number = server.submit(body("out1"))
-        array, = in_slurm(1).values()
+        _, array = first_in_slurm()
         wait_until(lambda: ["RUNNING"] in rows("%T"))
         shown = CLUSTER.ask("scontrol", "show", "job", "-o", array)
         check("CPUs/Task=2" in shown and "Nice=1000 " in shown, f"CPUs and nice: {shown}")
@@ -103,12 +113,46 @@ def undisturbed_and_disturbed():
         # It would wait for two minutes. Within a second of its end slurmd takes it for the one that was killed.
         CLUSTER.ask("scontrol", "update", f"JobId={array}_1", "StartTime=now+2")
         check_done(server, number, "out1", "a requeued task")
+        check_no_attempts(server, number)
         check(oct((WORK / "tasks").stat().st_mode)[-3:] == "700", "the folder of tasks is closed")
         wait_until(lambda: not list((WORK / "tasks").iterdir()))
         number = server.submit(body("out2"))
         wait_until(lambda: ["RUNNING"] in rows("%T"))
         CLUSTER.restart_controller()
         check_done(server, number, "out2", "slurmctld restarted")
+        check_no_attempts(server, number)
+
+
+def killed():
+    """Tasks, daemons of nodes and the service are killed; each frame is counted once."""
+    chance, out = random.Random(1), WORK / "root/killed"
+    keys = {"farm_program": slow_program(1), "attempts": 4}
+    server = start("killed", **keys)
+    number = server.submit(body("killed"))
+    kills = ["task", "service", "node1", "task", "node2", "service"]
+    end = time.monotonic() + 500
+    while not server.get(f"/v1/jobs/{number}")["ended"] and time.monotonic() < end:
+        tasks = writers(out, lambda command: b"run" in command)
+        if kills and tasks:
+            kind = kills[0]
+            if kind == "service":
+                server.stop(signal.SIGKILL)
+                server = start("killed", **keys)
+            elif kind != "task":
+                CLUSTER.kill_node(kind)
+            else:
+                try:
+                    os.kill(chance.choice(tasks), signal.SIGKILL)
+                except ProcessLookupError:
+                    continue
+            kills.pop(0)
+        time.sleep(0.3)
+    check(not kills, f"kills that did not come in time: {kills}")
+    check_done(server, number, "killed", "2 tasks, 2 daemons and 2 services killed")
+    listener = Events(server, f"/v1/jobs/{number}/events")
+    ends = [event["data"]["frame"] for _, event in listener.rest() if event["type"] == "frame"]
+    check(sorted(ends) == list(range(1, FRAMES + 1)), f"ends of frames: {sorted(ends)}")
+    server.stop()
 
 
 def other_version():
@@ -126,7 +170,7 @@ def held():
     layers = ",".join(f"layer{i:05}" for i in range(7000))
     with serving("held", "--slurm-option=--hold", "--farm-jobs", "2", "--max-queue", "1") as server:
         number = server.submit(body("long", aovs=layers))
-        name, array = in_slurm(1).popitem()
+        name, array = first_in_slurm()
         text = CLUSTER.ask("scontrol", "write", "batch_script", array, "-")
         check(len(text) > 65536 and layers in text, f"a script of {len(text)} bytes")
         # Another user has jobs of this name and of the next one.
@@ -216,9 +260,9 @@ def main():
     subprocess.run([str(POSTCHAIN), "run", "paper", "-i", f"{WORK}/root/in/sharp.####.exr", "--camera",
                     f"{WORK}/root/in/camera.json", "-o", f"{WORK}/expected/o.####.exr", "--mkdir",
                     "--device", "software", "-q"], check=True)
-    cases = [undisturbed_and_disturbed, other_version, held, experiments, hanging]
+    cases = [undisturbed_and_disturbed, killed, other_version, held, experiments, hanging]
     try:
-        with Cluster(WORK / "cluster", cores=2) as CLUSTER:
+        with Cluster(WORK / "cluster", cores=2, nodes=2) as CLUSTER:
             programs_that_can_hang()
             for case in cases:
                 if arguments.only in (None, case.__name__):

@@ -1,7 +1,9 @@
+import json
 import os
 import pathlib
 import subprocess
 import sys
+import warnings
 
 import numpy
 import pytest
@@ -37,8 +39,7 @@ def planes_of(frame):
     motion[10:22, left:left + 12] = 7, 0.5
     depth[:4], color[:3] = 1e10, 0
     color[3] *= 0.5  # partly covered, with the depth of the background
-    motion_back = motion.copy()
-    return {"color": color, "depth": depth, "motion": motion, "motion_back": motion_back}
+    return {"color": color, "depth": depth, "motion": motion, "motion_back": motion.copy()}
 
 
 def write_exr(path, planes, more=None, attributes=None, left=0):
@@ -84,12 +85,19 @@ def command(*words, code=0):
     return done.stdout
 
 
-def python(code, *words, **options):
-    """A process with the module; it must have imported this file's folder to use its helpers."""
-    environment = dict(os.environ)
-    return subprocess.Popen([sys.executable, "-B", "-c", code, *map(str, words)], text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
-                            cwd=pathlib.Path(__file__).parent, **options)
+def python(code):
+    """A process with the module."""
+    return subprocess.Popen([sys.executable, "-B", "-c", code], text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE)
+
+
+def expect_errors(rows):
+    """Rows: class, words of the message, and a call that must end with both. No message names options
+    of the command."""
+    for kind, words, call in rows:
+        with pytest.raises(kind, match=words) as caught:
+            call()
+        assert "--" not in str(caught.value)
 
 
 @pytest.fixture(scope="session")
@@ -98,7 +106,6 @@ def frames(tmp_path_factory):
     folder = tmp_path_factory.mktemp("frames")
     for number in (1, 2, 3):
         write_exr(folder / f"frame.{number:04}.exr", planes_of(number - 1))
-    import json
     (folder / "camera.json").write_text(json.dumps(CAMERA))
     (folder / "blur.yaml").write_text(json.dumps(BLUR))
     return folder
@@ -107,7 +114,6 @@ def frames(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def software(monkeypatch):
     """The tests run with and without a GPU; the warning that there is none is no finding."""
-    import warnings
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "no GPU", postchain.Warning)
         yield

@@ -4,7 +4,7 @@ import threading
 
 import postchain
 import pytest
-from conftest import BLUR, CAMERA, FXAA, command
+from conftest import BLUR, FXAA, command, expect_errors
 
 SETTINGS = {"repeats": 1, "page_frames": 1, "stability_frames": 0}
 OPTIONS = ["--repeats", 1, "--page-frames", 1, "--stability-frames", 0]
@@ -36,12 +36,11 @@ def test_ab(frames, chains, tmp_path):
     assert (tmp_path / "b" / "index.html").exists() and seen[-1]["total"] > 0
     written = json.loads((tmp_path / "b" / "report.json").read_text())
     assert written == {key: value for key, value in found.items() if key != "page"}
-    with pytest.raises(postchain.OutputError, match="on_existing='overwrite'"):
-        postchain.ab(BLUR, FXAA, pattern, tmp_path / "b", camera, **SETTINGS)
-    with pytest.raises(TypeError, match="'repeat'; did you mean 'repeats'"):
-        postchain.ab(BLUR, FXAA, pattern, tmp_path / "c", repeat=1)
-    with pytest.raises(postchain.CanceledError):
-        postchain.ab(BLUR, FXAA, pattern, tmp_path / "c", camera, progress=lambda now: False)
+    expect_errors((kind, words, lambda out=out, more=more: postchain.ab(
+        BLUR, FXAA, pattern, tmp_path / out, camera, **more)) for kind, words, out, more in [
+            (postchain.OutputError, "on_existing='overwrite'", "b", SETTINGS),
+            (TypeError, "'repeat'; did you mean 'repeats'", "c", {"repeat": 1}),
+            (postchain.CanceledError, "", "c", {"progress": lambda now: False})])
 
 
 def test_bench(frames, chains, tmp_path):
@@ -58,10 +57,10 @@ def test_bench(frames, chains, tmp_path):
     again = postchain.bench(chains / "blur.yaml", pattern, tmp_path / "b", camera, truth=pattern,
                             frames=2, sweep={"motion_blur.samples": [5, 9]}, **SETTINGS)
     assert metrics_of(again) == metrics_of(found)
-    with pytest.raises(postchain.UsageError, match="sweep: is a list; give a dict"):
-        postchain.bench(BLUR, pattern, tmp_path / "c", sweep=["samples=5"])
-    with pytest.raises(postchain.UsageError, match="under: no metric .fl1p.; did you mean"):
-        postchain.bench(BLUR, pattern, tmp_path / "c", under={"fl1p": 1})
+    expect_errors((postchain.UsageError, words, lambda more=more: postchain.bench(
+        BLUR, pattern, tmp_path / "c", **more)) for words, more in [
+            ("sweep: is a list; give a dict", {"sweep": ["samples=5"]}),
+            ("under: no metric .fl1p.; did you mean", {"under": {"fl1p": 1}})])
 
 
 def test_study(frames, chains, tmp_path):
@@ -70,7 +69,7 @@ def test_study(frames, chains, tmp_path):
         "postchain_study": 1, "title": "test", "kind": "ab",
         "chains": {"blur": str(chains / "blur.yaml"), "fxaa": str(chains / "fxaa.yaml")},
         "questions": [["blur", "fxaa"]],
-        "settings": {"repeats": 1, "page_frames": 1, "stability_frames": 0},
+        "settings": SETTINGS,
         "scenes": [{"name": "square", "input": str(frames / "frame.####.exr"),
                     "camera": str(frames / "camera.json"),
                     "truth": str(frames / "frame.####.exr")}]}))
@@ -83,11 +82,10 @@ def test_study(frames, chains, tmp_path):
     assert found == expected and page == str(tmp_path / "b" / "index.html")
     event = threading.Event()
     event.set()
-    with pytest.raises(postchain.CanceledError):
-        postchain.study(study, tmp_path / "c", stop=event)
     (tmp_path / "bad.yaml").write_text("postchain_study: 1")
-    with pytest.raises(postchain.UsageError):
-        postchain.study(tmp_path / "bad.yaml", tmp_path / "d")
+    expect_errors([
+        (postchain.CanceledError, "", lambda: postchain.study(study, tmp_path / "c", stop=event)),
+        (postchain.UsageError, "", lambda: postchain.study(tmp_path / "bad.yaml", tmp_path / "d"))])
 
 
 def test_check(frames, tmp_path):
@@ -110,11 +108,9 @@ def test_sheet(frames, tmp_path):
     found = postchain.sheet(pattern, tmp_path / "b.png", width=32, beside=pattern, frames="1-3")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert found == {"frames": 3, "of": 3, "absent": 0}
-    with pytest.raises(postchain.OutputError, match="on_existing='overwrite'"):
-        postchain.sheet(pattern, tmp_path / "b.png")
-    with pytest.raises(TypeError, match="'png'"):
-        postchain.sheet(pattern, tmp_path / "c.png", png=True)
-    with pytest.raises(postchain.UsageError, match="width: 9 is not in 16..4096"):
-        postchain.sheet(pattern, tmp_path / "c.png", width=9)
-    with pytest.raises(postchain.UsageError, match="does not end in .png"):
-        postchain.sheet(pattern, tmp_path / "c.jpg")
+    expect_errors((kind, words, lambda out=out, more=more: postchain.sheet(pattern, tmp_path / out, **more))
+                  for kind, words, out, more in [
+        (postchain.OutputError, "on_existing='overwrite'", "b.png", {}),
+        (TypeError, "'png'", "c.png", {"png": True}),
+        (postchain.UsageError, "width: 9 is not in 16..4096", "c.png", {"width": 9}),
+        (postchain.UsageError, "does not end in .png", "c.jpg", {})])

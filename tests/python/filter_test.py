@@ -5,7 +5,7 @@ import numpy
 import postchain
 import pytest
 from conftest import (ALONE, BLUR, CAMERA, FXAA, HEIGHT, WIDTH, bits, channels_of_exr, color_of_exr,
-                      command, planes_of, write_exr)
+                      command, expect_errors, planes_of, write_exr)
 
 
 @pytest.fixture(scope="module")
@@ -22,29 +22,24 @@ def run(folder, out, *words):
     return out / "out.0002.exr"
 
 
-def neighbors():
-    return {"before": planes_of(0), "after": planes_of(2)}
-
-
 def test_stages_fill_mask_and_times(frames, tmp_path):
     path = run(frames, tmp_path, "--dump-stages", tmp_path / "stages", "--fill-mask", "fill")
     chain = postchain.Chain(BLUR)
-    found = chain.filter(**planes_of(1), **neighbors(), camera=CAMERA, frame=2, fill_mask=True,
-                         stages=True)
+    given = dict(planes_of(1), before=planes_of(0), after=planes_of(2), camera=CAMERA, frame=2)
+    found = chain.filter(**given, fill_mask=True, stages=True)
     assert (bits(found.color) == bits(color_of_exr(path))).all()
     expected = channels_of_exr(path, ["fill.frame", "fill.neighbor", "fill.background"])
-    assert found.fill_mask.shape == (HEIGHT, WIDTH, 3)
-    assert numpy.abs(found.fill_mask - expected).max() < 1e-3  # halves in the file
+    numpy.testing.assert_allclose(found.fill_mask, expected, atol=1e-3)  # halves in the file
     written = {one.name for one in (tmp_path / "stages").rglob("*.exr")}
     assert len(written) == len(found.stages) and len(written) > 2
     assert list(found.times_ms) == ["0.motion_blur"] and found.times_ms["0.motion_blur"] > 0
 
     name = next(iter(found.stages))
-    one = chain.filter(**planes_of(1), **neighbors(), camera=CAMERA, frame=2, stages=[name])
+    one = chain.filter(**given, stages=[name])
     assert list(one.stages) == [name] and one.fill_mask is None
     assert (bits(one.color) == bits(found.color)).all()
     with pytest.raises(postchain.UsageError, match="stages: unknown stage .*nothing"):
-        chain.filter(**planes_of(1), **ALONE, camera=CAMERA, stages=["nothing"])
+        chain.filter(**given, stages=["nothing"])
 
 
 def test_the_layer_behind(wheels, tmp_path):
@@ -99,10 +94,8 @@ def test_layers_and_mattes_of_a_frame(tmp_path):
     assert (of_arrays.aovs()["key"] == frame.aovs()["key"]).all()
     assert (of_arrays.mattes("hero")["hero"] == matte).all()
     assert postchain.read(tmp_path / "a.exr").aovs() == {}
-    with pytest.raises(postchain.InputError, match="hera"):
-        frame.mattes("hera")
-    with pytest.raises(postchain.UsageError, match="no name is given"):
-        frame.mattes()
+    expect_errors([(postchain.InputError, "hera", lambda: frame.mattes("hera")),
+                   (postchain.UsageError, "no name is given", frame.mattes)])
 
 
 def test_frames_of_a_sequence(frames, tmp_path):
@@ -124,10 +117,10 @@ def test_frames_of_a_sequence(frames, tmp_path):
     seen = list(postchain.frames(pattern))
     assert seen[0].before is None and seen[2].after is None
     assert seen[0].after is seen[1].frame is seen[2].before, "read twice"
-    with pytest.raises(postchain.InputError, match="frame.0007.exr: frame is not on disk"):
-        postchain.frames(pattern, frames=7)
-    with pytest.raises(TypeError, match=r"^frames\(\) got .*'output'; it is an argument of run_"):
-        postchain.frames(pattern, output="x")
+    expect_errors([
+        (postchain.InputError, "frame.0007.exr: frame is not on disk", lambda: postchain.frames(pattern, frames=7)),
+        (TypeError, r"^frames\(\) got .*'output'; it is an argument of run_",
+         lambda: postchain.frames(pattern, output="x"))])
 
 
 def test_frames_of_several_crops(tmp_path):
@@ -154,8 +147,6 @@ def test_write(frames, tmp_path):
     # A new file.
     postchain.write(tmp_path / "b.exr", found.color)
     assert (bits(color_of_exr(tmp_path / "b.exr")) == bits(found.color)).all()
-    with pytest.raises(postchain.OutputError, match="on_existing='overwrite'"):
-        postchain.write(tmp_path / "b.exr", found.color)
     postchain.write(tmp_path / "b.exr", found.color[..., :3], half=True, on_existing="overwrite")
     half = channels_of_exr(tmp_path / "b.exr", "RGB")
     assert (half == found.color[..., :3].astype("f2")).all()
@@ -166,12 +157,12 @@ def test_write(frames, tmp_path):
     shown = numpy.minimum(found.color, found.color[..., 3:])  # a PNG has no light above its alpha
     postchain.write(tmp_path / "d.png", shown)
     assert postchain.diff(tmp_path / "d.png", shown)["psnr"] > 60
-    for words, arguments in [("AOVs and a fill mask need an EXR", (tmp_path / "e.png", aovs)),
-                             ("pixels, the frame 48x32",
-                              (tmp_path / "e.exr", found.color[:-1], shot.frame)),
-                             ("frame: is a str", (tmp_path / "e.exr", found.color, "frame")),
-                             ("not a NumPy array", (tmp_path / "e.exr", [1, 2]))]:
-        with pytest.raises(postchain.UsageError, match=words):
-            postchain.write(*arguments)
-    with pytest.raises(postchain.Error, match="frame.0002.exr"):
-        postchain.write(frames / "frame.0002.exr", found, shot.frame, on_existing="overwrite")
+    bad = tmp_path / "e.exr"
+    expect_errors([
+        (postchain.OutputError, "on_existing='overwrite'", lambda: postchain.write(tmp_path / "b.exr", found.color)),
+        (postchain.UsageError, "AOVs and a fill mask need an EXR", lambda: postchain.write(tmp_path / "e.png", aovs)),
+        (postchain.UsageError, "pixels, the frame 48x32", lambda: postchain.write(bad, found.color[:-1], shot.frame)),
+        (postchain.UsageError, "frame: is a str", lambda: postchain.write(bad, found.color, "frame")),
+        (postchain.UsageError, "not a NumPy array", lambda: postchain.write(bad, [1, 2])),
+        (postchain.Error, "frame.0002.exr",
+         lambda: postchain.write(frames / "frame.0002.exr", found, shot.frame, on_existing="overwrite"))])

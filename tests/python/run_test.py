@@ -8,7 +8,7 @@ import time
 import numpy
 import postchain
 import pytest
-from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of, python
+from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, expect_errors, planes_of, python
 
 # A frame that is filtered for two minutes on one thread. computed() waits until the process has done so.
 LONG = """
@@ -51,40 +51,26 @@ def test_the_bits_of_the_command(frames, tmp_path):
                       after=postchain.Frame(**frame, camera=CAMERA, frame=2))
     assert (bits(first) == bits(color_of_exr(tmp_path / "all.0001.exr"))).all()
 
-    read = [postchain.read(frames / "frame.####.exr", frame=number, camera=frames / "camera.json")
-            for number in (1, 2, 3)]
-    assert (bits(chain.run(read[1], before=read[0], after=read[2])) == bits(all_three)).all()
-    with pytest.raises(postchain.UsageError, match="has 3 frames; name one"):
-        postchain.read(frames / "frame.####.exr")
-    with pytest.raises(postchain.InputError, match="frame is not on disk"):
-        postchain.read(frames / "frame.####.exr", frame=9)
-
 
 def test_wrong_neighbors():
     chain, frame = postchain.Chain(BLUR), planes_of(1)
     small = {name: plane[:-2] for name, plane in frame.items()}
-    for before, words in [(small, "before: is 48x30 pixels, the frame 48x32"),
-                          ({"color": frame["color"]}, "before: has no inverse_depth, motion"),
-                          ({"colour": frame["color"]}, "unknown plane 'colour'"),
-                          (frame["color"], "give a Frame, or a dict")]:
-        with pytest.raises(postchain.UsageError, match=words):
-            chain.run(**frame, camera=CAMERA, before=before)
+    expect_errors((postchain.UsageError, words, lambda before=before: chain.run(
+        **frame, camera=CAMERA, before=before)) for before, words in [
+            (small, "before: is 48x30 pixels, the frame 48x32"),
+            ({"color": frame["color"]}, "before: has no inverse_depth, motion"),
+            ({"colour": frame["color"]}, "unknown plane 'colour'"), (frame["color"], "give a Frame, or a dict")])
 
 
 def test_devices():
-    color = planes_of(0)["color"]
-    chain = postchain.Chain(FXAA)
     with postchain.Device("software") as device:
         assert device.renderer
-    with pytest.raises(postchain.UsageError, match="it is closed"):
-        chain.run(color, device=device)
-    device.close()
-    with pytest.raises(postchain.UsageError, match="device: 'fast'"):
-        postchain.Device("fast")
-    with pytest.raises(postchain.DeviceError, match="device 99 does not exist"):
-        postchain.Device(99)
-    with pytest.raises(postchain.UsageError, match="before the first run"):
-        postchain.set_threads(2)
+    device.close()  # once more
+    expect_errors([
+        (postchain.UsageError, "it is closed", lambda: postchain.Chain(FXAA).run(planes_of(0)["color"], device=device)),
+        (postchain.UsageError, "device: 'fast'", lambda: postchain.Device("fast")),
+        (postchain.DeviceError, "device 99 does not exist", lambda: postchain.Device(99)),
+        (postchain.UsageError, "before the first run", lambda: postchain.set_threads(2))])
 
 
 @pytest.mark.parametrize("own_device", [True, False])
@@ -109,18 +95,12 @@ def test_python_runs_while_a_frame_is_filtered():
     chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"] * 16})
     color = numpy.random.default_rng(1).random((1024, 1024, 3), dtype=numpy.float32)
     chain.run(color[:64, :64])  # compiles
-    done = threading.Event()
-
-    def work():
-        chain.run(color)
-        done.set()
-    thread = threading.Thread(target=work)
+    thread = threading.Thread(target=chain.run, args=(color,))
     thread.start()
     ticks = 0
-    while not done.is_set():
+    while thread.is_alive():
         ticks += 1
         time.sleep(0.001)
-    thread.join()
     assert ticks > 10, "the GIL was held"
 
 

@@ -5,7 +5,8 @@ import threading
 import numpy
 import postchain
 import pytest
-from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of, python
+from conftest import (BLUR, CAMERA, FXAA, bits, color_of_exr, command, expect_errors, planes_of,
+                      python)
 
 
 def test_run_sequence_writes_the_bytes_of_the_command(frames, tmp_path):
@@ -45,8 +46,6 @@ def test_frames_as_arrays_of_numpy(frames, tmp_path):
     for given in (numpy.array([2, 1]), [numpy.int64(1), 2], (1, 2), numpy.array(2)):
         summary = run_fxaa(frames, tmp_path, frames=given, on_existing="overwrite")
         assert summary["written"] == numpy.size(given)
-    with pytest.raises(postchain.UsageError, match="frames: is a float"):
-        run_fxaa(frames, tmp_path, frames=numpy.array([1.5]))
 
 
 def run_fxaa(folder, out, **settings):
@@ -69,24 +68,18 @@ def test_a_callback_or_an_event_ends_the_run(frames, tmp_path):
 
 
 def test_failures(frames, tmp_path):
-    for kind, words, settings in [
-            (postchain.UsageError, "frames: .*'x'", {"frames": "x"}),
-            (TypeError, "unexpected keyword argument 'frame'; did you mean 'frames'", {"frame": 1}),
-            (postchain.UsageError, "on_existing: .*one of fail, overwrite, skip",
-             {"on_existing": "ask"}),
-            (postchain.UsageError, "mkdir: is a str", {"mkdir": "yes"}),
-            (postchain.UsageError, "frames: is empty", {"frames": []}),
-            (postchain.UsageError, "progress: is not callable", {"progress": 5}),
-            (postchain.UsageError, "stop: has no is_set", {"stop": 5}),
-            (postchain.InputError, "missing.json", {"camera": "missing.json"}),
-            (postchain.InputError, "on disk", {"frames": "7"})]:
-        with pytest.raises(kind, match=words) as caught:
-            run_fxaa(frames, tmp_path, **settings)
-        assert "--" not in str(caught.value)
-    with pytest.raises(postchain.OutputError, match="mkdir"):
-        run_fxaa(frames, tmp_path / "new")
-    with pytest.raises(postchain.UsageError, match="input: is a int"):
-        postchain.run_sequence(FXAA, 5, tmp_path / "out.exr")
+    expect_errors((kind, words, lambda more=more: run_fxaa(frames, tmp_path, **more)) for kind, words, more in [
+        (postchain.UsageError, "frames: .*'x'", {"frames": "x"}),
+        (postchain.UsageError, "frames: is empty", {"frames": []}),
+        (postchain.UsageError, "frames: is a float", {"frames": numpy.array([1.5])}),
+        (postchain.UsageError, "on_existing: .*one of fail, overwrite, skip", {"on_existing": "ask"}),
+        (postchain.UsageError, "mkdir: is a str", {"mkdir": "yes"}),
+        (postchain.UsageError, "progress: is not callable", {"progress": 5}),
+        (postchain.UsageError, "stop: has no is_set", {"stop": 5}),
+        (postchain.InputError, "missing.json", {"camera": "missing.json"}),
+        (postchain.InputError, "on disk", {"frames": "7"})])
+    expect_errors([(postchain.UsageError, "input: is a int",
+                    lambda: postchain.run_sequence(FXAA, 5, tmp_path / "out.exr"))])
     assert not list(tmp_path.iterdir())
     damaged = tmp_path / "bad.0001.exr"
     damaged.write_bytes((frames / "frame.0001.exr").read_bytes()[:-4000])
@@ -117,22 +110,24 @@ def test_inspect(frames):
     assert postchain.inspect(frames) == json.loads(command("inspect", frames, "--json"))
     one = postchain.inspect(frames / "frame.0001.exr")
     assert list(one) == ["frames"] and one["frames"][0]["match"]["profile"] == "generic"
-    with pytest.raises(postchain.InputError, match="no such file"):
-        postchain.inspect(frames / "other.exr")
-    with pytest.raises(postchain.UsageError, match="is a folder.*give a sequence"):
-        postchain.inspect(frames, camera=CAMERA)
-    # Settings that have no effect here.
-    for function, settings in [(postchain.inspect, {"watch": True}),
-                               (postchain.inspect, {"png": True}),
-                               (postchain.inspect, {"dump_stages": "x"}),
-                               (postchain.inspect, {"precision": "fp16"}),
-                               (lambda *words, **more: postchain.plan_sequence(FXAA, *words, **more),
-                                {"on_existing": "skip"})]:
-        key, = settings
-        with pytest.raises(TypeError, match=f"'{key}'; it is an argument of run_sequence"):
-            function(frames / "frame.####.exr", **settings)
-    with pytest.raises(postchain.UsageError, match="frame: is a str; give an integer"):
-        postchain.read(frames / "frame.####.exr", "1")
+    pattern = frames / "frame.####.exr"
+    expect_errors([
+        (postchain.InputError, "no such file", lambda: postchain.inspect(frames / "other.exr")),
+        (postchain.UsageError, "is a folder.*give a sequence", lambda: postchain.inspect(frames, camera=CAMERA)),
+        # Settings that have no effect here.
+        *((TypeError, f"'{key}'; it is an argument of run_sequence",
+           lambda key=key: postchain.inspect(pattern, **{key: True}))
+          for key in ("watch", "png", "dump_stages", "precision")),
+        (TypeError, "'on_existing'; it is an argument of run_sequence",
+         lambda: postchain.plan_sequence(FXAA, pattern, on_existing="skip"))])
+
+
+def test_read_names_one_frame(frames):
+    pattern = frames / "frame.####.exr"
+    expect_errors([
+        (postchain.UsageError, "frame: is a str; give an integer", lambda: postchain.read(pattern, "1")),
+        (postchain.UsageError, "has 3 frames; name one", lambda: postchain.read(pattern)),
+        (postchain.InputError, "frame is not on disk", lambda: postchain.read(pattern, frame=9))])
 
 
 def test_diff(frames, tmp_path):
@@ -168,18 +163,16 @@ def test_diff_of_sequences(frames):
 
 def test_wrong_diffs():
     a = planes_of(0)["color"]
-    for kind, words, arguments, settings in [
-            (postchain.InputError, "48x31|differ", (a, a[:-1]), {}),
-            (postchain.UsageError, "give one of each", ([a, a], [a]), {}),
-            (postchain.UsageError, "give one of each", (a, [a]), {}),
-            (postchain.UsageError, "is empty", ([], []), {}),
-            (postchain.UsageError, "known are flip", (a, a), {"metrics": ["fl1p"]}),
-            (postchain.UsageError, "tde needs two frames", (a, a), {"metrics": ["tde"]}),
-            (postchain.UsageError, "known are", (a, a), {"map": "ssim"}),
-            (postchain.UsageError, "pixels_per_degree", (a, a), {"pixels_per_degree": 0}),
-            (postchain.InputError, "nowhere.exr", ("nowhere.exr", a), {})]:
-        with pytest.raises(kind, match=words):
-            postchain.diff(*arguments, **settings)
+    expect_errors([
+        (postchain.InputError, "48x31|differ", lambda: postchain.diff(a, a[:-1])),
+        (postchain.UsageError, "give one of each", lambda: postchain.diff([a, a], [a])),
+        (postchain.UsageError, "give one of each", lambda: postchain.diff(a, [a])),
+        (postchain.UsageError, "is empty", lambda: postchain.diff([], [])),
+        (postchain.UsageError, "known are flip", lambda: postchain.diff(a, a, metrics=["fl1p"])),
+        (postchain.UsageError, "tde needs two frames", lambda: postchain.diff(a, a, metrics=["tde"])),
+        (postchain.UsageError, "known are", lambda: postchain.diff(a, a, map="ssim")),
+        (postchain.UsageError, "pixels_per_degree", lambda: postchain.diff(a, a, pixels_per_degree=0)),
+        (postchain.InputError, "nowhere.exr", lambda: postchain.diff("nowhere.exr", a))])
 
 
 def test_a_diff_that_the_exit_ends_is_canceled():
@@ -216,15 +209,12 @@ def test_scene(tmp_path):
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
     assert reports[-1]["frame"] == 1 and reports[-1]["picture"] == "deep"
-    for kind, words, arguments, settings in [
-            (postchain.UsageError, "wheels", ("wheel", tmp_path / "c"), {}),
-            (postchain.UsageError, "camera: is a str; give a dict", ("wheels", tmp_path / "c"),
-             {"camera": "camera.json"}),
-            (postchain.UsageError, "size: 0x9", ("wheels", tmp_path / "c"), {"size": (0, 9)}),
-            (postchain.UsageError, "fail or overwrite", ("wheels", tmp_path / "c"),
-             {"on_existing": "skip"}),
-            (postchain.OutputError, "exist", ("wheels", tmp_path / "b"), {"frames": 1}),
-            (postchain.CanceledError, "", ("wheels", tmp_path / "c"),
-             {"progress": lambda report: False, "frames": "1-50"})]:
-        with pytest.raises(kind, match=words):
-            postchain.scene(*arguments, **settings)
+    expect_errors((kind, words, lambda name=name, more=more: postchain.scene(name, tmp_path / "c", **more))
+                  for kind, words, name, more in [
+        (postchain.UsageError, "wheels", "wheel", {}),
+        (postchain.UsageError, "camera: is a str; give a dict", "wheels", {"camera": "camera.json"}),
+        (postchain.UsageError, "size: 0x9", "wheels", {"size": (0, 9)}),
+        (postchain.UsageError, "fail or overwrite", "wheels", {"on_existing": "skip"}),
+        (postchain.CanceledError, "", "wheels", {"progress": lambda report: False, "frames": "1-50"})])
+    with pytest.raises(postchain.OutputError, match="exist"):
+        postchain.scene("wheels", tmp_path / "b", frames=1)

@@ -23,18 +23,15 @@ def arguments(function):
     return [name for name in names if name != "self"]
 
 
-def signature(function):
-    """The names of a compiled function's arguments, from its docstring."""
+def expect_arguments(function, stub, keys, explained=None):
+    """The stub has the arguments of a compiled function, which its docstring names, and the keys of the
+    tables; the docstring has the help of those that are explained: by default all."""
     line = function.__doc__.splitlines()[0]
-    names = re.findall(r"[(,] (\w+):", line.replace("(", "( "))
-    return [name for name in names if name not in ("self", "arg0")], "**kwargs" in line
-
-
-def expect_arguments(function, stub, keys):
-    own, takes_settings = signature(function)
-    assert takes_settings == bool(keys), stub.name
-    expected = own + list(keys)
-    assert sorted(arguments(stub)) == sorted(expected), stub.name
+    own = [name for name in re.findall(r"[(,] (\w+):", line.replace("(", "( ")) if name not in ("self", "arg0")]
+    assert ("**kwargs" in line) == bool(keys), stub.name
+    assert sorted(arguments(stub)) == sorted(own + list(keys)), stub.name
+    for key in keys if explained is None else explained:
+        assert f"\n  {key}: " in function.__doc__, (stub.name, key)
 
 
 def test_the_stub_has_every_name():
@@ -54,7 +51,7 @@ def test_the_stub_has_every_argument():
         set(TABLES[key]) for key in (
             "array_keys", "file_keys", "plan_keys", "aov_keys", "read_keys", "tune_input_keys",
             "run_keys", "plan_sequence_keys", "inspect_keys", "experiment_input_keys"))
-    for name, keys in [("run_sequence", run), ("read", read), ("diff", file),
+    for name, keys in [("run_sequence", run), ("read", read),
                        ("tune", tune | set(TABLES["tune"])), ("plan_sequence", planned),
                        ("scene", set()), ("inspect", inspected), ("schema", set()),
                        ("ab", experiment | set(TABLES["ab"])), ("study", set()), ("check", set()),
@@ -62,13 +59,12 @@ def test_the_stub_has_every_argument():
                        ("sheet", set(TABLES["sheet_keys"])), ("write", set(TABLES["write_keys"])),
                        ("set_threads", set())]:
         expect_arguments(getattr(postchain, name), stubbed[name], keys)
-    chain = members(stubbed["Chain"])
-    for name, keys in (("run", array | plan), ("filter", array | layer | plan),
-                       ("plan", array | layer | plan)):
-        expect_arguments(getattr(postchain.Chain, name), chain[name], keys)
-    expect_arguments(postchain.Frame.__init__, members(stubbed["Frame"])["__init__"],
-                     array | layer)
-    expect_arguments(postchain.Chain.__init__, members(stubbed["Chain"])["__init__"], set())
+    expect_arguments(postchain.diff, stubbed["diff"], file, explained=())
+    for kind, name, keys, explained in [
+            ("Chain", "run", array | plan, array | plan), ("Chain", "filter", array | layer | plan, layer),
+            ("Chain", "plan", array | layer | plan, ()), ("Chain", "__init__", set(), ()),
+            ("Frame", "__init__", array | layer, ())]:
+        expect_arguments(getattr(getattr(postchain, kind), name), members(stubbed[kind])[name], keys, explained)
 
 
 def test_the_defaults_and_choices_are_those_of_the_tables():
@@ -100,20 +96,7 @@ def test_passes_and_camera_are_those_of_the_tables():
         assert words - {"", "tde"} == set(TABLES[key]), name
 
 
-def test_docstrings_have_the_help_of_every_row():
-    for function, keys in [(postchain.run_sequence, TABLES["run_keys"]),
-                           (postchain.plan_sequence, TABLES["plan_sequence_keys"]),
-                           (postchain.inspect, TABLES["inspect_keys"]),
-                           (postchain.read, TABLES["read_keys"]),
-                           (postchain.ab, TABLES["experiment_input_keys"] + list(TABLES["ab"])),
-                           (postchain.bench, TABLES["experiment_input_keys"] + list(TABLES["bench"])),
-                           (postchain.sheet, TABLES["sheet_keys"]),
-                           (postchain.write, TABLES["write_keys"]),
-                           (postchain.Chain.filter, TABLES["aov_keys"]),
-                           (postchain.tune, TABLES["tune_input_keys"] + list(TABLES["tune"])),
-                           (postchain.Chain.run, TABLES["array_keys"] + TABLES["plan_keys"])]:
-        for key in keys:
-            assert f"\n  {key}: " in function.__doc__, key
+def test_docstrings_have_the_help_of_passes_and_metrics():
     for one in TABLES["passes"]:
         for row in one["parameters"]:
             assert f"\n  {row['key']}: " in postchain.Chain.__doc__, row["key"]

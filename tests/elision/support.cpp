@@ -4,9 +4,15 @@
 #include <cmath>
 
 namespace postchain::test {
-namespace {
 
-// A frame in which everything moves and is out of focus.
+FramePlanes flat_planes(const ImageF& color, std::array<float, 2> motion, float w) {
+    FramePlanes planes;
+    planes[Role::color] = color;
+    planes[Role::inverse_depth] = constant_image(color.width, color.height, {w});
+    planes[Role::motion] = constant_image(color.width, color.height, {motion[0], motion[1]});
+    return planes;
+}
+
 FramePlanes other_frame(const FramePlanes& planes) {
     FramePlanes other = planes;
     for (auto& [role, plane] : other)
@@ -17,8 +23,6 @@ FramePlanes other_frame(const FramePlanes& planes) {
                                                                         : (i % 2 ? -29.0f : 31.0f);
     return other;
 }
-
-}  // namespace
 
 PlanOptions no_rule(Precision precision) {
     return {.precision = precision, .elide = false};
@@ -36,9 +40,9 @@ PlanOptions only(std::initializer_list<std::string> rules, Precision precision) 
     return options;
 }
 
-ImageF half_noise(int width, int height, int channels, uint32_t seed, float low) {
+ImageF half_noise(int width, int height, int channels, uint32_t seed) {
     ImageF image = noise_image(width, height, channels, seed, 0, 2);
-    for (float& value : image.data) value = low + std::floor(value * 512) / 512;
+    for (float& value : image.data) value = std::floor(value * 512) / 512;
     return image;
 }
 
@@ -58,18 +62,14 @@ bool Elided::used(const std::string& rule) const {
 std::string first_difference(const ImageF& complete, const ImageF& elided) {
     if (equal_bits(complete, elided)) return "";
     if (complete.data.size() != elided.data.size()) return "the sizes differ";
-    size_t differ = 0, first = complete.data.size();
-    for (size_t i = complete.data.size(); i-- > 0;) {
-        if (std::bit_cast<uint32_t>(complete.data[i]) == std::bit_cast<uint32_t>(elided.data[i]))
-            continue;
-        ++differ;
-        first = i;
-    }
-    const size_t pixel = first / size_t(complete.channels);
-    return concat(differ, " of ", complete.data.size(), " values differ, first at ",
-                  pixel % size_t(complete.width), ",", pixel / size_t(complete.width), " channel ",
-                  first % size_t(complete.channels), " of ", complete.width, "x", complete.height,
-                  ": ", complete.data[first], " in complete, ", elided.data[first], " elided");
+    size_t i = 0;
+    while (std::bit_cast<uint32_t>(complete.data[i]) == std::bit_cast<uint32_t>(elided.data[i]))
+        ++i;
+    const size_t pixel = i / size_t(complete.channels);
+    return concat("differ at ", pixel % size_t(complete.width), ",", pixel / size_t(complete.width),
+                  " channel ", i % size_t(complete.channels), " of ", complete.width, "x",
+                  complete.height, ": ", complete.data[i], " in complete, ", elided.data[i],
+                  " elided");
 }
 
 Elided expect_same_bits(const Chain& chain, const FrameDescription& frame,

@@ -11,12 +11,19 @@
 
 namespace postchain::test {
 
+inline constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
+
 // No rule in use but these.
 PlanOptions only(std::initializer_list<std::string> rules, Precision precision = Precision::fp32);
 PlanOptions no_rule(Precision precision = Precision::fp32);
 
-// Noise in [low, low + 2) that a half holds, so that --precision fp16 stores color in halves.
-ImageF half_noise(int width, int height, int channels, uint32_t seed, float low = 0);
+// Noise in [0, 2) that a half holds, so that --precision fp16 stores color in halves.
+ImageF half_noise(int width, int height, int channels, uint32_t seed);
+
+// Color before one depth that moves alike.
+FramePlanes flat_planes(const ImageF& color, std::array<float, 2> motion = {0, 0}, float w = 0.1f);
+// A frame in which everything moves and is out of focus.
+FramePlanes other_frame(const FramePlanes& planes);
 
 struct Elided {
     Plan plan;

@@ -6,12 +6,10 @@ namespace {
 
 using namespace std::string_literals;
 
-constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
-
-TestFrame moving(int width = 61, int height = 45) {
-    TestFrame frame = layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
+TestFrame moving() {
+    TestFrame frame = layered_frame(61, 45, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
     frame.planes[Role::motion_back] = frame.planes[Role::motion];
-    frame.planes[Role::color] = half_noise(width, height, 4, 9);
+    frame.planes[Role::color] = half_noise(61, 45, 4, 9);
     frame.description = describe(frame.planes);
     frame.description.camera.f_stop = 0.2;  // the square is blurred
     return frame;
@@ -24,13 +22,6 @@ TEST(UnusedPlane, IsNotHandedOver) {
             const Elided elided = expect_same_bits(chain, frame.description, frame.planes,
                                                    only({kRuleUnusedPlane}, precision));
             EXPECT_EQ(elided.plan.reads, reads) << elided.plan.reads.text();
-            int left = 0;
-            for (const auto& one : elided.plan.elisions) left += one.rule == kRuleUnusedPlane;
-            RoleSet unread = frame.description.planes - reads;
-            unread.remove(Role::color);  // is handed on
-            int expected = 0;
-            for (const Role role : kAllRoles) expected += unread.has(role);
-            EXPECT_EQ(left, expected);
             // It need not even be there.
             FramePlanes planes;
             for (const auto& [role, plane] : frame.planes)

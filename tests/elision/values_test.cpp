@@ -101,19 +101,17 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
                 continue;
             }
             ++same;
-            ASSERT_TRUE(same_shape(*plan, *fresh)) << seed << "\n" << one.text;
+            SCOPED_TRACE(concat("seed ", seed, "\n", one.text));
+            ASSERT_TRUE(same_shape(*plan, *fresh));
             write_values(resolved, *plan);
             EXPECT_EQ(plan->frame_number, frame.frame_number);
-            ASSERT_TRUE(plan->textures == fresh->textures) << seed << "\n" << one.text;
+            ASSERT_TRUE(plan->textures == fresh->textures);
             EXPECT_EQ(plan->width, fresh->width);
             EXPECT_EQ(plan->height, fresh->height);
             for (size_t s = 0; s < fresh->steps.size(); ++s) {
-                ASSERT_EQ(plan->steps[s].groups, fresh->steps[s].groups)
-                    << plan->steps[s].name << ", seed " << seed << "\n"
-                    << one.text;
-                ASSERT_EQ(plan->steps[s].uniforms, fresh->steps[s].uniforms)
-                    << plan->steps[s].name << ", seed " << seed << "\n"
-                    << one.text;
+                SCOPED_TRACE(plan->steps[s].name);
+                ASSERT_EQ(plan->steps[s].groups, fresh->steps[s].groups);
+                ASSERT_EQ(plan->steps[s].uniforms, fresh->steps[s].uniforms);
             }
             moved += k > 0;
         }

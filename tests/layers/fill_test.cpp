@@ -13,12 +13,11 @@ namespace {
 enum Share { kFrame, kNeighbor, kEstimate };
 
 // Puts the mask before the frame's layers, and those of its neighbors.
-void add_fill_mask(TestFrame& frame, std::array<float, 4> shares = {1, 0, 0, 0}) {
+void add_fill_mask(TestFrame& frame, std::initializer_list<float> shares = {1, 0, 0, 0}) {
     const FrameDescription& d = frame.description;
     const auto add = [&](Role color, Role layers) {
         if (!frame.planes.contains(color)) return;
-        std::vector<ImageF> planes = {
-            constant_image(d.width, d.height, {shares[0], shares[1], shares[2], shares[3]})};
+        std::vector<ImageF> planes = {constant_image(d.width, d.height, shares)};
         if (const auto own = frame.planes.find(layers); own != frame.planes.end())
             planes.push_back(own->second);
         frame.planes[layers] = stack_planes(planes);
@@ -38,6 +37,10 @@ ImageF mask_of(const FramePlanes& planes) {
 ImageF mask_of(const Chain& chain, TestFrame frame) {
     add_fill_mask(frame);
     return mask_of(filter(chain, frame.description, frame.planes));
+}
+
+Chain plain_motion_blur() {
+    return chain_of("motion_blur", {{"path_px_per_time", 0.25}, {"noise", "none"}});
 }
 
 double largest(const ImageF& image, int channel) {
@@ -87,23 +90,18 @@ double uncovered(int x) {
     return from_end < 0 ? 0 : std::max(0.0, (kSpeed / 4 - from_end) / (kSpeed / 2));
 }
 
-void expect_uncovered(const std::vector<Neighbor>& neighbors, Share share) {
-    const Chain chain = chain_of("motion_blur", {{"path_px_per_time", 0.25}, {"noise", "none"}});
-    const ImageF mask = mask_of(chain, bar_frame(neighbors));
-    for (int x = 30; x < 110; ++x) {
-        const float* shares = mask.pixel(x, kHeight / 2);
-        // The search accepts a position within 0.75 px.
-        EXPECT_NEAR(shares[share], uncovered(x), 0.75 / (kSpeed / 2) + 0.02) << "column " << x;
-        EXPECT_NEAR(shares[kFrame], 1 - shares[share], 0.02) << "column " << x;
-    }
-}
-
 TEST(FillMask, IsWhatAMovingBarUncovers) {
-    expect_uncovered({}, kEstimate);
-}
-
-TEST(FillMask, IsWhatAFrameBesideShowsOfIt) {
-    expect_uncovered({Neighbor::before, Neighbor::after}, kNeighbor);
+    const std::pair<std::vector<Neighbor>, Share> cases[] = {
+        {{}, kEstimate}, {{Neighbor::before, Neighbor::after}, kNeighbor}};
+    for (const auto& [neighbors, share] : cases) {
+        const ImageF mask = mask_of(plain_motion_blur(), bar_frame(neighbors));
+        for (int x = 30; x < 110; ++x) {
+            const float* shares = mask.pixel(x, kHeight / 2);
+            // The search accepts a position within 0.75 px.
+            EXPECT_NEAR(shares[share], uncovered(x), 0.75 / (kSpeed / 2) + 0.02) << "column " << x;
+            EXPECT_NEAR(shares[kFrame], 1 - shares[share], 0.02) << "column " << x;
+        }
+    }
 }
 
 // The area that two circles share. https://mathworld.wolfram.com/Circle-CircleIntersection.html
@@ -151,15 +149,19 @@ TEST(FillMask, IsWhatTheLensSeesBehindADisc) {
         }
 }
 
+// A frame of one depth in which everything moves.
+TestFrame moving_frame(int height, float speed_px) {
+    TestFrame frame;
+    frame.planes[Role::color] = textured_image(96, height, 4, 3);
+    frame.planes[Role::inverse_depth] = ImageF(96, height, 1, 1.0f);
+    frame.planes[Role::motion] = constant_image(96, height, {speed_px, 0});
+    frame.description = describe(frame.planes);
+    return frame;
+}
+
 // Color that comes in over the border is an estimate: the border's pixels, continued.
 TEST(FillMask, CountsTheBorderAsAnEstimate) {
-    TestFrame frame;
-    frame.planes[Role::color] = textured_image(96, 32, 4, 3);
-    frame.planes[Role::inverse_depth] = ImageF(96, 32, 1, 1.0f);
-    frame.planes[Role::motion] = constant_image(96, 32, {32, 0});
-    frame.description = describe(frame.planes);
-    const Chain chain = chain_of("motion_blur", {{"path_px_per_time", 0.25}, {"noise", "none"}});
-    const ImageF mask = mask_of(chain, frame);
+    const ImageF mask = mask_of(plain_motion_blur(), moving_frame(32, 32));
     for (int x = 0; x < 96; ++x) {
         const double from_border = std::min(x + 0.5, 95.5 - x);
         const double beyond = std::max(0.0, (8 - from_border) / 16);
@@ -232,18 +234,13 @@ TEST(FillMask, StaysWholeInOtherModes) {
 // A pixel that an earlier pass has filled stays filled: shares of the input come through where
 // nothing hides anything.
 TEST(FillMask, KeepsTheSharesOfAnEarlierPass) {
-    TestFrame frame;
-    frame.planes[Role::color] = textured_image(96, 64, 4, 3);
-    frame.planes[Role::inverse_depth] = ImageF(96, 64, 1, 1.0f);
-    frame.planes[Role::motion] = constant_image(96, 64, {8, 0});
-    frame.description = describe(frame.planes);
+    TestFrame frame = moving_frame(64, 8);
     add_fill_mask(frame, {0.25f, 0.5f, 0.25f, 0});
     for (const Variant& one : filling_variants()) {
         const ImageF mask = mask_of(filter(one.chain(), frame.description, frame.planes));
-        const float* shares = mask.pixel(48, 32);
-        EXPECT_NEAR(shares[kFrame], 0.25, 1e-5) << one.name;
-        EXPECT_NEAR(shares[kNeighbor], 0.5, 1e-5) << one.name;
-        EXPECT_NEAR(shares[kEstimate], 0.25, 1e-5) << one.name;
+        for (const auto& [share, part] :
+             {std::pair(kFrame, 0.25), {kNeighbor, 0.5}, {kEstimate, 0.25}})
+            EXPECT_NEAR(mask.at(48, 32, share), part, 1e-5) << one.name << " " << share;
     }
 }
 

@@ -1,7 +1,6 @@
 // The estimated ground of soft pixels against composites whose ground is known.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "chain/pass/matte.h"
@@ -60,29 +59,28 @@ double texture(double x, double y) {
     return 0.5 + 0.25 * (std::sin(1.3 * x + 0.4 * y) + std::sin(0.7 * y - 0.9 * x + 1));
 }
 
+// What is held out of color, the first of its layers.
+ImageD held_out_reference(const ImageD& color, const ImageD& mattes) {
+    std::map<Role, ImageD> planes = {{Role::color, color}, {Role::mattes, mattes}};
+    hold_out_reference(planes, 0);
+    return planes.at(Role::layers);
+}
+
 // Mean error of what is held out over the soft pixels, as a part of that of c (1 - m).
 double part_of_error(double (*shape)(double, double), double object_light, bool wide) {
-    const auto ground = [](double x, double y) { return texture(x, y); };
     const auto object = [&](double x, double y) { return object_light + texture(y, x + 7); };
+    const auto ground = [&](double x, double y) { return (1 - shape(x, y)) * texture(x, y); };
     const ImageD matte = pixels_of(shape, false);
-    const ImageD truth =
-        pixels_of([&](double x, double y) { return (1 - shape(x, y)) * ground(x, y); }, wide);
-    std::map<Role, ImageD> planes;
-    planes[Role::color] = pixels_of(
-        [&](double x, double y) {
-            return shape(x, y) * object(x, y) + (1 - shape(x, y)) * ground(x, y);
-        },
-        wide);
+    const ImageD truth = pixels_of(ground, wide);
+    const ImageD color = pixels_of(
+        [&](double x, double y) { return shape(x, y) * object(x, y) + ground(x, y); }, wide);
     ImageD mattes(kSize, kSize, 1);
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
             const double m = matte.at(x, y);
             mattes.at(x, y) = m < 1e-9 ? 0 : m > 1 - 1e-9 ? 1 : m;
         }
-    planes[Role::mattes] = mattes;
-    const ImageD color = planes.at(Role::color);
-    hold_out_reference(planes, 0);
-    const ImageD& held = planes.at(Role::layers);
+    const ImageD held = held_out_reference(color, mattes);
     double error = 0, by_color = 0;
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
@@ -106,16 +104,13 @@ TEST(SoftMattes, LeaveLittleOfTheObjectInTheGround) {
                  {"wider disc", disc, 2, true, 0.35},    {"wider hair", hair, 2, true, 0.4},
                  {"ramp", ramp, 2, false, 0.95}};
     for (const auto& one : cases) {
-        const double part = part_of_error(one.shape, one.object_light, one.wide);
-        std::printf("%-12s %.2f of the error of c (1 - m)\n", one.name, part);
-        EXPECT_LT(part, one.most) << one.name;
+        EXPECT_LT(part_of_error(one.shape, one.object_light, one.wide), one.most) << one.name;
     }
 }
 
 // Beside a bulb the pixels around a soft one are brighter than anything behind it can be. What is
 // held out of it is then all of its light, and no more.
 TEST(SoftMattes, HoldOutNoMoreThanThereIs) {
-    std::map<Role, ImageD> planes;
     ImageD color(16, 9, 4, 0.1), mattes(16, 9, 1);
     for (int y = 0; y < 9; ++y)
         for (int x = 0; x < 16; ++x) {
@@ -127,10 +122,7 @@ TEST(SoftMattes, HoldOutNoMoreThanThereIs) {
         color.at(8, y, 0) = 0.2;  // of which half is the fur's share of the pixel
         color.at(8, y, 1) = 0.3;
     }
-    planes[Role::color] = color;
-    planes[Role::mattes] = mattes;
-    hold_out_reference(planes, 0);
-    const ImageD& held = planes.at(Role::layers);
+    const ImageD held = held_out_reference(color, mattes);
     for (int y = 0; y < 9; ++y) {
         EXPECT_NEAR(held.at(8, y, 0), 0.2, 1e-12);       // (1 - m) ground would be 15
         EXPECT_NEAR(held.at(8, y, 1), 0.5 * 0.1, 0.01);  // the ground around, as without a bulb

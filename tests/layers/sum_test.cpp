@@ -8,8 +8,6 @@
 namespace postchain::test {
 namespace {
 
-constexpr double kSumTolerance = 1e-5;
-
 void expect_sum(const Chain& chain, const TestFrame& frame) {
     const int height = frame.description.height;
     ASSERT_LT(relative_difference(sum_of_layers(frame.planes.at(Role::layers), height),
@@ -20,7 +18,7 @@ void expect_sum(const Chain& chain, const TestFrame& frame) {
     // Something is filtered.
     EXPECT_GT(relative_difference(out.at(Role::color), frame.planes.at(Role::color)), 1e-3);
     EXPECT_LE(relative_difference(sum_of_layers(out.at(Role::layers), height), out.at(Role::color)),
-              kSumTolerance);
+              1e-5);
 }
 
 // However many: those beyond the first few have steps of their own.
@@ -82,10 +80,6 @@ TEST(Layers, MoreOfThemNeedNoMorePrograms) {
     }
 }
 
-bool is_image(const Binding& binding) {
-    return binding.access == Access::read || binding.access == Access::write;
-}
-
 // At most the units that GL 4.3 guarantees: 8 images, 16 samplers.
 TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
     TestFrame frame = bright_frame(45, 37);
@@ -98,9 +92,11 @@ TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
         const auto plan = make_plan(one.chain(), frame.description, options);
         ASSERT_TRUE(plan.ok()) << plan.status().message();
         for (const Step& step : plan->steps)
-            for (const Binding& binding : step.bindings)
-                EXPECT_LT(binding.unit, is_image(binding) ? 8 : 16)
-                    << one.name << ": " << step.name;
+            for (const Binding& binding : step.bindings) {
+                const bool image =
+                    binding.access == Access::read || binding.access == Access::write;
+                EXPECT_LT(binding.unit, image ? 8 : 16) << one.name << ": " << step.name;
+            }
     }
 }
 

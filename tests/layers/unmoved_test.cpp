@@ -17,17 +17,11 @@ Chain unmoved(Chain chain) {
     return chain;
 }
 
-// Chains with a matte `unmoved` over their passes that blur by motion. `mattes`: for
-// FrameDescription::mattes.
-struct UnmovedChain {
-    std::string name;
-    Chain chain;
-    std::vector<int> mattes;
-};
-std::vector<UnmovedChain> unmoved_chains() {
-    std::vector<UnmovedChain> all;
+// Those of one pass that blur by motion, by name.
+std::vector<std::pair<std::string, Chain>> unmoved_chains() {
+    std::vector<std::pair<std::string, Chain>> all;
     for (const Variant& one : variants_that(one_of_each_kind(), reads_motion))
-        all.push_back({one.name, unmoved(one.chain()), {0}});
+        all.emplace_back(one.name, unmoved(one.chain()));
     return all;
 }
 
@@ -40,11 +34,14 @@ Chain plain(const Chain& chain) {
     return twin;
 }
 
-TestFrame with_matte(const TestFrame& frame, const ImageF& matte, const std::vector<int>& mattes) {
+TestFrame with_matte(const TestFrame& frame, const ImageF& matte) {
     TestFrame held = frame;
-    add_matte(held, matte, mattes.size());
-    held.description.mattes = mattes;
+    add_matte(held, matte, 1);
     return held;
+}
+
+ImageF color_of(const Chain& chain, const TestFrame& frame) {
+    return filter(chain, frame.description, frame.planes).at(Role::color);
 }
 
 // The same frame as if a renderer had rendered the object at rest: by a loop of its own.
@@ -63,13 +60,10 @@ TestFrame at_rest(const TestFrame& frame, const ImageF& matte) {
 
 // With this matte, `frame` has the color of `expected` without one.
 void expect_color_of(const TestFrame& expected, const TestFrame& frame, const ImageF& matte) {
-    for (const UnmovedChain& one : unmoved_chains()) {
-        const TestFrame held = with_matte(frame, matte, one.mattes);
-        const ImageF wanted =
-            filter(plain(one.chain), expected.description, expected.planes).at(Role::color);
-        const ImageF out = filter(one.chain, held.description, held.planes).at(Role::color);
-        EXPECT_EQ(first_difference(wanted, out), "") << one.name;
-    }
+    const TestFrame held = with_matte(frame, matte);
+    for (const auto& [name, chain] : unmoved_chains())
+        EXPECT_EQ(first_difference(color_of(plain(chain), expected), color_of(chain, held)), "")
+            << name;
 }
 
 TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
@@ -81,17 +75,16 @@ TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
             add_lights(frame, kLayersPerStep);
         }
         const TestFrame still = at_rest(frame, matte);
-        for (const UnmovedChain& one : unmoved_chains()) {
-            SCOPED_TRACE(one.name);
-            TestFrame held = with_matte(frame, matte, one.mattes);
-            const FramePlanes moving = filter(plain(one.chain), frame.description, frame.planes);
-            const FramePlanes expected = filter(plain(one.chain), still.description, still.planes);
+        for (const auto& [name, chain] : unmoved_chains()) {
+            SCOPED_TRACE(name);
+            TestFrame held = with_matte(frame, matte);
+            const FramePlanes expected = filter(plain(chain), still.description, still.planes);
+            EXPECT_FALSE(equal_bits(expected.at(Role::color), color_of(plain(chain), frame)));
             for (const bool known : {false, true}) {
-                if (known) find_speeds(one.chain, held.planes, held.description);
-                const FramePlanes out = filter(one.chain, held.description, held.planes);
+                if (known) find_speeds(chain, held.planes, held.description);
+                const FramePlanes out = filter(chain, held.description, held.planes);
                 for (const auto& [role, plane] : expected)
                     EXPECT_EQ(first_difference(plane, out.at(role)), "") << name_of(role);
-                EXPECT_FALSE(equal_bits(out.at(Role::color), moving.at(Role::color)));
             }
         }
     }
@@ -164,9 +157,7 @@ TEST(Unmoved, AntialiasedEdgesDoNotSpread) {
             }
         frame.description.bounds = describe(frame.planes).bounds;
         for (const char* type : {"motion_blur", "joint_blur"}) {
-            const Chain chain = unmoved(chain_of(type));
-            const TestFrame held = with_matte(frame, share, {0});
-            const ImageF color = filter(chain, held.description, held.planes).at(Role::color);
+            const ImageF color = color_of(unmoved(chain_of(type)), with_matte(frame, share));
             double gained = 0;
             for (int y = 0; y < height; ++y)
                 for (int x = 0; x < width; ++x)
@@ -215,40 +206,35 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
         paint(role_of(neighbor, Role::color), there, 0.55f);  // almost the same light
         theirs[neighbor] = there;
     }
+    const auto worst_green = [&](const ImageF& color) {
+        double worst = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                if (matte.at(x, y) == 0) worst = std::max(worst, double(color.at(x, y, 1)));
+        return worst;
+    };
     for (const char* type : {"motion_blur", "joint_blur"}) {
+        SCOPED_TRACE(type);
         const Chain chain = unmoved(chain_of(type));
-        TestFrame held = with_matte(frame, matte, {0});
+        TestFrame held = with_matte(frame, matte);
         for (const auto& [neighbor, there] : theirs)
             held.planes[role_of(neighbor, Role::mattes)] = there;
-        const auto worst_green = [&](const ImageF& color) {
-            double worst = 0;
-            for (int y = 0; y < height; ++y)
-                for (int x = 0; x < width; ++x)
-                    if (matte.at(x, y) == 0) worst = std::max(worst, double(color.at(x, y, 1)));
-            return worst;
-        };
-        const FramePlanes out = filter(chain, held.description, held.planes);
-        // The result shows that the frames around were searched: without them it differs.
-        const Chain alone = unmoved(chain_of(type, {{"neighbors", "none"}}));
-        const FramePlanes without = filter(alone, held.description, held.planes);
-        EXPECT_LE(worst_green(out.at(Role::color)), worst_green(without.at(Role::color)) + 1e-6)
-            << type;
+        const ImageF out = color_of(chain, held);
+        const ImageF without = color_of(unmoved(chain_of(type, {{"neighbors", "none"}})), held);
+        EXPECT_LE(worst_green(out), worst_green(without) + 1e-6);
         // The pixel diagonal to a corner is at no edge, so its color is interpolated with the
         // object's.
-        EXPECT_LE(worst_green(out.at(Role::color)), 0.01) << type;
-        EXPECT_FALSE(equal_bits(out.at(Role::color), without.at(Role::color))) << type;
+        EXPECT_LE(worst_green(out), 0.01);
+        EXPECT_FALSE(equal_bits(out, without)) << "the frames around were searched";
         // Mattes of zeros in the frames around: there it would be a second one.
         for (const auto& [neighbor, there] : theirs)
             held.planes[role_of(neighbor, Role::mattes)] = ImageF(width, height, 1);
-        const FramePlanes second = filter(chain, held.description, held.planes);
-        EXPECT_GT(worst_green(second.at(Role::color)), 0.02) << type;
-        // Without mattes they are not searched.
+        EXPECT_GT(worst_green(color_of(chain, held)), 0.02);
         for (const auto& [neighbor, there] : theirs) {
             held.planes.erase(role_of(neighbor, Role::mattes));
             held.description.planes.remove(role_of(neighbor, Role::mattes));
         }
-        const FramePlanes unsearched = filter(chain, held.description, held.planes);
-        EXPECT_TRUE(equal_bits(unsearched.at(Role::color), without.at(Role::color))) << type;
+        EXPECT_TRUE(equal_bits(color_of(chain, held), without)) << "not searched without mattes";
     }
 }
 
@@ -258,7 +244,7 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
     const ImageF matte = square_matte(101, 67);
     for (const char* mode : {"inverse_warp", "guertin"}) {
         const Chain chain = unmoved(chain_of("motion_blur", {{"mode", mode}}));
-        TestFrame held = with_matte(frame, matte, {0});
+        TestFrame held = with_matte(frame, matte);
         EXPECT_FALSE(make_plan(chain, held.description)->steps.empty()) << "nothing is known";
         const Elided blocks = expect_same_bits(chain, held.description, held.planes, {});
         EXPECT_TRUE(equal_bits(blocks.outputs.at(Role::color), frame.planes.at(Role::color)));
@@ -269,7 +255,7 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
         // A ground that moves by a quarter of a pixel does not bring it back, one by 20 does.
         for (const float speed : {0.25f, 20.0f}) {
             TestFrame other = layered_frame(101, 67, {23.0f, -11.0f}, {speed, 0}, 5);
-            other = with_matte(other, matte, {0});
+            other = with_matte(other, matte);
             find_speeds(chain, other.planes, other.description);
             EXPECT_EQ(make_plan(chain, other.description)->steps.empty(), speed < 1);
             expect_same_bits(chain, other.description, other.planes, {});
@@ -280,45 +266,24 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
 // A later pass gets the frame's own motion.
 TEST(Unmoved, HoldsForThePassThatHasIt) {
     const TestFrame frame = bright_frame(67, 45);
-    Chain chain = chain_of("joint_blur", {{"samples", int64_t(8)}});
+    Chain chain = unmoved(chain_of("joint_blur", {{"samples", int64_t(8)}}));
     append(chain, "motion_blur", {{"mode", "guertin"}});
-    Chain first = plain(chain);
-    chain.links[0].matte = "object";
-    chain.links[0].matte_effect = MatteEffect::unmoved;
-    const TestFrame held = with_matte(frame, ImageF(67, 45, 1), {0, -1});
-    EXPECT_TRUE(equal_bits(filter(chain, held.description, held.planes).at(Role::color),
-                           filter(first, frame.description, frame.planes).at(Role::color)));
-    const TestFrame all = with_matte(frame, ImageF(67, 45, 1, 1.0f), {0, -1});
-    const Plan plan = *make_plan(chain, all.description);
-    // The second pass reads the frame's own vectors.
-    for (const Step& step : plan.steps) {
-        if (step.pass != 1 || step.name != "tile_max") continue;
-        bool own = false;
-        for (const Binding& binding : step.bindings)
-            own = own || plan.textures[size_t(binding.texture)].name == "input.motion";
-        EXPECT_TRUE(own);
-    }
+    TestFrame held = with_matte(frame, ImageF(67, 45, 1));
+    held.description.mattes = {0, -1};
+    EXPECT_TRUE(equal_bits(color_of(chain, held), color_of(plain(chain), frame)));
+    const Plan plan = *make_plan(chain, held.description);
+    const auto second = std::ranges::find_if(
+        plan.steps, [](const Step& step) { return step.pass == 1 && step.name == "tile_max"; });
+    ASSERT_NE(second, plan.steps.end());
+    EXPECT_TRUE(std::ranges::any_of(second->bindings, [&](const Binding& binding) {
+        return plan.textures[size_t(binding.texture)].name == "input.motion";
+    }));
 }
 
-TEST(Unmoved, IsRefusedWhereNothingMovesAndWithoutAMatte) {
-    const TestFrame frame = bright_frame(20, 20);
-    for (const char* type : {"fxaa", "depth_of_field"}) {
-        const Chain chain = unmoved(chain_of(type));
-        const TestFrame held = with_matte(frame, square_matte(20, 20), {0});
-        const auto plan = make_plan(chain, held.description);
-        ASSERT_FALSE(plan.ok());
-        EXPECT_EQ(plan.status().code(), StatusCode::chain);
-        EXPECT_NE(plan.status().message().find(concat(type, " moves nothing")), std::string::npos)
-            << plan.status().message();
-    }
-    Chain chain = chain_of("motion_blur");
-    chain.links[0].matte_effect = MatteEffect::unblurred;
-    const auto plan = make_plan(chain, frame.description);
-    ASSERT_FALSE(plan.ok());
-    EXPECT_EQ(plan.status().code(), StatusCode::chain);
-    EXPECT_NE(plan.status().message().find("none is named"), std::string::npos);
-    EXPECT_EQ(chain.text().find("matte_effect"), std::string::npos);
-    chain.links[0].matte_effect = MatteEffect::unmoved;
+TEST(Unmoved, IsRefusedWhereNothingMoves) {
+    const TestFrame held = with_matte(bright_frame(20, 20), square_matte(20, 20));
+    const Chain chain = unmoved(chain_of("fxaa"));
+    EXPECT_EQ(make_plan(chain, held.description).status().code(), StatusCode::chain);
     EXPECT_NE(chain.text().find("matte_effect=unmoved"), std::string::npos);
 }
 

@@ -5,9 +5,7 @@ Usage: run.py [--build FOLDER] [NAME ...]   NAME: a pattern of names, such as 'c
 
 Each tests/mutants/*.toml is a list of
 
-    [[mutant]]
-    name = "no barrier between steps"
-    file = "chain/gl/compiled_plan.cpp"
+    ["chain/gl/compiled_plan.cpp"."no barrier between steps"]
     line = "if (command.barriers) glMemoryBarrier(command.barriers);"  # stands once in the file
     with = ""
     tests = ["executor_tests:Barriers.*"]
@@ -34,6 +32,18 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 TIME_LIMIT_S = 600
 
 Test = collections.namedtuple("Test", "command environment folder full")
+Mutant = collections.namedtuple("Mutant", "file name line replacement tests")
+
+
+def mutants_of(patterns):
+    """Those of all lists whose names match; no pattern: all."""
+    mutants = []
+    for path in sorted(pathlib.Path(__file__).parent.glob("*.toml")):
+        for file, faults in tomllib.loads(path.read_text()).items():
+            mutants += [Mutant(file, name, fault["line"], fault["with"], fault["tests"])
+                        for name, fault in faults.items()
+                        if not patterns or any(fnmatch.fnmatch(name, pattern) for pattern in patterns)]
+    return mutants
 
 
 def tests_of_build(build):
@@ -49,8 +59,8 @@ def tests_of_build(build):
     return tests
 
 
-def selected(command, pattern, environment):
-    """The tests of a GoogleTest program that `command` runs and `pattern` selects."""
+def names_of(command, environment=None):
+    """The tests of a GoogleTest program that `command` runs."""
     listing = subprocess.run([*command, "--gtest_list_tests"], check=True, capture_output=True, text=True,
                              env=environment).stdout
     suite, names = "", []
@@ -60,17 +70,18 @@ def selected(command, pattern, environment):
             suite = word
         elif line.startswith("  "):
             names.append(suite + word)
-    return [name for name in names if any(fnmatch.fnmatchcase(name, p) for p in pattern.split(":"))]
+    return names
 
 
-def fails(tests, build, wanted):
+def fails(tests, wanted):
     """Whether a test of the list fails."""
     name, _, pattern = wanted.partition(":")
     test = tests[name]
     environment = os.environ | {"GALLIVM_PERF": "nopt", "LP_NUM_THREADS": "1"} | test.environment
     command = test.command
     if pattern:
-        chosen = selected(command, pattern, environment)
+        chosen = [name for name in names_of(command, environment)
+                  if any(fnmatch.fnmatchcase(name, part) for part in pattern.split(":"))]
         if not chosen:
             raise SystemExit(f"{wanted}: no test of {name} has such a name")
         command = [*command, "--gtest_filter=" + ":".join(chosen)]
@@ -97,15 +108,15 @@ def compile_tests(tests, build, wanted):
 
 def run(mutant, tests, build):
     """The row of the table: verdict, and the tests that failed."""
-    path = SOURCE / mutant["file"]
+    path = SOURCE / mutant.file
     before = path.read_text()
-    if before.count(mutant["line"]) != 1:
+    if before.count(mutant.line) != 1:
         return "line not found once", []
     try:
-        path.write_text(before.replace(mutant["line"], mutant["with"]))
-        if not compile_tests(tests, build, mutant["tests"]):
+        path.write_text(before.replace(mutant.line, mutant.replacement))
+        if not compile_tests(tests, build, mutant.tests):
             return "does not compile", []
-        failed = [word for word in mutant["tests"] if fails(tests, build, word)]
+        failed = [word for word in mutant.tests if fails(tests, word)]
     finally:
         path.write_text(before)
     if not failed:
@@ -123,23 +134,21 @@ def main():
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # restores the file
     build = arguments.build.resolve()
 
-    mutants = [mutant for path in sorted(pathlib.Path(__file__).parent.glob("*.toml"))
-               for mutant in tomllib.loads(path.read_text())["mutant"]
-               if not arguments.names or any(fnmatch.fnmatch(mutant["name"], p) for p in arguments.names)]
+    mutants = mutants_of(arguments.names)
     tests = tests_of_build(build)
-    wanted = sorted({word for mutant in mutants for word in mutant["tests"]})
+    wanted = sorted({word for mutant in mutants for word in mutant.tests})
     unknown = [word for word in wanted if word.partition(":")[0] not in tests]
     if unknown:
         sys.exit("no such test: " + ", ".join(unknown))
-    moved = [f"{mutant['file']}: {mutant['name']}" for mutant in mutants
-             if (SOURCE / mutant["file"]).read_text().count(mutant["line"]) != 1]
     if arguments.check:
+        moved = [f"{mutant.file}: {mutant.name}" for mutant in mutants
+                 if (SOURCE / mutant.file).read_text().count(mutant.line) != 1]
         if moved:
             sys.exit("the line does not stand once:\n" + "\n".join(moved))
         return 0
     if not compile_tests(tests, build, wanted):
         sys.exit("the tests do not compile; run cmake --build --preset release")
-    broken = [word for word in wanted if fails(tests, build, word)]
+    broken = [word for word in wanted if fails(tests, word)]
     if broken:
         sys.exit("these fail without a fault: " + ", ".join(broken))
 
@@ -148,7 +157,7 @@ def main():
     for mutant in mutants:
         verdict, failed = run(mutant, tests, build)
         counts[verdict if verdict in ("default", "full") else "not caught"] += 1
-        print(f"| {mutant['name']} | {mutant['file']} | {verdict} | {', '.join(failed)} |", flush=True)
+        print(f"| {mutant.name} | {mutant.file} | {verdict} | {', '.join(failed)} |", flush=True)
     compile_tests(tests, build, wanted)
     caught = counts["default"] + counts["full"]
     print(f"\n{len(mutants)} mutants: {counts['default']} caught by the default, {caught} by --full, "

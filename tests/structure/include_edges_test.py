@@ -2,6 +2,7 @@
 the order of layers: includes go down, never up, and within a layer never in a cycle."""
 import collections
 import functools
+import graphlib
 import posixpath
 import re
 import typing
@@ -171,22 +172,13 @@ def found_edges():
     return edges
 
 
-def is_in_a_circle(start, edges):
-    seen, left = set(), set(edges.get(start, ()))
-    while left:
-        seen |= left
-        left = set().union(*(edges.get(folder, ()) for folder in left)) - seen
-    return start in seen
-
-
 class IncludeEdges(files.Case):
     def test_none_runs_up(self):
         self.expect_none(include.place + fault for include in all_includes() if (fault := fault_of(include)))
         self.assertGreater(len(all_includes()), 500, "the search found too few includes")
 
     def test_none_goes_in_a_circle(self):
-        edges = found_edges()
-        self.expect_none(f"a cycle through {folder}" for folder in sorted(edges) if is_in_a_circle(folder, edges))
+        graphlib.TopologicalSorter(found_edges()).prepare()  # raises CycleError, which names the folders
 
     def test_chain_has_eight_rooms(self):
         self.expect_none(include.place + fault for include in all_includes() if (fault := room_fault_of(include)))
@@ -214,7 +206,6 @@ class IncludeEdges(files.Case):
                 ("passes/fxaa/fxaa.cpp", "passes/motion_blur/motion_blur.h", True, True),
                 ("passes/fxaa/fxaa.cpp", "config/profile.h", True, True),
                 ("chain/plan/plan.cpp", "passes/registry.h", True, True),
-                ("chain/plan/plan.cpp", "yaml-cpp/yaml.h", False, True),
                 ("chain/plan/plan.cpp", "epoxy/gl.h", False, True),
                 ("chain/gl/a.cpp", "epoxy/egl.h", False, True),
                 ("tools/sequence/exr/a.cpp", "tools/measure/metrics/flip.h", True, True),
@@ -232,5 +223,3 @@ class IncludeEdges(files.Case):
                                     ("chain/hall/a.cpp", "chain/base/a.h", True),
                                     ("chain/gl/a.cpp", "chain/plan/a.h", False)):
             self.assertEqual(room_fault_of(Include(file, "", target, True)) != "", fault, f"{file} {target}")
-        self.assertTrue(is_in_a_circle("a", {"a": {"b"}, "b": {"c"}, "c": {"a"}}))
-        self.assertFalse(is_in_a_circle("a", {"a": {"b"}, "b": {"c"}}))

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/support/wheels_crop.h"
-
 namespace postchain::test {
 
 TestFrame bright_frame(int width, int height) {
@@ -30,15 +28,6 @@ void add_motion_back(TestFrame& frame) {
     const FrameDescription described = describe(frame.planes);
     frame.description.planes = described.planes;
     frame.description.bounds = described.bounds;
-}
-
-TestFrame traced_frame() {
-    TestFrame frame;
-    frame.planes = read_wheels_crop().planes;
-    frame.description = describe(frame.planes);
-    frame.description.camera.f_stop = 1;
-    frame.description.camera.focus_distance = 6;
-    return frame;
 }
 
 void add_matte(TestFrame& frame, const ImageF& matte, size_t passes) {

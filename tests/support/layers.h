@@ -15,9 +15,6 @@ TestFrame bright_frame(int width, int height);
 // Gives the frame's vectors back to the frame before: other ones than forth.
 void add_motion_back(TestFrame& frame);
 
-// The crop of a path-traced image (tests/data/motion_blur), 160 x 160.
-TestFrame traced_frame();
-
 // Hands in one matte, of the frame and of its neighbors, for this number of passes.
 void add_matte(TestFrame& frame, const ImageF& matte, size_t passes);
 

@@ -62,9 +62,7 @@ TEST_F(ExportTest, MessagesNameWhatTheWindowHas) {
         session_->clear_messages();
         session_->say(status.message(), true);
         ASSERT_EQ(session_->messages().size(), 1u);
-        const std::string& text = session_->messages()[0].text;
-        EXPECT_EQ(text.find(" --"), std::string::npos) << text;
-        EXPECT_EQ(text.find("(--"), std::string::npos) << text;
+        EXPECT_THAT(session_->messages()[0].text, testing::Not(testing::ContainsRegex("[ (]--")));
     }
 }
 
@@ -90,7 +88,7 @@ TEST_F(ExportTest, AMovieIsWrittenByFfmpeg) {
     const Status missing = write(job_of(ExportKind::movie, "movie.mp4"));
     setenv("PATH", path_before.c_str(), 1);
     EXPECT_EQ(missing.code(), StatusCode::output);
-    EXPECT_NE(missing.message().find("install ffmpeg"), std::string::npos) << missing.message();
+    EXPECT_THAT(missing.message(), testing::HasSubstr("install ffmpeg"));
     EXPECT_FALSE(fs::exists(path("movie.mp4")));
 
     write_text(path("bin/ffmpeg"), "#!/bin/sh\necho \"$@\"\nwc -c\n");

@@ -1,6 +1,7 @@
 // A session without a window on three small frames.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -26,15 +27,26 @@ inline constexpr auto kPatience = std::chrono::minutes(10);
 class SessionTest : public testing::Test {
   protected:
     void SetUp() override {
-        test::write_sequence(folder_.path(), {1, 2, 3}, 64, 48);
-        test::write_text(folder_.path("chain.yaml"), kJoint);
-        settings_.run.input = *io::InputSpec::parse(folder_.path("in.####.exr"));
-        settings_.run.version = "test";
-        settings_.chain_name = folder_.path("chain.yaml");
-        settings_.chain_is_file = true;
-        settings_.chain_text = kJoint;
-        settings_.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
-        settings_.context.device = egl::ContextOptions::kSoftware;
+        write_frames({1, 2, 3});
+        test::write_text(path("chain.yaml"), kJoint);
+        settings_ = given_settings();
+    }
+    SessionSettings given_settings() const {
+        SessionSettings settings;
+        settings.run.input = frames_of("in.####.exr");
+        settings.run.version = "test";
+        settings.chain_name = path("chain.yaml");
+        settings.chain_is_file = true;
+        settings.chain_text = kJoint;
+        settings.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
+        settings.context.device = egl::ContextOptions::kSoftware;
+        return settings;
+    }
+    void write_frames(const std::vector<int>& frames, const test::FrameFile& file = {}) {
+        test::write_sequence(folder_.path(), frames, 64, 48, file);
+    }
+    io::InputSpec frames_of(const std::string& pattern) const {
+        return *io::InputSpec::parse(path(pattern));
     }
     void open() {
         auto session = Session::open(std::move(settings_), [] {});
@@ -53,12 +65,24 @@ class SessionTest : public testing::Test {
     void settle() {
         ASSERT_TRUE(wait_for([&] { return session_->at_rest(); })) << session_->trouble();
     }
+    void expect_trouble(const std::string& words) {
+        ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
+        EXPECT_THAT(session_->trouble(), testing::HasSubstr(words));
+    }
+    // When nothing is under way, the picture is the one that `run` writes of this frame.
+    void expect_run_of(int frame, const char* when = "") {
+        settle();
+        EXPECT_FALSE(session_->shown().draft) << when;
+        EXPECT_EQ(session_->shown().frame, frame) << when;
+        EXPECT_EQ(session_->shown().color->data, as_run(frame).data) << when;
+    }
     bool says(const std::string& text) const {
         for (const Message& message : session_->messages())
             if (message.text.find(text) != std::string::npos) return true;
         return false;
     }
     std::string path(const std::string& name) const { return folder_.path(name); }
+    Document& document() { return session_->document(); }
     // The color that `run` writes with the session's chain.
     ImageF as_run(int frame) {
         std::filesystem::create_directories(path("run"));

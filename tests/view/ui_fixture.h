@@ -40,6 +40,11 @@ class UiTest : public SessionTest {
         ui_ = std::make_unique<Ui>(*session_, [] {});
         draw(4);
     }
+    void start_at_rest() {
+        start();
+        settle();
+        draw(2);
+    }
     void draw(int frames = 1) {
         for (int i = 0; i < frames; ++i) {
             session_->tick();
@@ -63,12 +68,15 @@ class UiTest : public SessionTest {
         ImGui::GetIO().MouseDown[0] = down;
         draw();
     }
+    void press() {
+        button(true);
+        button(false);
+    }
     // A click long after the one before.
     void click(const std::string& place, double across = 0.5) {
         draw(30);
         move_to(place, across);
-        button(true);
-        button(false);
+        press();
         draw();
     }
     void key(int number, bool ctrl = false, bool shift = false) {
@@ -80,6 +88,19 @@ class UiTest : public SessionTest {
         io.KeysDown[number] = false;
         draw();
         io.KeyCtrl = io.KeyShift = false;
+    }
+    // Held for many frames.
+    void hold(int number, bool ctrl = false) {
+        ImGuiIO& io = ImGui::GetIO();
+        io.KeyCtrl = ctrl;
+        io.KeysDown[number] = true;
+        draw(200);
+        io.KeyCtrl = io.KeysDown[number] = false;
+        draw();
+    }
+    void ask_to_close() {
+        ui_->ask_to_close();
+        draw(3);
     }
     void type(const std::string& text) {
         ImGui::GetIO().AddInputCharactersUTF8(text.c_str());

@@ -148,6 +148,7 @@ def main():
         return 0
     if not compile_tests(tests, build, wanted):
         sys.exit("the tests do not compile; run cmake --build --preset release")
+    tests = tests_of_build(build)
     broken = [word for word in wanted if fails(tests, word)]
     if broken:
         sys.exit("these fail without a fault: " + ", ".join(broken))

@@ -207,6 +207,12 @@ TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
         EXPECT_TRUE(atomic_write_text(image, "new", OnExisting::overwrite).ok());
     }
     EXPECT_THAT(folder.names(), ElementsAre("a.exr"));
+    // Nothing of it stays if a signal ends the process.
+    test::write_text(sidecar, "of new");
+    auto lock = ReplaceLock::take(image);
+    EXPECT_TRUE(lock->set_aside(sidecar).ok());
+    remove_live_temporaries();
+    EXPECT_THAT(folder.names(), ElementsAre("a.exr"));
 }
 
 TEST_F(AtomicWrite, ExistingFileUnderEachPolicy) {

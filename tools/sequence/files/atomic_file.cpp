@@ -386,13 +386,16 @@ ReplaceLock::ReplaceLock(ReplaceLock&& other) noexcept
       aside_(std::exchange(other.aside_, {})),
       inode_(other.inode_),
       fd_(std::exchange(other.fd_, -1)),
-      live_(std::exchange(other.live_, nullptr)) {}
+      live_(std::exchange(other.live_, nullptr)),
+      aside_live_(std::exchange(other.aside_live_, nullptr)) {}
 
 Status ReplaceLock::set_aside(const std::string& companion) {
     inode_ = inode_of(locked_);
-    if (::rename(companion.c_str(), temporary_of(companion, 0).c_str()) != 0)
+    const std::string temporary = temporary_of(companion, 0);
+    if (::rename(companion.c_str(), temporary.c_str()) != 0)
         return output_error(companion, concat("cannot replace it: ", reason_of(errno)));
     aside_ = companion;
+    aside_live_ = enlist(temporary);
     return Status();
 }
 
@@ -404,7 +407,8 @@ ReplaceLock::~ReplaceLock() {
             ::unlink(temporary.c_str());
     }
     ::unlink(path_.c_str());
-    if (live_ != nullptr) delist(live_);
+    for (void* live : {live_, aside_live_})
+        if (live != nullptr) delist(live);
     ::close(fd_);
 }
 

@@ -86,8 +86,8 @@ class ReplaceLock {
     ~ReplaceLock();
 
     // Renames `companion`, which describes the locked file, to a temporary. The end of the lock
-    // puts it back if the locked file is still the same one, and removes it otherwise. Errors
-    // (output): it cannot be renamed.
+    // puts it back if the locked file is still the same one, and removes it otherwise, as
+    // remove_live_temporaries() does. Errors (output): it cannot be renamed.
     Status set_aside(const std::string& companion);
 
   private:
@@ -97,7 +97,8 @@ class ReplaceLock {
     std::string aside_;  // empty: nothing
     uint64_t inode_ = 0;
     int fd_ = -1;
-    void* live_ = nullptr;  // entry in the registry of live temporaries
+    void* live_ = nullptr;  // entries in the registry of live temporaries
+    void* aside_live_ = nullptr;
 };
 
 // Removes every uncommitted temporary of this process. Safe in a signal handler; writers that are

@@ -154,7 +154,7 @@ void expect_ordered(const Plan& plan, const std::vector<int>& storage) {
         }
 }
 
-// Of a frame of which nothing is known.
+// A frame of which nothing is known.
 Plan plan_of(const Chain& chain, bool neighbors = false) {
     test::TestFrame frame = test::layered_frame(32, 20, {0, 0}, {0, 0});
     if (neighbors) test::add_neighbors(frame);

@@ -63,7 +63,7 @@ struct Counted<kVariable> {
         else
             return original(arguments...);
     }
-    // Of glTextureStorage2D.
+    // Stands for glTextureStorage2D.
     static void make_filled(A... arguments) {
         original(arguments...);
         const auto [texture, levels, format, width, height] = std::tuple(arguments...);

@@ -41,7 +41,7 @@ struct FilePart {
     bool special_values = false;  // Inf and NaN with a payload in float channels
     bool repeating = false;       // pixels that every compression makes smaller
     bool black = false;           // every bit is 0
-    // Of one sample; by default a hash of its position.
+    // Bits of one sample; by default a hash of its position.
     std::function<uint32_t(size_t channel, int x, int y)> bits = {};
     std::function<void(Imf::Header&)> edit = {};
 };

@@ -146,9 +146,11 @@ def main():
         if moved:
             sys.exit("the line does not stand once:\n" + "\n".join(moved))
         return 0
+    missing = [word for word in wanted if not tests[word.partition(":")[0]].command]
+    if missing:
+        sys.exit(f"not built: {', '.join(missing)}; run cmake --build --preset release")
     if not compile_tests(tests, build, wanted):
         sys.exit("the tests do not compile; run cmake --build --preset release")
-    tests = tests_of_build(build)
     broken = [word for word in wanted if fails(tests, word)]
     if broken:
         sys.exit("these fail without a fault: " + ", ".join(broken))

@@ -61,7 +61,7 @@ def test_the_layer_behind(wheels, tmp_path):
     assert (found.astype("f2") == expected).all(), "the scene's color is half"
     again = postchain.Chain(BLUR).run(read(2, behind=wheels / "behind.####.exr"), **given)
     assert (bits(again) == bits(found)).all()
-    # Of arrays.
+    # The same from arrays.
     here, behind = read(2), read(2, "{0}/behind.####.exr")
 
     def arrays(frame):

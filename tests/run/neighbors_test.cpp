@@ -332,7 +332,7 @@ TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
     EXPECT_THAT(frame.status().message(), HasSubstr("in.0003.exr"));
 }
 
-// Of a frame and of what is kept beside it.
+// The frame and what is kept beside it.
 TEST_F(NeighborsTest, MemoryOfNeighborsCounts) {
     write({1, 2, 3});
     frames("2");

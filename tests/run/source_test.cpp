@@ -73,7 +73,7 @@ class Source : public testing::Test {
     SourceSettings settings_;
 };
 
-// Of plain files whose vectors are fractions of the image.
+// Plain files whose vectors are fractions of the image.
 Profile fractions() {
     const ProfileFile file = parse_profile(
         "profile: 1\nname: uv\ncolor: [{channels: [[R, G, B, A]]}]\n"

@@ -235,7 +235,7 @@ class Day(OnTheService):
         self.slide("Samples", 3)
         self.assertEqual(self.browser.run(f"return {text};"), "postchain: 1\npasses:\n"
                          "  - fxaa: {preset: 12}\n  - joint_blur: {f_stop: 2.8, samples: 8}\n")
-        # Of a job: shown and edited as it was sent.
+        # A job shows the chain as it was sent, and it can be edited.
         job = self.server.submit({"chain_text": YAML, "input": "shots/sharp.####.exr", "frames": "1",
                                   "camera": "shots/camera.json", "output": "out/night.####.exr"})
         self.open_job(job)

@@ -52,7 +52,7 @@ TEST_F(Results, ALargeImageIsReadInStrips) {
 TEST_F(Results, ImagesPreviewsAndJobsShareTheMemory) {
     max_memory_ = 40'000;
     open();
-    // Of 24 x 16 pixels: four floats as stored, and as a plane.
+    // 24 x 16 pixels: four floats as stored, and as a plane.
     const auto input = [&](auto done) {
         service_->input_image(user(), "in.####.exr", 1, {}, std::move(done));
     };

@@ -373,8 +373,9 @@ void APIENTRY get_integer(GLenum name, GLint* value) {
     if (behaves("align") && name == GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT) *value = kAlignment;
     // Under every behavior: with more, a software renderer reads textures as images
     // (chain/gl/image_reads.h), which no GPU does.
-    if (name == GL_MAX_IMAGE_UNITS || name == GL_MAX_COMPUTE_IMAGE_UNIFORMS) *value = kImages;
+    if (name == GL_MAX_COMPUTE_IMAGE_UNIFORMS) *value = kImages;
     if (!behaves("limits")) return;
+    if (name == GL_MAX_IMAGE_UNITS) *value = kImages;
     if (name == GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS ||
         name == GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS)
         *value = kLists;

@@ -136,7 +136,7 @@ TEST(Focus, RegionsTakeTheMedian) {
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
 }
 
-// Two chains on one instance keep their own focus.
+// Two chains on one instance keep their own focus, and a place that is set begins anew.
 TEST(Focus, EachChainHasItsOwn) {
     const Scene scene;
     const auto guest = instance();
@@ -149,6 +149,9 @@ TEST(Focus, EachChainHasItsOwn) {
         expect_focus(filtered(guest, left, frame), at_distance(guest, frame, 0.25));
         expect_focus(filtered(guest, right, frame), at_distance(guest, frame, double(0.05f)));
     }
+    ASSERT_EQ(pc_chain_set_point(left.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
+    frame.flags |= PC_CAMERA_CUT;
+    expect_focus(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
 }
 
 // With 8 chains the focus once stood still, with 9 it jumped.

@@ -41,7 +41,7 @@ class Behind(Case):
         self.assertEqual(self.sidecar(2)["inputs"]["behind"], self.layer(2))
 
     def expect_no_inside(self):
-        """Of the cube in frame 1."""
+        """The layer behind the cube in frame 1 has no inside."""
         self.scene.frame_end = 1
         self.render()
         self.assertEqual(bpy.ops.postchain.behind(), {"FINISHED"})

@@ -11,6 +11,20 @@ from layer_frames import CRYPTO, FRAMES, LENS, Frames, channel, largest_differen
 
 
 class Layers(Frames):
+    def test_what_is_not_asked_for_keeps_its_bits(self):
+        before = exr.read(FRAMES / "layers.0002.exr")
+        for options, changed in [((), ["Combined"]),
+                                 (("--aovs", "Emit,GlossDir"), ["Combined", "Emit", "GlossDir"])]:
+            after = self.filtered("balanced", *options)
+            self.assertEqual(set(after.channels), set(before.channels))
+            for name in before.channels:
+                same = after.raw(name) == before.raw(name)
+                layer = name.split(".")[1]
+                if layer not in changed:
+                    self.assertTrue(same, name)
+                elif not name.endswith(".A"):
+                    self.assertFalse(same, name)
+
     def test_plan_states_the_cost_of_layers(self):
         def planned(*options):
             return subprocess.run([self.postchain, "plan", "balanced", "-q", "-i",

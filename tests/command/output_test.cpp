@@ -8,6 +8,19 @@ namespace fs = std::filesystem;
 
 using OutputTest = CommandTest;
 
+TEST_F(OutputTest, FilesAndFoldersInEachOthersPlace) {
+    write_sequence(at(""), {1});
+    write_text(at("file"), "kept");
+    expect_ends(run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("file/o.####.exr")}), 5,
+                {at("file")});
+    expect_ends(filter("fxaa", {"--dump-stages", at("file")}), 5, {at("file")});
+    EXPECT_EQ(read_text(at("file")), "kept");
+    EXPECT_TRUE(outputs().empty());
+    fs::create_directory(out(1));
+    for (const char* policy : {"fail", "skip", "overwrite"})
+        expect_ends(filter("fxaa", {"--on-existing", policy}), 5, {out(1)});
+}
+
 // The size limit moves through header, pixels and sidecar. tests/robustness fails each call.
 TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
     write_sequence(at(""), {1});

@@ -20,6 +20,8 @@ TEST_F(RunTest, ThreadsDoNotChangePixels) {
         if (first.empty()) first = color;
         EXPECT_EQ(color.data, first.data) << threads << " threads";
     }
+    EXPECT_EQ(other_channels(out(1)), other_channels(in(1)));
+    EXPECT_GE(other_channels(out(1)).size(), 5u);  // depth and four vector channels
 }
 
 // Every key of a sidecar, parents first: "times_ms", "times_ms.read", ... List elements are written

@@ -26,7 +26,8 @@ TEST_F(SequenceTest, OneFrameTakesTheNumberOfItsName) {
 TEST_F(SequenceTest, PartsOfASequenceAreTheWhole) {
     write_sequence(at(""), {1, 2, 3, 5, 8});
     for (const char* chunk : {"1/2", "2/2"}) ASSERT_EQ(filter("fxaa", {"--chunk", chunk}).code, 0);
-    EXPECT_EQ(outputs().size(), 5u);
+    EXPECT_EQ(outputs(),
+              Names({"o.0001.exr", "o.0002.exr", "o.0003.exr", "o.0005.exr", "o.0008.exr"}));
     // An empty part is not a failure: a farm's last tasks may have nothing to do.
     expect_ends(filter("fxaa", {"--chunk", "1/9", "--frames", "5"}), 0, {"0 written of 0 frames"});
 }
@@ -38,6 +39,8 @@ TEST_F(SequenceTest, AFolderIsMadeWhereItIsAskedFor) {
     EXPECT_FALSE(exists(at("new")));
     expect_ends(through(in(1), output, {"--mkdir"}), 0);
     EXPECT_TRUE(exists(output));
+    // A file in its place is never replaced.
+    expect_ends(through(in(1), at("fxaa.yaml/o.exr"), {"--mkdir"}), 5, {"is not a folder"});
 }
 
 TEST_F(SequenceTest, BadArgumentsAreUsageErrors) {
@@ -93,13 +96,19 @@ TEST_F(SequenceTest, MissingFramesUnderEachPolicy) {
                             {"--frames", "1-2", "--missing", policy}),
                     4);
     expect_ends(through(at("no.####.exr"), out()), 4);
+    // One that has its own file is named by it.
+    write_frame(at("z.0001.exr"), make_planes(48, 32));
+    const auto outcome = through("color=" + in() + ",depth=" + at("z.####.exr"), out(),
+                                 {"--frames", "1-2", "--on-existing", "overwrite"});
+    expect_ends(outcome, 4, {at("z.0002.exr")});
+    EXPECT_FALSE(contains(outcome.err, in(2))) << outcome.err;
 }
 
 TEST_F(SequenceTest, AFrameThatFailsUnderStopAndContinue) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6});
     write_text(in(4), read_text(in(4)).substr(0, 3000));
     expect_ends(filter("fxaa"), 1, {in(4)});
-    EXPECT_EQ(outputs().size(), 3u);
+    EXPECT_EQ(outputs(), Names({"o.0001.exr", "o.0002.exr", "o.0003.exr"}));
     expect_ends(filter("fxaa", {"--on-error", "continue", "--on-existing", "overwrite"}), 1,
                 {"5 written, 1 failed of 6 frames"});
     EXPECT_FALSE(exists(out(4)));

@@ -133,6 +133,15 @@ class Watch(unittest.TestCase):
         self.assertTrue((self.folder / "watched/o.0003.png").exists())
         self.assert_as_a_run("watched")
 
+    def test_what_never_comes_whole_is_named_and_not_written(self):
+        self.frame(1).write_bytes(self.data[1])
+        self.frame(2).write_bytes(self.data[2][:-100])  # its writer was killed
+        said = self.run_now("watched", "--frames", "1-3", "--watch", "--idle", "3", code=1)
+        for number in (2, 3):
+            self.assertIn(str(self.frame(number)), said)
+        self.assertIn("2 missing", said)
+        self.assertEqual(list(self.pictures("watched")), ["o.0001.exr"])
+
     def test_signals_end_it_while_it_waits(self):
         for name, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             process = self.start(f"out{code}", "--frames", "1-2", "--watch")

@@ -19,6 +19,18 @@ import request  # noqa: E402
 from skips import skip  # noqa: E402
 
 
+# In place of Blender for a dataset.py that runs as a program.
+BLENDER = """#!{python}
+import pathlib, sys
+sys.path.insert(0, {scripts!r})
+import request
+options = request.parse_options(sys.argv[sys.argv.index("--") + 1:])
+pathlib.Path(options.out).mkdir(parents=True)
+for kind, frame in request.images_to_render(options):
+    pathlib.Path(options.out, request.file_name(kind, frame, options.half)).touch()
+"""
+
+
 def oiiotool(*words):
     return subprocess.run(["oiiotool", *words], check=True, capture_output=True, text=True).stdout
 
@@ -128,7 +140,7 @@ class Dataset(unittest.TestCase):
             self.package(*arguments)
         return end.exception.code
 
-    def test_a_package_checks_itself(self):
+    def test_a_package_checks_and_renders_itself(self):
         self.assertIn("no scene; render with", self.refused())
         shutil.copytree(self.finished, self.out, dirs_exist_ok=True)
         folder = self.package()
@@ -140,8 +152,15 @@ class Dataset(unittest.TestCase):
         subprocess.run(["sha256sum", "--quiet", "-c", "SHA256SUMS"], cwd=folder, check=True)
         self.assertIn("exists; choose another", self.refused())
 
-        subprocess.run([sys.executable, "-B", folder / "code/tests/cycles/dataset.py", folder / "scenes", "--check"],
-                       check=True)
+        blender = self.out / "blender"
+        blender.write_text(BLENDER.format(python=sys.executable, scripts=str(folder / "code/tests/cycles")))
+        blender.chmod(0o755)
+        own = [sys.executable, "-B", folder / "code/tests/cycles/dataset.py"]
+        subprocess.run([*own, folder / "scenes", "--check"], check=True)
+        again = subprocess.run([*own, folder / "again", "rain", "--limit", "1", "--blender", blender],
+                               capture_output=True, text=True, check=False)
+        self.assertEqual(again.returncode, 3, again.stderr)
+        self.assertTrue((folder / "again/rain/sharp.0010.exr").exists())
 
     def test_a_package_has_every_module_that_its_scripts_import(self):
         own = {path.stem for pattern in ("tests/*/*.py", "tools/blender/postchain_blender/*.py")

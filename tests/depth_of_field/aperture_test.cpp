@@ -103,6 +103,25 @@ TEST(Aperture, OwnValuesStandBeforeTheCameras) {
     EXPECT_EQ(aperture.cats_eye, 0);
 }
 
+// A triangle with a corner on the right, at -60 + 180/3 degrees, extends twice as far that way; in
+// front of the focus it is rotated by half a turn.
+TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {
+    for (const bool near : {false, true}) {
+        // R = 8 for sky, -24 for the near plane.
+        const double radius = near ? 24.0 : 8.0;
+        const ImageF out =
+            dot(near ? 1 : 0, {{"aperture_blades", int64_t(3)}, {"aperture_rotation_deg", -60.0}});
+        double farthest[2] = {0, 0};  // to the left, to the right
+        for (int x = 0; x < 97; ++x)
+            if (out.at(x, 48) > 0) {
+                double& reach = farthest[x > 48];
+                reach = std::max(reach, std::abs(x - 48.0));
+            }
+        EXPECT_NEAR(farthest[near ? 0 : 1], radius, 2.5) << near;
+        EXPECT_NEAR(farthest[near ? 1 : 0], radius / 2, 1.5) << near;
+    }
+}
+
 // In a corner the barrel's circle is shifted by all of cats_eye: two circles at distance d share
 // the area 2 acos(d/2) - d/2 sqrt(4 - d^2), and no light is lost.
 TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {

@@ -241,7 +241,7 @@ TEST(coc_errors, name_the_value) {
     for (const auto& [key, member] : lens)
         for (const double bad : {0.0, -1.0, double(kNan)})
             EXPECT_EQ(key_of_error({}, with(member, bad)), key) << bad;
-    for (const auto& [key, member] : std::span(lens).first(4))
+    for (const auto& [key, member] : std::span(lens).first(4))  // meters_per_unit has a default
         EXPECT_EQ(key_of_error({}, with(member, std::nullopt)), key);
     Camera empty = with(&Camera::f_stop, std::nullopt);
     empty.focus_distance = std::nullopt;

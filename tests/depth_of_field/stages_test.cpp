@@ -42,6 +42,23 @@ TEST(every_stage, equals_the_reference_at_any_size_and_kernel) {
     }
 }
 
+// A dot of one pixel, its kernel inside the image, one |R| everywhere: box mean, Gaussian and
+// bilinear up-sampling each keep the sum (the up-sampling's weights of one texel add to
+// downsample^2). Bound: 1e-5 of the dot's energy, whatever the leak test.
+TEST(every_stage, keeps_the_energy_of_a_dot) {
+    for (const int factor : {1, 2, 4})
+        for (const char* leak : {"none", "depth", "coc"})
+            for (const auto& [x, y] : {std::pair{30, 31}, {31, 32}, {33, 29}}) {
+                ImageF color(64, 64, 4);
+                color.at(x, y, 0) = 100;
+                const ImageF result =
+                    dof(flat_planes(color, 0),
+                        {{"blur_sigma_px", 3.0}, {"downsample", int64_t(factor)}, {"leak", leak}});
+                EXPECT_NEAR(sum_of(result), 100, 1e-3) << factor << " leak " << leak;
+                EXPECT_LT(result.at(x, y), 10);
+            }
+}
+
 // Half holds at most 65504: larger values saturate in the blurred image and stay finite highlights.
 // (If a driver rounds towards zero, as llvmpipe does, the store would suffice.) The result keeps
 // the input's values.

@@ -92,14 +92,14 @@ TEST(FocusTiles, RadiiAroundTheLimits) {
                     sharp += elided.blocks("sharp_blocks");
                     blurred += elided.blocks("blurred_blocks");
                     mixed += elided.blocks("mixed_blocks");
-                    const auto expect_all_beyond = [&](const char* list, bool all, bool none) {
+                    const auto expect_all_or_none = [&](const char* list, bool all, bool none) {
                         EXPECT_TRUE(!all || elided.blocks(list) == 6) << list;
                         EXPECT_TRUE(!none || elided.blocks(list) == 0) << list;
                     };
-                    expect_all_beyond("sharp_blocks", radius<0.4999, radius> 0.5001);
+                    expect_all_or_none("sharp_blocks", (radius < 0.4999), (radius > 0.5001));
                     const double full_px = std::max(2 * sigma, 1.0);
-                    expect_all_beyond("blurred_blocks", radius > 1.0012 * full_px,
-                                      radius < 0.9999 * full_px);
+                    expect_all_or_none("blurred_blocks", radius > 1.0012 * full_px,
+                                       radius < 0.9999 * full_px);
                 }
     EXPECT_GT(sharp, 50u);
     EXPECT_GT(blurred, 20u);

@@ -97,7 +97,7 @@ class RandomChains : public ::testing::TestWithParam<Run> {
         }
         ASSERT_TRUE(elided.ok()) << elided.status().message();
         const FramePlanes whole = run(*complete, one.planes);
-        // What the elided run leaves out must not find right values.
+        // No right values are left where the elided run computes nothing.
         run(*complete, other_frame(one.planes));
         const FramePlanes first = run(*elided, one.planes);
         count(*elided);

@@ -128,31 +128,33 @@ def killed():
     chance, out = random.Random(1), WORK / "root/killed"
     keys = {"farm_program": slow_program(1), "attempts": 4}
     server = start("killed", **keys)
-    number = server.submit(body("killed"))
-    kills = ["task", "service", "node1", "task", "node2", "service"]
-    end = time.monotonic() + 500
-    while not server.get(f"/v1/jobs/{number}")["ended"] and time.monotonic() < end:
-        tasks = writers(out, lambda command: b"run" in command)
-        if kills and tasks:
-            kind = kills[0]
-            if kind == "service":
-                server.stop(signal.SIGKILL)
-                server = start("killed", **keys)
-            elif kind != "task":
-                CLUSTER.kill_node(kind)
-            else:
-                try:
-                    os.kill(chance.choice(tasks), signal.SIGKILL)
-                except ProcessLookupError:
-                    continue
-            kills.pop(0)
-        time.sleep(0.3)
-    check(not kills, f"kills that did not come in time: {kills}")
-    check_done(server, number, "killed", "2 tasks, 2 daemons and 2 services killed")
-    listener = Events(server, f"/v1/jobs/{number}/events")
-    ends = [event["data"]["frame"] for _, event in listener.rest() if event["type"] == "frame"]
-    check(sorted(ends) == list(range(1, FRAMES + 1)), f"ends of frames: {sorted(ends)}")
-    server.stop()
+    try:
+        number = server.submit(body("killed"))
+        kills = ["task", "service", "node1", "task", "node2", "service"]
+        end = time.monotonic() + 500
+        while not server.get(f"/v1/jobs/{number}")["ended"] and time.monotonic() < end:
+            tasks = writers(out, lambda command: b"run" in command)
+            if kills and tasks:
+                kind = kills[0]
+                if kind == "service":
+                    server.stop(signal.SIGKILL)
+                    server = start("killed", **keys)
+                elif kind != "task":
+                    CLUSTER.kill_node(kind)
+                else:
+                    try:
+                        os.kill(chance.choice(tasks), signal.SIGKILL)
+                    except ProcessLookupError:
+                        continue
+                kills.pop(0)
+            time.sleep(0.3)
+        check(not kills, f"kills that did not come in time: {kills}")
+        check_done(server, number, "killed", "2 tasks, 2 daemons and 2 services killed")
+        listener = Events(server, f"/v1/jobs/{number}/events")
+        ends = [event["data"]["frame"] for _, event in listener.rest() if event["type"] == "frame"]
+        check(sorted(ends) == list(range(1, FRAMES + 1)), f"ends of frames: {sorted(ends)}")
+    finally:
+        server.stop()
 
 
 def other_version():

@@ -70,17 +70,34 @@ TEST(Truth, NonFiniteHintsAreNone) {
     }
 }
 
-// (Their range: tests/conformance/guarantee_test.cpp.)
-TEST(Truth, FiniteInputsOfAnySizeStayFinite) {
+// Each channel is between 0 and the minimum and maximum of the 3x3 neighborhood. Weights of
+// `directional` add to 1 up to rounding.
+TEST(Truth, FiniteInputsOfAnySizeStayFiniteAndInRange) {
     ImageF image = noise_image(48, 40, 4, 8, -1.0f, 1.0f);
     const float sizes[] = {1e-38f, 1e-3f, 1, 65504, 1e30f, 3.4e38f};
     for (size_t i = 0; i < image.data.size(); ++i) image.data[i] *= sizes[i * 5 / 4 % 6];
-    for (const char* mode : {"search", "directional"})
+    const auto expect_range = [&](const ImageF& out, int x, int y, int c, float rounding) {
+        float low = 0, high = 0;
+        for (int j = -1; j <= 1; ++j)
+            for (int i = -1; i <= 1; ++i) {
+                const float v = image.at(std::clamp(x + i, 0, 47), std::clamp(y + j, 0, 39), c);
+                low = std::min(low, v);
+                high = std::max(high, v);
+            }
+        EXPECT_GE(out.at(x, y, c), low + rounding * low);
+        EXPECT_LE(out.at(x, y, c), high + rounding * high);
+    };
+    for (const auto& [mode, rounding] : {std::pair{"search", 0.0f}, {"directional", 1e-6f}})
         for (const char* blend : {"stored", "tonemapped"})
-            for (const double ev : {-32.0, 0.0, 32.0})
-                EXPECT_TRUE(finite(run({{"mode", mode}, {"blend", blend}, {"exposure_ev", ev}},
-                                       image, constant_hint(48, 40, 1, 1))))
-                    << mode << " " << blend << " " << ev;
+            for (const double ev : {-32.0, 0.0, 32.0}) {
+                SCOPED_TRACE(concat(mode, " ", blend, " ", ev));
+                const ImageF out = run({{"mode", mode}, {"blend", blend}, {"exposure_ev", ev}},
+                                       image, constant_hint(48, 40, 1, 1));
+                ASSERT_TRUE(finite(out));
+                for (int y = 0; y < 40; ++y)
+                    for (int x = 0; x < 48; ++x)
+                        for (int c = 0; c < 4; ++c) expect_range(out, x, y, c, rounding);
+            }
 }
 
 // Each luma is found once; edges read nine or thirteen of them, and the colors that they mix.

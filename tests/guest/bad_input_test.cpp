@@ -217,6 +217,24 @@ TEST_F(BadInput, MemoryThatIsRefused) {
     run(guest_, chain_, frame_);
 }
 
+TEST(Budget, IsKept) {
+    const auto host = canonical_frame(128, 64), large = canonical_frame(512, 256);
+    auto info = pc::create_info();
+    info.texture_budget = 2 << 20;
+    const pc::Instance guest = pc::create(info);
+    ASSERT_TRUE(guest);
+    const auto made = chain("motion_blur,fxaa,depth_of_field");
+    prepare_and_run(guest, made, host.frame);
+    pc_texture result = {};
+    expect_error(pc_run(guest.get(), made.get(), &large.frame, &result), PC_ERROR_MEMORY,
+                 "the budget is 2097152");
+    EXPECT_EQ(result.name, large.color.texture().name);
+    auto counters = pc::make<pc_counters>();
+    pc_count(guest.get(), &counters);
+    EXPECT_LE(counters.texture_bytes_peak, 2u << 20);
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
+}
+
 class Validated : public BadInput {
   protected:
     Validated() : BadInput(PC_VALIDATE) {}

@@ -192,13 +192,17 @@ TEST(Count, ResizingDoesNotGrow) {
     const auto prepared = canonical_frame(64, 48);
     prepare_and_run(guest, made, prepared.frame);
     const uint64_t programs = count(guest).programs;
-    uint64_t most = 0;
+    uint64_t most = 0, most_bytes = 0;
     for (int i = 0; i < 30; ++i) {
         const auto host = canonical_frame(64 + 3 * i, 48 + i);
         run(guest, made, host.frame);
-        if (i == 15) most = count(guest).textures_alive;
+        if (i == 15) {
+            most = count(guest).textures_alive;
+            most_bytes = count(guest).texture_bytes;
+        }
         if (i > 15) {
             ASSERT_LE(count(guest).textures_alive, most * 5 / 4) << "size " << i;
+            ASSERT_LE(count(guest).texture_bytes, 3 * most_bytes) << "size " << i;
         }
     }
     EXPECT_EQ(count(guest).programs, programs);

@@ -25,7 +25,7 @@ class GlCalls {
 // leave their output unchanged.
 void silence_gl(bool silent);
 
-// What these functions do otherwise than GL.
+// Where these functions differ from GL.
 struct GlFaults {
     bool silent_dispatches = false;  // everything but the pixels is as it would be
     std::function<void()> before_dispatch;

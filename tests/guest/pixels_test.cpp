@@ -149,7 +149,8 @@ TEST_F(Pixels, OutputsOfEveryKind) {
     expect_equal(read(color, kWidth, kHeight), by_executor(host().test, "fxaa"));
 }
 
-// A closed shutter, or a cut. 0 is closed only if the frame says that it counts.
+// A closed shutter, or a cut. 0 is closed only if the frame says that it counts. The default is
+// half open.
 TEST_F(Pixels, AChainThatDoesNothingHandsColorThrough) {
     const auto made = chain("motion_blur");
     const std::pair<float, uint32_t> closed[] = {

@@ -68,6 +68,32 @@ TEST(Parameters, TextsOutliveOtherReads) {
     EXPECT_EQ(text_of_jitter(), text);
 }
 
+// A parameter whose cost is a uniform compiles no program and creates no texture.
+TEST(Parameters, AUniformIsAllThatItCosts) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("motion_blur,fxaa");
+    prepare_and_run(guest, made, host.frame);
+    const pc_counters before = count(guest);
+    const std::tuple<uint32_t, const char*, double> changes[] = {{0, "samples", 31},
+                                                                 {0, "depth_softness", 3},
+                                                                 {0, "shutter_frames", 0.8},
+                                                                 {1, "subpix", 0.2},
+                                                                 {1, "exposure_ev", 1}};
+    for (const auto& [pass, key, value] : changes) {
+        for (const auto& row : pc::parameters(made.get()))
+            EXPECT_TRUE(row.pass != pass || row.key != std::string(key) ||
+                        row.cost == uint32_t(PC_COST_UNIFORM))
+                << key;
+        set(made, pass, key, value);
+        run(guest, made, host.frame);
+    }
+    const pc_counters after = count(guest);
+    EXPECT_EQ(after.programs, before.programs);
+    EXPECT_EQ(after.texture_allocations, before.texture_allocations);
+    EXPECT_EQ(after.plans_made, before.plans_made + std::size(changes));
+}
+
 TEST(Reports, TimesOfTheNewestFinishedFrame) {
     auto host = canonical_frame(kWidth, kHeight);
     const auto guest = instance();
@@ -239,10 +265,13 @@ TEST(Conventions, SignsAreChecked) {
     glPixelStorei(GL_PACK_SKIP_PIXELS, 0);
     EXPECT_EQ(margin, margin_of_all);
     // A texture that cannot be read is an error, not a result.
-    pc_texture deleted = previous;
-    deleted.name = 12345;
-    expect_error(check(frame, deleted), PC_ERROR_INPUT,
+    pc_texture unusable = previous;
+    unusable.name = 12345;
+    expect_error(check(frame, unusable), PC_ERROR_INPUT,
                  "other_color: texture 12345 is not one of this context");
+    const HostTexture small(GL_RGBA32F, 32, 24);
+    unusable.name = small.texture().name;
+    expect_error(check(frame, unusable), PC_ERROR_INPUT, "is 32x24, not 64x48");
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     frame.motion.name = 0;
     expect_error(check(frame, previous), PC_ERROR_INPUT, "motion: name 0");

@@ -28,11 +28,11 @@ constexpr Named kSwitches[] = {{"blend", GL_BLEND},
                                {"restart", GL_PRIMITIVE_RESTART},
                                {"seamless", GL_TEXTURE_CUBE_MAP_SEAMLESS}};
 constexpr Named kPixelStore[] = {
-    {"pack alignment", GL_PACK_ALIGNMENT},       {"pack row length", GL_PACK_ROW_LENGTH},
-    {"pack skip rows", GL_PACK_SKIP_ROWS},       {"pack skip pixels", GL_PACK_SKIP_PIXELS},
-    {"pack swap bytes", GL_PACK_SWAP_BYTES},     {"unpack alignment", GL_UNPACK_ALIGNMENT},
-    {"unpack row length", GL_UNPACK_ROW_LENGTH}, {"unpack skip pixels", GL_UNPACK_SKIP_PIXELS},
-    {"unpack swap bytes", GL_UNPACK_SWAP_BYTES}};
+    {"pack alignment", GL_PACK_ALIGNMENT},         {"pack row length", GL_PACK_ROW_LENGTH},
+    {"pack skip rows", GL_PACK_SKIP_ROWS},         {"pack skip pixels", GL_PACK_SKIP_PIXELS},
+    {"pack swap bytes", GL_PACK_SWAP_BYTES},       {"unpack alignment", GL_UNPACK_ALIGNMENT},
+    {"unpack row length", GL_UNPACK_ROW_LENGTH},   {"unpack skip rows", GL_UNPACK_SKIP_ROWS},
+    {"unpack skip pixels", GL_UNPACK_SKIP_PIXELS}, {"unpack swap bytes", GL_UNPACK_SWAP_BYTES}};
 struct BufferTarget {
     const char* name;
     GLenum target, binding;

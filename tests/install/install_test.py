@@ -174,6 +174,11 @@ def examples(options):
         programs.append(folder / f"{name}_by_flags")
         call(*compiler, *WARNINGS, HERE / "program" / source, "-o", programs[-1],
              *flags_of(module + ("-static" if "static" in name else ""), library_folder))
+    if not options.core:
+        shipped = folder / "shipped"
+        call(c, "-std=c11", *WARNINGS, "-DSHIPPED", HERE / "program/hashes.c", "-o", shipped,
+             *flags_of("postchain", library_folder), *flags_of("postchain-config", library_folder))
+        assert call(folder / "hashes") == call(shipped), "hashes.c has other chains than those that are shipped"
     for program in programs:
         expect_runs(program)
         shared = "libpostchain_plan.so" in call("ldd", program)

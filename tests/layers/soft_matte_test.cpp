@@ -59,7 +59,7 @@ double texture(double x, double y) {
     return 0.5 + 0.25 * (std::sin(1.3 * x + 0.4 * y) + std::sin(0.7 * y - 0.9 * x + 1));
 }
 
-// What is held out of color, the first of its layers.
+// The light that is held out of color: the first of its layers.
 ImageD held_out_reference(const ImageD& color, const ImageD& mattes) {
     std::map<Role, ImageD> planes = {{Role::color, color}, {Role::mattes, mattes}};
     hold_out_reference(planes, 0);

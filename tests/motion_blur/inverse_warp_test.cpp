@@ -57,8 +57,9 @@ double coverage(int x, int width, Position at) {
     return double(covered) / kTimes;
 }
 
-// Its opacity is exact. A shutter that opens at the frame, or closes at it, blurs to one side.
-TEST(InverseWarp, TheShutterMayOpenOrCloseAtTheFrame) {
+// At every position of the shutter: one that opens at the frame, or closes at it, blurs to one
+// side.
+TEST(InverseWarp, OpacityOfAMovingBarIsExact) {
     struct Case {
         ShutterPosition position;
         double opens;
@@ -159,14 +160,59 @@ TEST(InverseWarp, WhatTurnsIsToldFromWhatBounces) {
     }
 }
 
-// The parabola through the positions in three frames.
-TEST(InverseWarp, WhatIsAcceleratedTakesACurvedPath) {
-    const auto position = [](double t) { return 20 * t + 24 * t * t; };
-    const BlurFrame both = wall_at(0, position);
+// An image that rotates by half a radian per frame about its center.
+struct Turning {
+    static constexpr int kSize = 96;
+    static constexpr double kTurn = 0.5;
+    static double pattern(double x, double y) {
+        return 0.5 + 0.25 * std::sin(0.21 * x) + 0.25 * std::cos(0.17 * y + 0.05 * x);
+    }
+    static std::array<double, 2> turned(double x, double y, double angle) {
+        return {std::cos(angle) * x - std::sin(angle) * y,
+                std::sin(angle) * x + std::cos(angle) * y};
+    }
+    static BlurFrame frame() {
+        BlurFrame frame(kSize, kSize);
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                const double px = x - 0.5 * kSize, py = y - 0.5 * kSize;
+                const auto next = turned(px, py, kTurn), last = turned(px, py, -kTurn);
+                set_motion(frame, x, y, next[0] - px, px - last[0]);
+                frame.motion().at(x, y, 1) = float(next[1] - py);
+                frame.planes[Role::motion_back].at(x, y, 1) = float(py - last[1]);
+                frame.set_gray(x, y, float(pattern(px, py)));
+            }
+        }
+        return frame;
+    }
+    // Mean over the shutter, within a circle about the center that always stays inside the image.
+    static double error(const ImageF& out) {
+        double sum = 0;
+        int count = 0;
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                const double px = x - 0.5 * kSize, py = y - 0.5 * kSize;
+                if (px * px + py * py > 40 * 40) continue;
+                double truth = 0;
+                for (int i = 0; i < 64; ++i) {
+                    const double t = (i + 0.5) / 64 * 0.5 - 0.25;
+                    const auto from = turned(px, py, -kTurn * t);
+                    truth += pattern(from[0], from[1]) / 64;
+                }
+                sum += std::pow(out.at(x, y, 0) - truth, 2);
+                ++count;
+            }
+        }
+        return std::sqrt(sum / count);
+    }
+};
+
+TEST(InverseWarp, PathThroughThreePositionsFollowsWhatTurns) {
+    const BlurFrame both = Turning::frame();
     BlurFrame forward = both;
     forward.planes.erase(Role::motion_back);
-    const double curved = error_of_wall(blurred(converged_warp(), both), position);
-    const double straight = error_of_wall(blurred(converged_warp(), forward), position);
+    const double curved = Turning::error(blurred(converged_warp(), both));
+    const double straight = Turning::error(blurred(converged_warp(), forward));
     EXPECT_LT(curved, 0.004);
     EXPECT_LT(3 * curved, straight);
 }

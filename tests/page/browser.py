@@ -24,7 +24,7 @@ SHIFT, SPACE, RIGHT = "\ue008", " ", "\ue014"
 
 
 def rgb_of_png(data):
-    """Of a file of one 8-bit pixel, which has no neighbor, so that its filter changes nothing."""
+    """The color of a file of one 8-bit pixel, whose filter changes nothing, because it has no neighbor."""
     at, packed = 8, b""
     while at < len(data):
         size, kind = struct.unpack(">I4s", data[at:at + 8])
@@ -163,6 +163,7 @@ class Browser:
             {"type": "scroll", "x": round(x), "y": round(y), "deltaX": 0, "deltaY": delta,
              "duration": 0}]}]})
 
-    def errors(self):
+    def errors(self, requests=True):
+        """In the console since the last call. requests: those that failed or were refused too."""
         return [entry["message"] for entry in self.call("POST", "/se/log", {"type": "browser"})
-                if entry["level"] == "SEVERE"]
+                if entry["level"] == "SEVERE" and (requests or entry["source"] != "network")]

@@ -167,6 +167,10 @@ class Panels(OnThePage, unittest.TestCase):
                 self.assertLessEqual(self.ask("document.documentElement.scrollWidth"), size[0])
         self.browser.size(1440, 900)
 
+    def test_the_text_of_the_report_is_text(self):
+        self.assertEqual(self.texts("h1"), ['A <test> & its "report"'])
+        self.assertIn("# </script> & <b>", self.texts("pre", "textContent")[0])
+
 
 if __name__ == "__main__":
     unittest.main()

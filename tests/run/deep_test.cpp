@@ -214,7 +214,7 @@ TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
     EXPECT_TRUE(reads_layer());
 }
 
-TEST_F(DeepTest, MemoryOfItsSamplesCounts) {
+TEST_F(DeepTest, MemoryOfItsSamplesCountsAndPartsAreWrittenFlat) {
     FilePart deep = deep_part(16, 2);
     deep.name = "beauty";
     deep.samples = [](int, int, size_t) { return std::vector<float>(20000, .5F); };

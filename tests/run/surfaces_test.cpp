@@ -92,6 +92,17 @@ TEST(SkyMotion, FollowsAPan) {
                 1e-5);
 }
 
+TEST(SkyMotion, FollowsTiltAndRoll) {
+    const Sky up = filled(turning(0, 0.05, {4, 5, 6}));
+    EXPECT_NEAR(up.motion(Role::motion, 20, 9, 1), kFocalPx * std::tan(0.05), 0.1);  // down
+    // About the center: if the camera rolls left, the image rolls right.
+    const Sky rolled = filled(turning(2, 0.05, {4, 5, 6}));
+    EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 0),
+                19.5 * (std::cos(0.05) - 1) + 0.5 * std::sin(0.05), 1e-4);
+    EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 1),
+                19.5 * std::sin(0.05) - 0.5 * (std::cos(0.05) - 1), 1e-4);
+}
+
 TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
     const Sky all = filled(turning(1, 0.1, {4, 5, 6}));
     const std::pair<std::vector<int>, std::set<int>> cases[] = {

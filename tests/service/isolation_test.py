@@ -118,7 +118,8 @@ class Strangers(Attacked):
             self.assertIn(b" 200 ", client.recv(100000))
         for target in ("/healthz", "/readyz", "/v1/jobs"):
             self.assertEqual(self.server.ask("GET", target, headers=self.known)[0], 200, target)
-        self.assertEqual(self.server.ask("GET", "/healthz")[0], 200)
+        for target in ("/healthz", "/readyz"):
+            self.assertEqual(self.server.ask("GET", target)[0], 200, target)
         with self.send(ask) as over:
             self.assertIn(b"Connection: close", over.recv(100000))
         for client in held:

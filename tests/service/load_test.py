@@ -98,7 +98,7 @@ class Late(Attacked):
 
 class Crowds(Attacked):
     settings = ["max_connections=40", "max_connections_per_address=30", "max_waiting=4",
-                "picture=4000"]
+                "picture=600000"]
 
     def all_left(self):
         """No connection but this one."""
@@ -139,7 +139,6 @@ class Crowds(Attacked):
             client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             client.close()
         wait_until(self.all_left)
-
 
 
 class Following(Attacked):

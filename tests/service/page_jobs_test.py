@@ -3,7 +3,7 @@
 usage: page_jobs_test.py POSTCHAIN"""
 import json
 
-from service_page import ALT, OnTheService, SHOWN, run
+from service_page import ALT, HOSTILE, OnTheService, SHOWN, run
 
 
 class Jobs(OnTheService):
@@ -237,6 +237,21 @@ class Jobs(OnTheService):
         self.assertIn("joint_blur, then fxaa", self.text("#new .card"))
         self.press("Submit")
         self.wait_for()
+
+    def test_text_of_others_is_never_html(self):
+        (self.path / f"{HOSTILE}.0001.exr").write_bytes(
+            (self.path / "shots/sharp.0001.exr").read_bytes())
+        job = self.server.submit({
+            "chain_text": f"postchain: 1\n# {HOSTILE}\npasses: [fxaa]\n",
+            "input": f"{HOSTILE}.####.exr", "output": "out/x.####.exr"})
+        self.open(f"job={job}")
+        self.browser.wait("document.querySelector('#job h2')?.innerText.includes('<img')")
+        self.browser.wait("[...document.querySelectorAll('#job-list .name')].some((n) => "
+                          "n.textContent.includes('<img'))")
+        self.browser.run("document.getElementById('show-shots').click();")
+        self.browser.wait("[...document.querySelectorAll('#entries .name')].some((n) => "
+                          "n.textContent.includes('<img'))")
+        self.assertFalse(self.browser.run("return !!document.querySelector('[hostile]');"))
 
 
 if __name__ == "__main__":

@@ -395,6 +395,9 @@ TEST_F(RequestTest, OcioAndItsTablesAreUnderTheRoots) {
         EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << search << " " << table;
         ASSERT_EQ(problem.diagnostics.size(), 1u) << search << " " << table;
         EXPECT_EQ(problem.diagnostics[0].path, "ocio");
+        // Whether the file exists is not told.
+        EXPECT_EQ(problem.diagnostics[0].message,
+                  "names a table outside the folders of this service");
     }
 }
 

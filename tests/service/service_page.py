@@ -14,6 +14,7 @@ from server import Server, make_scene, serve_command, token_hash  # noqa: E402
 PROGRAM = os.path.abspath(sys.argv[1])
 TOKEN = "0123456789abcdef"
 TAB, ENTER, DOWN, ALT = "\ue004", "\ue007", "\ue015", "\ue00a"
+HOSTILE = "<img hostile src onerror>"
 SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
 SHOWN = ("postchain.viewer?.shown?.image && "
          "document.getElementById('canvas').getAttribute('aria-busy') !== 'true'")
@@ -46,6 +47,9 @@ class OnTheService(unittest.TestCase):
         self.browser.errors()  # of the former test
         self.browser.size(1280, 900)
         self.browser.scheme("light")
+
+    def tearDown(self):
+        self.assertEqual(self.browser.errors(requests=False), [])
 
     def open(self, state=""):
         self.browser.open(self.base + "#" + state)

@@ -146,6 +146,8 @@ TEST_F(UiTest, AHeldKeyCountsOnce) {
     for (const double stop : {2.0, 4.0}) EXPECT_TRUE(document().set_camera("f_stop", stop).ok());
     hold('Z', true);
     EXPECT_EQ(document().chain().camera.f_stop, 2.0);
+    hold('Y', true);
+    EXPECT_EQ(document().chain().camera.f_stop, 4.0);
 }
 
 TEST_F(UiTest, EveryKeyIsThereOnce) {

@@ -152,6 +152,26 @@ TEST(Focus, IsPulledToAnotherPlace) {
     }
 }
 
+// Depth in another encoding, with rows from the bottom; the median of a disc, without a thin near
+// twig at the place itself.
+TEST(Focus, ReadsTheHostsDepth) {
+    Scene scene;
+    const auto vulkan = instance_of(1);
+    const auto made = focused(0.2, 0.9);
+    scene.values.depth_encoding = PC_DEPTH_LINEAR;
+    scene.values.flags &= ~uint32_t(PC_TOP_LEFT);
+    ImageF distance = make_image(kWidth, kHeight, 1,
+                                 [](int, int y, int) { return y < kHeight / 2 ? 4.0f : 16.0f; });
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 17; x < 22; ++x) distance.at(x, y) = 2;
+    scene.frame.depth.write(distance);
+    prepare(vulkan, made, scene.frame.vk);
+    next(vulkan, made, scene);
+    scene.values.focus_radius = 0.25f;
+    expect_focus(vulkan, made, scene, 0.5, "5 x 5 pixels");
+    expect_focus(vulkan, made, scene, 0.25, "a disc");
+}
+
 TEST(Focus, AsManyPlacesAsCanBeFollowed) {
     Scene scene;
     ImageF depth = two_depths(kNear, kNear);

@@ -1,5 +1,10 @@
 /* One frame through each shipped chain: a line with the hash of its pixels each, which must be the
- * same on every platform with the same driver. The library's own context replaces the engine's. */
+ * same on every platform with the same driver. With SHIPPED the chains are those of
+ * libpostchain_config, which have the same hashes. The library's own context replaces the
+ * engine's. */
+#ifdef SHIPPED
+#include <postchain/chain_from_text.h>
+#endif
 #include <postchain/postchain.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -73,6 +78,10 @@ static const struct {
               {"dof_first", "depth_of_field,motion_blur,fxaa"}};
 
 static pc_result make_chain(size_t number, pc_chain** chain) {
+#ifdef SHIPPED
+    if (number > 0)
+        return pc_chain_shipped(chains[number].name, chain); /* realtime is a tier alone */
+#endif
     const pc_result result = pc_chain_create(chains[number].passes, chain);
     if (result == PC_OK && number == 4) set_paper(*chain, 0, 1, 2);
     if (result == PC_OK && number == 5) set_paper(*chain, 1, 2, 0);

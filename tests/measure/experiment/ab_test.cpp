@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "tests/measure/experiment/support.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
@@ -189,6 +191,39 @@ TEST_F(Ab, AChainGetsThePlanesOfTheFramesBeforeAndAfter) {
     EXPECT_THAT(report.notes,
                 ::testing::Contains("frame 3 is filtered without the frame after: frame 3 is the "
                                     "last on disk"));
+}
+
+TEST_F(Ab, AChainThatFailsLeavesTheOther) {
+    // Depth of field without a lens: no frame can be planned.
+    const Report report =
+        report_of(test::kChainText, "postchain: 1\npasses: [depth_of_field]\n", settings());
+    EXPECT_THAT(report.variants[1].failure,
+                ::testing::AllOf(HasSubstr("frame 1: "), HasSubstr("focal_length_mm")));
+    EXPECT_TRUE(report.variants[0].failure.empty());
+    EXPECT_TRUE(report.variants[0].metrics.at("mse").mean);
+    EXPECT_FALSE(report.variants[1].timing);
+    EXPECT_THAT(report.comparison->verdict, HasSubstr("two failed"));
+}
+
+TEST_F(Ab, ProgressIsToldAndAStopEndsIt) {
+    std::atomic<bool> stop = false;
+    size_t last = 0;
+    const auto run = [&] {
+        const NamedChain chain{"one", test::parse(kNothing)};
+        return run_ab(
+            chain, chain, settings(), test::executor(),
+            [&](const ExperimentProgress& progress) {
+                EXPECT_EQ(progress.total, 8u);  // three frames and a timing, of two
+                EXPECT_GE(progress.done, last);
+                last = progress.done;
+            },
+            &stop);
+    };
+    stop = true;
+    EXPECT_EQ(run().status().code(), StatusCode::canceled);
+    stop = false;
+    EXPECT_EQ(test::error_of(run()), "");
+    EXPECT_EQ(last, 8u);
 }
 
 TEST_F(Ab, WithoutATruthTheSecondIsHeldAgainstTheFirst) {

@@ -61,7 +61,10 @@ TEST_F(ExperimentCommand, AbWritesAllFourFiles) {
     const auto json = nlohmann::json::parse(test::read_text(at("report/report.json")));
     EXPECT_EQ(json["variants"][0]["name"], "chain");
     EXPECT_EQ(json["variants"][1]["name"], "other");
+    // The folder is not empty now.
+    EXPECT_EQ(run(ab()), 5) << log();
     EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--fail-above", "mse=1e-9"})), 8) << log();
+    EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--fail-above", "mse=1"})), 0) << log();
 }
 
 TEST_F(ExperimentCommand, ErrorsComeBeforeAnythingIsWritten) {

@@ -1,4 +1,5 @@
-// Flicker and grid of a chain on one frame.
+// Flicker and grid of a chain on one frame: which seeds and shifts. metrics/temporal_test.cpp has
+// the definitions.
 #include "tools/measure/experiment/temporal_stability.h"
 
 #include <gmock/gmock.h>
@@ -82,6 +83,7 @@ TEST_F(Stability, GridIsTheMeanOverTheShifts) {
     EXPECT_NEAR(*measure(chain).grid, *expected.mean(), 1e-5 * *expected.mean());
 }
 
+// Seeds 0 to 3.
 TEST_F(Stability, FlickerIsTheScatterOverFourSeeds) {
     metrics::Flicker expected;
     for (const char* seed : {"0", "1", "2", "3"}) {

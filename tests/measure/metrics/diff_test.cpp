@@ -245,14 +245,18 @@ TEST_F(DiffCommand, WritesMaps) {
     test.at(4, 7, 1) = 1.5f;
     write_rgb(at("b.exr"), test);
     write_gray(at("a.exr"), 0.5);
-    const Outcome result = diff("a.exr", "b.exr",
-                                {"--map", at("out/m.png"), "--map", at("out/m.exr"), "--map-metric",
-                                 "difference", "--metric", "mse"});
+    Arguments maps = {"--map",        at("out/m.png"), "--map",    at("out/m.exr"),
+                      "--map-metric", "difference",    "--metric", "mse"};
+    const Outcome result = diff("a.exr", "b.exr", maps);
     ASSERT_EQ(result.code, 0) << result.text();
     const ImageF map = must(must(io::ExrFile::open(at("out/m.exr"))).read_channels(0, {"Y"}));
     EXPECT_EQ(map.at(4, 7), 1);
     EXPECT_EQ(map.at(5, 7), 0);
     EXPECT_TRUE(exists(at("out/m.png")));
+    // An existing map is not replaced by default.
+    expect_ends(diff("a.exr", "b.exr", maps), 5);
+    maps.insert(maps.end(), {"--on-existing", "overwrite"});
+    expect_ends(diff("a.exr", "b.exr", maps), 0);
 }
 
 // Red of 0.4 covering half of each pixel, against an image without alpha.

@@ -87,7 +87,7 @@ TEST(Depth, OfAWheelsGapsIsThatOfTheGround) {
 }
 
 TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
-    // What is seen at x from depth 2 is at x 2/1.9 in the next and at x 2/2.1 in the previous
+    // A point at depth 2 that is seen at x is at x 2/1.9 in the next and x 2/2.1 in the previous
     // frame.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0, 0, 2 - 0.1 * t}); })};

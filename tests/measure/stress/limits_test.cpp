@@ -148,7 +148,7 @@ TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
             const std::string name = limit.reason.substr(0, limit.reason.find(':'));
             EXPECT_EQ(rows.count(name), 1u) << pass << ": " << limit.reason;
             named.insert(name);
-            // Never of checks without exceptions.
+            // Checks without exceptions have no limit.
             for (const char* check : {"finite", "elided", "counted", "identity", "constant",
                                       "repeat", "range", "shift", "dot"})
                 EXPECT_NE(limit.check, check) << pass;

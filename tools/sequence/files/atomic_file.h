@@ -86,8 +86,8 @@ class ReplaceLock {
     ~ReplaceLock();
 
     // Renames `companion`, which describes the locked file, to a temporary. The end of the lock
-    // puts it back if the locked file is still the same one, and removes it otherwise, as
-    // remove_live_temporaries() does. Errors (output): it cannot be renamed.
+    // puts it back if the locked file is still the same one, and removes it otherwise.
+    // remove_live_temporaries() removes it in either case. Errors (output): it cannot be renamed.
     Status set_aside(const std::string& companion);
 
   private:

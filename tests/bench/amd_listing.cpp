@@ -62,8 +62,8 @@ class Reader {
             for (size_t i = 2; i < words.size() && from < 0; ++i) from = first_register(words[i]);
             const auto known = descriptors_.find(from);
             block.once.loads += 1;
-            if (!begins("image_store") && known != descriptors_.end())
-                block.once.texels[known->second] += 1;
+            if (known != descriptors_.end())
+                (begins("image_store") ? block.once.stored : block.once.texels)[known->second] += 1;
         } else if (begins("buffer_") || begins("global_") || begins("scratch_")) {
             block.once.loads += 1;
         } else if (begins("ds_")) {
@@ -164,6 +164,7 @@ void Instructions::add(const Instructions& other, double times) {
     loads += times * other.loads;
     shared += times * other.shared;
     for (const auto& [descriptor, count] : other.texels) texels[descriptor] += times * count;
+    for (const auto& [descriptor, count] : other.stored) stored[descriptor] += times * count;
 }
 
 Listing::Listing(const std::string& assembly) {

@@ -23,7 +23,8 @@ struct Instructions {
     double loads = 0;   // of textures and buffers
     double shared = 0;  // of shared memory
     // Texels of each descriptor, by its offset in the descriptor set.
-    std::map<uint32_t, double> texels;
+    std::map<uint32_t, double> texels;  // read
+    std::map<uint32_t, double> stored;
 
     void add(const Instructions& other, double times);
 };

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <optional>
+
+#include "tests/bench/amd_compiler.h"
 
 namespace postchain::bench {
 namespace {
@@ -22,6 +26,15 @@ std::vector<double> ranks_of(const std::vector<double>& values) {
     return ranks;
 }
 
+// Texels of this binding; none: the listing does not tell.
+std::optional<double> texels_of(const Binding& binding, const std::map<uint32_t, double>& texels) {
+    constexpr uint32_t kSampler = 96, kImage = 32;
+    const bool sampled = binding.access == Access::sample_nearest;
+    const auto found = texels.find(sampled ? uint32_t(binding.unit) * kSampler
+                                           : kFirstImage * kSampler + uint32_t(binding.unit) * kImage);
+    return found == texels.end() ? std::nullopt : std::optional(found->second);
+}
+
 }  // namespace
 
 double StepCost::ms(const Rates& on) const {
@@ -35,6 +48,27 @@ double StepCost::ms(const Rates& on) const {
 double texel_cost(Format format) {
     const int bytes = bytes_per_pixel(format);
     return bytes <= 8 ? 1 : channels_of(format) * 2 == bytes ? 2 : 4;
+}
+
+double fetch_cost(const Plan& plan, const Step& step, const Instructions& all) {
+    double cost = 0;
+    for (const auto& [descriptor, texels] : all.texels) cost += texels;
+    for (const Binding& binding : step.bindings)
+        if (binding.access == Access::sample_nearest || binding.access == Access::read)
+            cost += texels_of(binding, all.texels).value_or(0) *
+                    (texel_cost(plan.textures[size_t(binding.texture)].format) - 1);
+    return cost;
+}
+
+double moved_bytes(const Plan& plan, const Step& step, const Instructions& all, double share) {
+    double bytes = 0;
+    for (const Binding& binding : step.bindings) {
+        const PlanTexture& texture = plan.textures[size_t(binding.texture)];
+        const auto texels = texels_of(binding, step.writes(binding) ? all.stored : all.texels);
+        const double whole = share * double(texture.bytes());
+        bytes += texels ? std::min(whole, kWave * *texels * bytes_per_pixel(texture.format)) : whole;
+    }
+    return bytes;
 }
 
 double rank_correlation(const std::vector<double>& a, const std::vector<double>& b) {

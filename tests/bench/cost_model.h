@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "chain/plan/plan.h"
+#include "tests/bench/amd_listing.h"
 
 namespace postchain::bench {
 
@@ -46,6 +47,13 @@ struct StepCost {
 
 // A fetch of one texel: of 64 bits at most 1, of halves up to 128 bits 2, of 128 bits 4.
 double texel_cost(Format format);
+
+// Of the texels that a step's waves read.
+double fetch_cost(const Plan& plan, const Step& step, const Instructions& all);
+
+// At most all of each texture, and at most what the step's waves read or write of it. `share`: of
+// the blocks.
+double moved_bytes(const Plan& plan, const Step& step, const Instructions& all, double share);
 
 // Spearman's; equal values share their ranks.
 double rank_correlation(const std::vector<double>& a, const std::vector<double>& b);

@@ -38,6 +38,7 @@ BB3:
 	s_cbranch_scc0 BB1
 BB4:
 	v_max_f32_e32 v1, v1, v2
+	image_store v[4:7], v[2:3], s[8:15] dmask:0xf dim:SQ_RSRC_IMG_2D unorm
 	buffer_store_dword v0, off, s[4:7], 0 offset:1040
 	s_endpgm
 )";
@@ -54,8 +55,9 @@ TEST(AmdListing, CountsEachPartByItsMarks) {
     // BB0 and BB4: 2, BB1 and BB3: 6, BB2: 2.
     EXPECT_EQ(all.alu, 10 * 2 + 70 * 6 + 5 * 2);
     EXPECT_EQ(all.shared, 5);
-    EXPECT_EQ(all.loads, 70);
+    EXPECT_EQ(all.loads, 70 + 10);
     EXPECT_EQ(all.texels.at(0x60), 70);
+    EXPECT_EQ(all.stored.at(0x60), 10);
     EXPECT_TRUE(listing.loads_in(1));
     EXPECT_FALSE(listing.loads_in(3));
 }
@@ -168,6 +170,27 @@ TEST(CostModel, TexelsByFormat) {
     EXPECT_EQ(texel_cost(Format::rg32f), 1);
     EXPECT_EQ(texel_cost(Format::rgba32f), 4);
     EXPECT_EQ(texel_cost(Format::rgba32ui), 4);
+}
+
+// 100 x 100 pixels: a texture at unit 2 that is sampled, and an image at unit 0.
+TEST(CostModel, AStepMovesWhatItTouchesAndAtMostTheWhole) {
+    Plan plan;
+    plan.textures.resize(2);
+    for (PlanTexture& texture : plan.textures) {
+        texture.width = texture.height = 100;
+        texture.format = Format::rgba32f;
+    }
+    Step step;
+    step.bindings = {{2, 0, Access::sample_nearest}, {0, 1, Access::write}};
+    const double whole = 160000;
+    Instructions all;
+    EXPECT_EQ(moved_bytes(plan, step, all, 1), 2 * whole);
+    all.texels[2 * 96] = 10;  // of waves of 32
+    EXPECT_EQ(moved_bytes(plan, step, all, 1), 10 * 32 * 16 + whole);
+    all.stored[32 * 96] = 1e9;
+    EXPECT_EQ(moved_bytes(plan, step, all, 0.5), 10 * 32 * 16 + whole / 2);
+    all.texels[0] = 3;  // nothing is known of it
+    EXPECT_EQ(fetch_cost(plan, step, all), 10 * 4 + 3);
 }
 
 TEST(CostModel, RankCorrelation) {

@@ -1,9 +1,9 @@
 // Estimates what the steps of chains cost on GPUs that are not here: a count, not a measurement,
 // good to a factor of 1.5 to 2, to rank steps and to see whether a change helps.
 //
-//   program --RADV--> instructions of each part      \__ wave-instructions, texels
+//   program --RADV--> instructions of each part      \__ wave-instructions, texels, bytes
 //   program with marks --software renderer--> visits /
-//   plan --> bytes, levels                    all of these --published rates--> ms
+//   plan --> levels                           all of these --published rates--> ms
 //
 //   gpu_cost --input=FRAMES [--frames=2] [--camera=FILE] [--halves] [--steps] [--parts] [--check]
 //            [CHAIN...]
@@ -29,7 +29,6 @@
 #include "chain/guest/presets.h"
 #include "chain/pass/depth_at.h"
 #include "chain/plan/hazards.h"
-#include "chain/plan/plan_bytes.h"
 #include "chain/plan/storage.h"
 #include "tests/bench/amd_compiler.h"
 #include "tests/bench/amd_listing.h"
@@ -49,17 +48,6 @@ constexpr int kSkipped = 77;
 constexpr double kLoad = 40;
 constexpr double kPixels = 1920.0 * 1080;
 const std::vector<std::string> kGenerations = {"navi21", "vega10", "gfx1100"};
-
-double fetch_cost(const Plan& plan, const Step& step, uint32_t descriptor) {
-    constexpr uint32_t kSampler = 96, kImage = 32, kImages = kFirstImage * kSampler;
-    const bool image = descriptor >= kImages;
-    const int unit = int(image ? (descriptor - kImages) / kImage : descriptor / kSampler);
-    for (const Binding& binding : step.bindings)
-        if (binding.unit == unit && image == (binding.access == Access::read) &&
-            (image || binding.access == Access::sample_nearest))
-            return texel_cost(plan.textures[size_t(binding.texture)].format);
-    return 1;
-}
 
 // -------------------------------------------------------------------------------------- programs
 // A program by its marked source, compiled for each generation.
@@ -157,7 +145,6 @@ Costs costs_of(const std::string& name, const Frame& frame, const PlanOptions& o
     costs.plan = require(make_plan(chain, description, options));
     const Plan& plan = costs.plan;
     costs.steps.resize(plan.steps.size());
-    const std::vector<StepBytes> bytes = bytes_of_steps(plan);
     const std::vector<uint32_t> waits = waits_of(plan, share_storage(plan, {}).numbers());
     const double scale = kPixels / (double(plan.width) * plan.height);
     g_hooks.step = 0;
@@ -176,12 +163,15 @@ Costs costs_of(const std::string& name, const Frame& frame, const PlanOptions& o
         cost.name = plan.name_of(step);
         for (size_t m = 0; m < marks.size(); ++m)
             if (marks[m].kind == Mark::program) cost.waves += counts[m];
+        double share = 1;  // of the frame's blocks that the list had
+        if (step.work_list >= 0)
+            share = std::min(1.0, kWave * cost.waves / (double(plan.width) * plan.height));
         for (const Listing& listing : programs.listings(step.program)) {
             const Instructions all = listing.total(counts);
             cost.instructions.push_back(scale * (all.alu + all.shared));
-            if (cost.texels > 0) continue;
-            for (const auto& [descriptor, texels] : all.texels)
-                cost.texels += scale * texels * fetch_cost(plan, step, descriptor);
+            if (cost.instructions.size() > 1) continue;
+            cost.texels = scale * fetch_cost(plan, step, all);
+            cost.bytes = scale * moved_bytes(plan, step, all, share);
         }
         // A software renderer does both sides of a branch, and a fetch is instructions too.
         std::vector<double> loops = counts;
@@ -189,10 +179,6 @@ Costs costs_of(const std::string& name, const Frame& frame, const PlanOptions& o
             if (marks[m].kind == Mark::branch) loops[m] = -1;
         const Instructions software = programs.listings(step.program)[0].total(loops);
         cost.software = scale * (software.alu + software.shared + kLoad * software.loads);
-        double share = 1;  // of the frame's blocks that the list had
-        if (step.work_list >= 0)
-            share = std::min(1.0, kWave * cost.waves / (double(plan.width) * plan.height));
-        cost.bytes = scale * share * double(bytes[i].read + bytes[i].written);
         cost.longest_ms = visits.longest_ms();
         cost.waits = waits[i] != 0;
         if (parts && cost.waves > 0)

@@ -167,14 +167,18 @@ class PlaneSurfaces {
     int width_, height_;
 };
 
-// Do two surfaces at an edge leave each other, and the one in front its place, so far that no pixel
-// need be a mixture of both?
-bool parts(const Surface& s, const Surface& t, const Settings& settings) {
-    const Surface& front = s.inverse_depth > t.inverse_depth ? s : t;
+constexpr double kPartRadius = 3;  // px
+
+// Do the displacements of two surfaces differ by more than px of motion, or kPartRadius?
+bool part(const Surface& s, const Surface& t, double px, const Settings& settings) {
     const Vec a = s.a - t.a, b = s.b - t.b;
-    const double path = 6, radius = 3;
-    return (settings.shutter && front.path() > path && dot(a, a) + dot(b, b) > path * path) ||
-           (std::abs(front.radius) > radius && std::abs(s.radius - t.radius) > radius);
+    return (settings.shutter && dot(a, a) + dot(b, b) > px * px) ||
+           std::abs(s.radius - t.radius) > kPartRadius;
+}
+
+// Does a surface leave its place so far?
+bool leaves(const Surface& s, double px, const Settings& settings) {
+    return (settings.shutter && s.path() > px) || std::abs(s.radius) > kPartRadius;
 }
 
 // mixed_pixels.comp, split_pixels.comp
@@ -222,11 +226,13 @@ class MixedPixels {
         }
         const auto share = share_of(c, pixel(x, y, mine), pixel(x, y, theirs));
         const Surface& other = surface(x + theirs.first, y + theirs.second);
-        if (!share || !parts(surface(x + mine.first, y + mine.second), other, settings_))
+        if (!share || !part(surface(x + mine.first, y + mine.second), other, 0.5, settings_))
             return own;
-        const bool takes = thin && *share < 0.5;
-        if (!takes && *share < 0.1) return own;
-        const Offset place = takes ? theirs : mine;
+        const bool stays = *share < 0.8 && !leaves(other, 0.5, settings_);
+        const bool takes = stays || (thin && *share < 0.5);
+        // It may have twice as much of the surface in front as the pixel that shows its color.
+        if (*share < (takes ? -1 : 0.1) || *share > 1.1) return own;
+        const Offset place = stays ? Offset() : takes ? theirs : mine;
         Surface result = takes ? other : own;
         result.edge = true;
         result.color_from = {double(place.first), double(place.second)};
@@ -310,7 +316,7 @@ class MixedPixels {
             const double off = c[k] - theirs[k] - share * (mine[k] - theirs[k]);
             rest += off * off;
         }
-        if (share < -0.1 || share > 1.1 || rest > 0.1 * 0.1 * contrast) return std::nullopt;
+        if (rest > 0.1 * 0.1 * contrast) return std::nullopt;
         return share;
     }
 
@@ -403,8 +409,9 @@ class BrightEdges {
         // A light that goes on for 16 px is no lamp: the pixel is split.
         const int on_x = std::clamp(x + 16 * (brightest->first - x), 0, color_.width - 1);
         const int on_y = std::clamp(y + 16 * (brightest->second - y), 0, color_.height - 1);
-        if (split_ && parts(own, other, settings_) && light(on_x, on_y) >= 0.5 * most)
-            return std::nullopt;
+        const Surface& front = hides ? own : other;
+        const bool part_far = part(own, other, 3, settings_) && leaves(front, 3, settings_);
+        if (split_ && part_far && light(on_x, on_y) >= 0.5 * most) return std::nullopt;
         // One that leaves it would leave a rim there.
         const bool rim = stays && apart(own, other, settings_) > 10 * 10;
         const double around = light_around(x, y);

@@ -38,9 +38,10 @@ const float kApartPx = 1.0, kStaysPx = 3.0;
 // place. Less light counts there: times as bright as the surface around, as above.
 const float kLeavesPx = 10.0, kRimBrighter = 1.5, kRimOtherBrighter = 2.5;
 const int kReachPx = 2;
-// A light that goes on for kWidePx is no lamp: pixels at its edge are split (mixed_pixels.comp), as far as
-// the two surfaces part.
+// A light that goes on for kWidePx is no lamp: pixels at its edge are split (mixed_pixels.comp), if the two
+// surfaces part by more than kFarPx of motion.
 const int kWidePx = 16;
+const float kFarPx = 3.0;
 const float kWide = 0.5;  // of the light at the edge
 
 float largest(vec4 c) {
@@ -114,6 +115,12 @@ bool is_wide(ivec2 p, int to) {
     return light_at(on) >= least;
 }
 
+// Do the surfaces leave each other, and the one in front its place, so far that the pixel is split?
+bool part_far(Surface s, Surface t) {
+    const bool front_leaves = s.inverse_depth > t.inverse_depth ? leaves(s, kFarPx) : leaves(t, kFarPx);
+    return front_leaves && part(s, t, kFarPx);
+}
+
 // Does pixel p show the lamp seen at the adjacent pixel `at`?
 bool shows_lamp(ivec2 p, ivec2 at) {
     const Surface own = surface_at(p), other = surface_at(at);
@@ -160,7 +167,7 @@ void main() {
         const Surface other = surface_at(to < 0 ? p : p + kAround[to]);
         bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
 #if SPLIT
-        differs = differs && !(parts(own, other) && is_wide(p, max(to, 0)));
+        differs = differs && !(part_far(own, other) && is_wide(p, max(to, 0)));
 #endif
         if (to >= 0 && differs)
             atomicOr(list[atomicAdd(lamps, 1u)], (uint(to) << kItemBits | item) << 16);

@@ -19,12 +19,15 @@ layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform uimage2D mixed;
 
-// A pixel is a mixture if its color differs from one by at most kRest, the colors of both surfaces by
-// more than kContrast, and its share by at most kBeyond from one of 0 to 1; parts of the difference of
-// both colors, of the larger color, and of the pixel.
-const float kRest = 0.1, kContrast = 0.05, kBeyond = 0.1;
-// A pixel has at least so much of its own surface: one beside a highlight would show it.
-const float kLeastOwn = 0.1;
+// A pixel is a mixture if its color differs from one by at most kRest, and the colors of both surfaces by
+// more than kContrast; parts of the difference of both colors, and of the larger color.
+const float kRest = 0.1, kContrast = 0.05;
+// Bounds of its own surface's share. At least so much: one beside a highlight would show it. A pixel that
+// takes the surface in front may have twice as much of it as the one that shows its color.
+const float kLeastOwn = 0.1, kLeastFront = -1.0, kMostOwn = 1.1;
+// Only where the surfaces part by so much motion, from which on blur fades in. If the one in front stays, a
+// mixture with less of the other than kMostStill stays with it.
+const float kPartPx = 0.5, kMostStill = 0.8;
 // A surface has the color of the pixel that shows it alone and is closest to the pixel's color, among
 // those up to kSlack px^2 farther than the nearest.
 const int kSlack = 1;
@@ -138,10 +141,13 @@ uint word_of(ivec2 p) {
     precise const vec3 rest = c - other.color - share * way;
     precise const float most_rest = kRest * kRest * contrast;
     const bool takes = thin && share < 0.5;
-    const float least_share = takes ? -kBeyond : kLeastOwn;
-    if (share < least_share || share > 1.0 + kBeyond || precise_dot(rest, rest) > most_rest ||
-        !parts(surface_at(p + same.offset), surface_at(p + other.offset)))
+    const Surface front = surface_at(p + other.offset);
+    const bool stays = share < kMostStill && !leaves(front, kPartPx);
+    const float least_share = takes || stays ? kLeastFront : kLeastOwn;
+    if (share < least_share || share > kMostOwn || precise_dot(rest, rest) > most_rest ||
+        !part(surface_at(p + same.offset), front, kPartPx))
         return 0u;
+    if (stays) return kMixed | kTakes | kKeepsColor | place_of(other.offset);
     return takes ? kMixed | kTakes | place_of(other.offset) : kMixed | place_of(same.offset);
 }
 

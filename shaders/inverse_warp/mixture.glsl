@@ -1,23 +1,26 @@
-// A pixel at a depth edge mixes the colors of two surfaces. If both show alone beside it, the pixel takes
-// the color of its own surface from such a pixel (mixed_pixels.comp, split_pixels.comp).
+// A pixel at a depth edge mixes the colors of two surfaces. It takes the color of its own surface from a
+// pixel that shows it alone, or the surface in front (mixed_pixels.comp, split_pixels.comp).
 
-// Only where the surface in front leaves its place, and the other, by more than this, by its motion or by
-// the lens: a shorter blur shows the steps of an edge whose pixels are wholly of one surface or the other.
-const float kPartPx = 6.0, kLensPartPx = 3.0;
+const float kLensPartPx = 3.0;
 
-bool parts(Surface s, Surface t) {
-    const bool first = s.inverse_depth > t.inverse_depth;
+// Do the displacements of two surfaces differ by more than px of motion, or kLensPartPx of radius?
+bool part(Surface s, Surface t, float px) {
     bool by_motion = false, by_lens = false;
     if (kShutter) {
         const vec2 da = s.a - t.a, db = s.b - t.b;
         precise const float squared = precise_dot(da, da) + precise_dot(db, db);
-        by_motion = (first ? path_of(s) : path_of(t)) > kPartPx && squared > kPartPx * kPartPx;
+        by_motion = squared > px * px;
     }
     if (kLens) {
         precise const float radii = s.radius - t.radius;
-        by_lens = abs(first ? s.radius : t.radius) > kLensPartPx && abs(radii) > kLensPartPx;
+        by_lens = abs(radii) > kLensPartPx;
     }
     return by_motion || by_lens;
+}
+
+// Does a surface leave its place so far?
+bool leaves(Surface s, float px) {
+    return (kShutter && path_of(s) > px) || (kLens && abs(s.radius) > kLensPartPx);
 }
 
 // A place is the number of a pixel in the square of 5 x 5 around, row by row.

@@ -22,9 +22,10 @@ void main() {
     if (i < end) SOFTWARE_LOOP do {
         const ivec2 p = pixel_of(list[i]);
         const uint word = texelFetch(mixed, p, 0).x, place = word & 31u;
+        const uint color_place = (word & kKeepsColor) != 0u ? kOwnPlace : place;
         // A pixel whose surface is taken keeps it. If another thread has stored its place, that is replaced.
         const ivec2 at = p + ((word & kTakes) != 0u ? offset_of(place) : ivec2(0));
         const ivec2 from = clamp(at, ivec2(0), uniforms.size - 1);
-        if (word != 0u) imageStore(split, p, with_place(texelFetch(surfaces, from, 0), place));
+        if (word != 0u) imageStore(split, p, with_place(texelFetch(surfaces, from, 0), color_place));
     } while ((i += kThreads) < end);
 }

@@ -30,8 +30,9 @@ std::vector<double> ranks_of(const std::vector<double>& values) {
 std::optional<double> texels_of(const Binding& binding, const std::map<uint32_t, double>& texels) {
     constexpr uint32_t kSampler = 96, kImage = 32;
     const bool sampled = binding.access == Access::sample_nearest;
-    const auto found = texels.find(sampled ? uint32_t(binding.unit) * kSampler
-                                           : kFirstImage * kSampler + uint32_t(binding.unit) * kImage);
+    const auto found =
+        texels.find(sampled ? uint32_t(binding.unit) * kSampler
+                            : kFirstImage * kSampler + uint32_t(binding.unit) * kImage);
     return found == texels.end() ? std::nullopt : std::optional(found->second);
 }
 
@@ -66,7 +67,8 @@ double moved_bytes(const Plan& plan, const Step& step, const Instructions& all, 
         const PlanTexture& texture = plan.textures[size_t(binding.texture)];
         const auto texels = texels_of(binding, step.writes(binding) ? all.stored : all.texels);
         const double whole = share * double(texture.bytes());
-        bytes += texels ? std::min(whole, kWave * *texels * bytes_per_pixel(texture.format)) : whole;
+        bytes +=
+            texels ? std::min(whole, kWave * *texels * bytes_per_pixel(texture.format)) : whole;
     }
     return bytes;
 }

@@ -333,6 +333,13 @@ Scene round_before_wall(const Spans& spans, double gray, double wall_gray, doubl
     return scene;
 }
 
+// A still surface before a wall that moves, as seen by a camera that follows it.
+Scene followed(const Spans& spans, double gray, double wall_gray) {
+    Scene scene = round_before_wall(spans, gray, wall_gray, 0);
+    scene.surfaces.back().speed = 44;
+    return scene;
+}
+
 const Spans kDisc = discs({{78.3, 30.2}}, 12);
 const Spans kLine = bar(78.5, 79.5);  // covers half of two pixels
 // Inverse depths with a circle of confusion of 3.7 px.
@@ -391,8 +398,18 @@ const std::vector<Case>& cases() {
         {"DarkLine", before_wall(kLine, 0.05, 0.8, 60), outline_errors, 0.037, 0.043},
         {"DarkLineOfAThird", before_wall(bar(78.7, 79.7), 0.05, 0.8, 60), outline_errors, 0.03,
          0.07},
-        {"DarkSlantedLine", round_before_wall(slanted, 0.05, 0.8, 60), outline_errors, 0.12, 0.71},
-        {"BrightSlantedLine", round_before_wall(slanted, 2, 0.2, 60), outline_errors, 0.12, 0.71},
+        {"DarkSlantedLine", round_before_wall(slanted, 0.05, 0.8, 60), outline_errors, 0.045, 0.15},
+        {"BrightSlantedLine", round_before_wall(slanted, 2, 0.2, 60), outline_errors, 0.045, 0.15},
+        {"SlowDarkDisc", round_before_wall(kDisc, 0.05, 0.8, 16), outline_errors, 0.1, 0.34},
+        {"SlowBrightDisc", round_before_wall(kDisc, 0.8, 0.05, 16), outline_errors, 0.1, 0.34},
+        {"SlowDarkBar", before_wall(bar(78.1, 80.1), 0.05, 0.8, 16), outline_errors, 0.03, 0.14},
+        {"SlowDarkBarOfHalves", before_wall(bar(78.5, 80.5), 0.05, 0.8, 16), outline_errors, 0.09,
+         0.14},
+        {"SlowBrightBar", before_wall(bar(78.1, 80.1), 2, 0.2, 16), outline_errors, 0.07, 0.66},
+        {"SlowDarkLine", before_wall(bar(78.1, 79.1), 0.05, 0.8, 16), outline_errors, 0.03, 0.13},
+        {"SlowDarkLineOfHalves", before_wall(kLine, 0.05, 0.8, 16), outline_errors, 0.14, 0.16},
+        {"FollowedDarkDisc", followed(kDisc, 0.05, 0.8), outline_errors, 0.06, 0.2},
+        {"FollowedBrightDisc", followed(kDisc, 0.8, 0.05), outline_errors, 0.06, 0.2},
         {"ColumnBeforeTheFocus", line_out_of_focus(kNear, 2, 0), outline_errors, 0.32, 0.34},
         {"ColumnBehindTheFocus", line_out_of_focus(kBehindFocus, 2, 0), outline_errors, 0.1, 0.1},
         {"LineBeforeTheFocus", line_out_of_focus(kNear, 2, 60), outline_errors, 0.1, 0.1},
@@ -437,6 +454,7 @@ INSTANTIATE_TEST_SUITE_P(Of, Edges, testing::ValuesIn(cases()),
 TEST(EdgesReference, AgreesOnOutlinesLinesAndHiddenLights) {
     for (const Scene& scene :
          {round_before_wall(kDisc, 0.05, 0.8, 44), round_before_wall(slanted, 2, 0.2, 60),
+          round_before_wall(kDisc, 0.05, 0.8, 16), followed(kDisc, 0.05, 0.8),
           line_out_of_focus(kNear, 2, 60), hidden_ball(false, 1), hidden_ball(true),
           hidden_lamps(16)}) {
         const FramePlanes planes = frames_of(scene);

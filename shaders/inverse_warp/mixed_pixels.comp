@@ -1,10 +1,11 @@
 #version 450 core
 // The pixels at depth edges whose surface is behind another one, which is mixed into them: where the color
 // of their own shows alone. Pixels of the surface in front keep their mixture: it is the antialiased outline
-// of its streak. A thin surface in front shows nowhere alone: there its color is the one that differs most
-// from the other's, and a pixel that has more of it than of the other shows it, whatever its depth.
+// of its streak. If that surface stays in place, a mixture stays with it. A thin surface in front shows nowhere
+// alone: there its color is the one that differs most from the other's, and a pixel that has more of it than of
+// the other shows it, whatever its depth.
 //
-//   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or bits kMixed and kTakes, and the place
+//   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or kMixed, the place and further bits
 #include "common/finite.glsl"
 #include "common/software_loop.glsl"
 

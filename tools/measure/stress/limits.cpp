@@ -31,6 +31,10 @@ constexpr const char* kApart =
     "paths that part: where neighbors part by 5 px a pixel nothing is found, and a position that "
     "rounds to the next pixel leads 5 px further, to another fill";
 
+constexpr const char* kSplit =
+    "edges split at 0.5 px: from that path of the surface in front on, its outline's pixels are "
+    "split, and below it they stay with it";
+
 constexpr const char* kTiedSample =
     "a sample that ties: where another rounding decides for another surface, one sample of a pixel "
     "differs, and denoising spreads that over 25 of the cell's 512 pixels";
@@ -58,6 +62,8 @@ const KnownLimits& known_limits() {
          {{"motion", "mode=inverse_warp", "/radiance/firefly", 24, kBrightPixel},
           {"motion", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 6.5, kApart},
           {"depth", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 140, kApart},
+          {"motion", "mode=inverse_warp", "/speed/object 0.5 px, ground 1*px across/fp32", 16,
+           kSplit},
           {"motion", "", "/radiance/firefly*fp16", 26,
            "few taps: a single pixel's streak is no more than the taps that meet it, and after a "
            "change of 1 % some round the other way"}}},

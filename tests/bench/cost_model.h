@@ -48,11 +48,11 @@ struct StepCost {
 // A fetch of one texel: of 64 bits at most 1, of halves up to 128 bits 2, of 128 bits 4.
 double texel_cost(Format format);
 
-// Of the texels that a step's waves read.
+// The cost of the texels that a step's waves read.
 double fetch_cost(const Plan& plan, const Step& step, const Instructions& all);
 
-// At most all of each texture, and at most what the step's waves read or write of it. `share`: of
-// the blocks.
+// The bytes that a step moves: of each texture at most all, and at most what its waves read or
+// write. `share`: the part of the frame's blocks that the step computes.
 double moved_bytes(const Plan& plan, const Step& step, const Instructions& all, double share);
 
 // Spearman's; equal values share their ranks.

@@ -164,6 +164,6 @@ class Browser:
              "duration": 0}]}]})
 
     def errors(self, requests=True):
-        """In the console since the last call. requests: those that failed or were refused too."""
+        """The console's errors since the last call. requests: also those of requests that failed."""
         return [entry["message"] for entry in self.call("POST", "/se/log", {"type": "browser"})
                 if entry["level"] == "SEVERE" and (requests or entry["source"] != "network")]

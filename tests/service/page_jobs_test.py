@@ -3,7 +3,9 @@
 usage: page_jobs_test.py POSTCHAIN"""
 import json
 
-from service_page import ALT, HOSTILE, OnTheService, SHOWN, run
+from service_page import ALT, OnTheService, SHOWN, run
+
+HOSTILE = "<img hostile src onerror>"
 
 
 class Jobs(OnTheService):

@@ -14,7 +14,6 @@ from server import Server, make_scene, serve_command, token_hash  # noqa: E402
 PROGRAM = os.path.abspath(sys.argv[1])
 TOKEN = "0123456789abcdef"
 TAB, ENTER, DOWN, ALT = "\ue004", "\ue007", "\ue015", "\ue00a"
-HOSTILE = "<img hostile src onerror>"
 SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
 SHOWN = ("postchain.viewer?.shown?.image && "
          "document.getElementById('canvas').getAttribute('aria-busy') !== 'true'")

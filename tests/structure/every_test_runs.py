@@ -12,7 +12,8 @@ import run  # noqa: E402
 def main():
     ran, programs = set(), set()
     for test in run.tests_of_build(pathlib.Path(sys.argv[1]).resolve()).values():
-        found = [word for word in test.command if word.endswith(("_tests", "_tests_more")) and pathlib.Path(word).is_file()]
+        found = [word for word in test.command
+                 if word.endswith(("_tests", "_tests_more")) and pathlib.Path(word).is_file()]
         if len(found) == 1:  # others are scripts that choose tests themselves
             programs.add(found[0])
             filters = [word for word in test.command if word.startswith("--gtest_filter=")]

@@ -61,7 +61,7 @@ TEST(Forms, WithTheMostStartSurfacesComputeTheSameBits) {
 
 // All paths of a block are equally long, in other directions: which is chosen is a matter of order.
 TEST(Forms, AmongEquallyLongPathsChooseTheSame) {
-    TestFrame frame = layered_frame(kWidth, kHeight, {0, 0}, {0, 0}, 3);
+    TestFrame frame = whole_frame(kWidth, kHeight);
     frame.planes[Role::motion] = make_image(kWidth, kHeight, 2, [](int x, int y, int c) {
         const double angle = 0.11 * x + 0.07 * y;
         return 30 * (c == 0 ? std::cos(angle) : std::sin(angle));
@@ -79,7 +79,7 @@ TEST(Forms, OfColorsBeyondTheLimitsComputeTheSameBits) {
     TestFrame frame = whole_frame(kWidth, kHeight);
     ImageF& color = frame.planes.at(Role::color);
     for (int i = 0; i < 40; ++i) color.at(7 + 37 * i % 131, 5 + 2 * i, i % 4) = odd[i % 8];
-    for (const char* pass : {"motion_blur", "depth_of_field", "joint_blur", "fxaa"})
+    for (const char* pass : {"motion_blur", "joint_blur", "fxaa"})
         expect_equal_bits(chain_of(pass), frame, pass);
 }
 

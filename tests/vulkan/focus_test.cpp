@@ -13,7 +13,7 @@
 namespace postchain::test::focus_test {
 namespace {
 
-constexpr int kWidth = 96, kHeight = 60;
+constexpr int kWidth = 48, kHeight = 30;
 // Their inverses are exact, and so are the bits of both ways to focus.
 constexpr float kNear = 0.25f, kFar = 0.0625f;
 
@@ -163,7 +163,7 @@ TEST(Focus, ReadsTheHostsDepth) {
     ImageF distance = make_image(kWidth, kHeight, 1,
                                  [](int, int y, int) { return y < kHeight / 2 ? 4.0f : 16.0f; });
     for (int y = 0; y < kHeight; ++y)
-        for (int x = 17; x < 22; ++x) distance.at(x, y) = 2;
+        for (int x = kWidth / 5 - 2; x < kWidth / 5 + 3; ++x) distance.at(x, y) = 2;
     scene.frame.depth.write(distance);
     prepare(vulkan, made, scene.frame.vk);
     next(vulkan, made, scene);

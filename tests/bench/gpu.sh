@@ -14,7 +14,7 @@ cd "$(dirname "$0")/../.."
 sizes="1280x720 1920x1080 3840x2160"
 only=""
 iterations=21
-tests='^(executor|motion_blur|fxaa|depth_of_field|joint_blur|conformance|elision|layers|guest)_tests(_rest)?$'
+tests='^(executor|motion_blur|fxaa|depth_of_field|joint_blur|conformance|elision|layers|guest)_tests(_rest|_more)?$'
 jobs=$(nproc)
 limit=900
 page=gpu_page.txt

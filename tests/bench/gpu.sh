@@ -85,7 +85,7 @@ cmake --preset core -DBUILD_TESTING=ON
 vulkan=()
 if ctest --test-dir build-core -N -R '^vulkan_tests$' | grep ' #' >/dev/null; then vulkan=(vulkan_tests); fi
 for target in gpu_bench guest_bench pass_selftest "${vulkan[@]}" $(ctest --test-dir build-core -N -R "$tests" |
-    sed -nE 's/^ *Test *#[0-9]+: (.*_tests)(_rest)?$/\1/p' | sort -u); do
+    sed -nE 's/^ *Test *#[0-9]+: (.*_tests(_more)?)(_rest)?$/\1/p' | sort -u); do
     cmake --build --preset core -j "$jobs" --target "$target" || failures+=("$target: not built")
 done
 

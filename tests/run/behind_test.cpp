@@ -2,14 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include "tests/run/fixture.h"
 
 namespace postchain::sequence {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 class BehindTest : public SequenceTest {

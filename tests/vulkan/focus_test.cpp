@@ -29,7 +29,7 @@ struct Scene {
 
     explicit Scene(float left = kNear, float right = kFar) {
         frame.depth.write(two_depths(left, right));
-        values.f_stop = 0.1f;  // circles of up to 7 px
+        values.f_stop = 0.1f;  // circles of up to 3.5 px
         values.focus_distance = 0;
     }
 };

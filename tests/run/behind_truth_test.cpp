@@ -18,7 +18,7 @@ class BehindTruthTest : public SequenceTest {
                                            test::read_color(truth_file("crossing", truth)));
         return metrics::psnr(*pair).value_or(0);
     }
-    // What the layer brings, dB.
+    // PSNR with the layer minus PSNR without, dB.
     double gain(const char* pass, test::Settings values, const char* truth) {
         settings_.input = *io::InputSpec::parse(scene_file("crossing", "sharp.####.exr"));
         settings_.on_existing = io::OnExisting::overwrite;

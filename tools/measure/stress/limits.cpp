@@ -32,8 +32,8 @@ constexpr const char* kApart =
     "rounds to the next pixel leads 5 px further, to another fill";
 
 constexpr const char* kSplit =
-    "edges split at 0.5 px: from that path of the surface in front on, its outline's pixels are "
-    "split, and below it they stay with it";
+    "edges split at 0.5 px: if the surface in front moves less, the pixels of its outline stay "
+    "with it; if it moves more, they are split";
 
 constexpr const char* kTiedSample =
     "a sample that ties: where another rounding decides for another surface, one sample of a pixel "

@@ -240,6 +240,7 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     const bool motion = settings.shutter || !neighbors.empty();
     Frames frames;
     frames.half_open = half_open_of(settings);
+    frames.lens = settings.lens.has_value();
     frames.own_steps = settings.shutter ? 2 : 1;
     frames.together_px = settings.lens ? 1 : 2;
     if (!settings.shutter) frames.same_path_px = std::numeric_limits<double>::infinity();
@@ -257,7 +258,7 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
                                            plane(Role::motion_back, motion), false,
                                            turns(Neighbor::before), turns(Neighbor::after)},
                                           settings),
-                       settings, motion)};
+                       settings, true)};
     for (const Neighbor neighbor : neighbors) {
         const auto of = [&](Role role) { return plane(role_of(neighbor, role)); };
         const double offset = neighbor == Neighbor::before ? -1.0 : 1.0;
@@ -430,7 +431,7 @@ class Gather {
         const Vec far =
             frames_.here.inside(pixel.p - here.far.displacement(now, frames_.half_open));
         const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : far;
-        const Found found = resolve_occluded(frames_, pixel, now, here);
+        const Found found = resolve_occluded(frames_, background_, pixel, now, here);
         const Continuation continued =
             find_continuation(frames_, background_, pixel, now, here, found.inverse_depth);
         if (continued.inverse_depth >= 0)

@@ -51,12 +51,12 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
     pixels.cells.resize(size_t(pixels.columns) * size_t(pixels.rows));
     for (int y = 0; y < color.height; ++y)
         for (int x = 0; x < color.width; ++x) {
-            const double* c = color.pixel(x, y);
             const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
+            const double* c = color.pixel(x, y);
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
             cell.color.assign(c, c + color.channels);
             cell.inverse_depth = s.inverse_depth;
-            cell.part = s.edge ? kEdgePart : 1;
+            cell.part = s.edge && !s.own_color ? kEdgePart : 1;
         }
     levels_.push_back(std::move(pixels));
     while (levels_.back().edge_px < kBlockPx) {
@@ -145,21 +145,31 @@ Color Background::continued_color(const Sides& sides, Vec at) const {
     return color;
 }
 
+std::vector<std::pair<const Background::Cell*, double>> Background::around(const Level& level,
+                                                                           Vec at,
+                                                                           double inverse_depth) {
+    const double x = (at.x + 0.5) / level.edge_px - 0.5, y = (at.y + 0.5) / level.edge_px - 0.5;
+    std::vector<std::pair<const Cell*, double>> cells;
+    for (int j = int(std::floor(y)); j <= int(std::floor(y)) + 1; ++j)
+        for (int i = int(std::floor(x)); i <= int(std::floor(x)) + 1; ++i) {
+            const Cell& cell =
+                level.cells[size_t(std::clamp(j, 0, level.rows - 1)) * size_t(level.columns) +
+                            size_t(std::clamp(i, 0, level.columns - 1))];
+            const double weight = (1 - std::abs(x - i)) * (1 - std::abs(y - j)) * cell.part;
+            if (weight > 0 && cell.inverse_depth <= kOneDepth * inverse_depth)
+                cells.emplace_back(&cell, weight);
+        }
+    return cells;
+}
+
 Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const {
     for (const Level& level : levels_) {
-        const double x = (at.x + 0.5) / level.edge_px - 0.5, y = (at.y + 0.5) / level.edge_px - 0.5;
         Color sum(otherwise.size());
         double total = 0;
-        for (int j = int(std::floor(y)); j <= int(std::floor(y)) + 1; ++j)
-            for (int i = int(std::floor(x)); i <= int(std::floor(x)) + 1; ++i) {
-                const Cell& cell =
-                    level.cells[size_t(std::clamp(j, 0, level.rows - 1)) * size_t(level.columns) +
-                                size_t(std::clamp(i, 0, level.columns - 1))];
-                const double weight = (1 - std::abs(x - i)) * (1 - std::abs(y - j)) * cell.part;
-                if (weight == 0 || cell.inverse_depth > kOneDepth * inverse_depth) continue;
-                for (size_t c = 0; c < sum.size(); ++c) sum[c] += weight * cell.color[c];
-                total += weight;
-            }
+        for (const auto& [cell, weight] : around(level, at, inverse_depth)) {
+            for (size_t c = 0; c < sum.size(); ++c) sum[c] += weight * cell->color[c];
+            total += weight;
+        }
         if (total == 0) continue;
         for (double& c : sum) c /= total;
         return sum;
@@ -167,9 +177,13 @@ Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const
     return otherwise;
 }
 
+bool Background::shows(Vec at, double inverse_depth) const {
+    return !around(levels_[0], at, inverse_depth).empty();
+}
+
 namespace {
 
-constexpr double kAcceptPx = 0.75, kClosePx = 2.5;
+constexpr double kAcceptPx = 0.75, kClosePx = 2.5, kStillPx = 0.5;
 constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
@@ -280,9 +294,10 @@ bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface&
 }
 
 // Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge
-// pixels, which mix two surfaces, count only if nothing else is found. Ends at what is not nearer.
+// pixels, which mix two surfaces, count only if nothing else is found, and not if they show the
+// surface `beside`, which this frame shows beside them. Ends at what is not nearer.
 void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin, Vec p,
-                     const Sample& now, double farthest, Found& nearest) {
+                     const Sample& now, double farthest, const Surface* beside, Found& nearest) {
     if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
     Sample then = now;
     then.u -= neighbor.offset / frames.half_open;
@@ -295,6 +310,7 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
         if (s.inverse_depth < 0 || !nearer(s.inverse_depth, nearest.inverse_depth, now)) return;
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
+            (s.edge && beside && one_depth(s.inverse_depth, beside->inverse_depth)) ||
             s.inverse_depth * now.depth_ratio < farthest ||
             !may_be_occluded(frames, neighbor, s, x))
             continue;
@@ -407,8 +423,8 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
 // neighbor, the nearer in time first; then in that one from the start surfaces that this frame may
 // hide. If the farthest surface visited is behind the first or comes almost to the pixel, no
 // farther one counts, nor in a neighbor whose border it is beyond.
-Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
-                       const Search& here) {
+Found resolve_occluded(const Frames& frames, const Background& background, const Pixel& pixel,
+                       const Sample& now, const Search& here) {
     const std::vector<Surface>& starts = pixel.block->starts;
     std::vector<const Frame*> neighbors;
     for (const Frame& neighbor : frames.neighbors) neighbors.push_back(&neighbor);
@@ -417,12 +433,17 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     const bool covered =
         shows_behind || (here.nearest.inverse_depth < 0 && comes_close(frames, here, pixel.p, now));
     const double farthest = covered ? here.far.inverse_depth : 0;
+    const Vec far_at = frames.here.inside(pixel.p - here.far.displacement(now, frames.half_open));
+    const bool shows_beside = frames.lens && here.far.path() <= kStillPx &&
+                              frames.here.surface(rounded(far_at)).path() <= kStillPx &&
+                              background.shows(far_at, here.far.inverse_depth);
     Found nearest = resolve_second_layer(frames, pixel, now, here);
     const auto search_in = [&](const Frame& neighbor, const Surface& begin) {
         const bool beyond =
             here.nearest.inverse_depth < 0 && is_beyond(frames, neighbor, here.far, pixel.p, now);
         search_neighbor(frames, neighbor, begin, pixel.p, now,
-                        beyond ? here.far.inverse_depth : farthest, nearest);
+                        beyond ? here.far.inverse_depth : farthest,
+                        shows_beside ? &here.far : nullptr, nearest);
     };
     if (here.nearest.inverse_depth < 0)
         for (const Frame* neighbor : neighbors) search_in(*neighbor, here.far);

@@ -21,6 +21,8 @@ class Background {
     // The color at the position `at`, pixels, of a surface with at most this inverse depth, from
     // the smallest cells around that show one. If none does: `otherwise`.
     Color at(Vec at, double inverse_depth, const Color& otherwise) const;
+    // Do the smallest cells around this position show one?
+    bool shows(Vec at, double inverse_depth) const;
 
     // Cells of the smallest size that show one surface, on both sides of what hides it.
     struct Sides {
@@ -45,6 +47,10 @@ class Background {
         std::vector<Cell> cells;
     };
     static Cell merge(const std::array<Cell, 4>& quarters);
+    // Those around the position `at` that show a surface with at most this inverse depth, each with
+    // its weight.
+    static std::vector<std::pair<const Cell*, double>> around(const Level& level, Vec at,
+                                                              double inverse_depth);
     const Cell& smallest(std::array<int, 2> cell) const;
     bool one_surface(const Sides& sides) const;
     // Distance, in cells, to the first surface behind inverse depth q; 0 if there is none.
@@ -71,6 +77,7 @@ struct Frames {
     std::vector<Frame> neighbors;
     std::optional<Frame> second_layer;  // chain/frame/behind.h, as a frame at this one's time
     double half_open = 1;               // half the open time, frames
+    bool lens = false;                  // it is open
     int own_steps = 2;                  // of the search from the pixel itself
     double together_px = 2;             // between the displacements of surfaces that move together
     double same_path_px = 0.25;         // between paths that are the same; infinite without motion
@@ -121,8 +128,8 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
               bool advance);
 
 // The nearest surface that the sample sees in any frame or in the layer behind.
-Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
-                       const Search& here);
+Found resolve_occluded(const Frames& frames, const Background& background, const Pixel& pixel,
+                       const Sample& now, const Search& here);
 
 // The nearest start surface, nearer than the inverse depth `found`, that is displaced to the pixel
 // from behind what this frame shows.

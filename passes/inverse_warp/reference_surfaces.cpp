@@ -228,14 +228,15 @@ class MixedPixels {
         const Surface& other = surface(x + theirs.first, y + theirs.second);
         if (!share || !part(surface(x + mine.first, y + mine.second), other, 0.5, settings_))
             return own;
-        const bool stays = *share < 0.8 && !leaves(other, 0.5, settings_);
-        const bool takes = stays || (thin && *share < 0.5);
-        // It may have twice as much of the surface in front as the pixel that shows its color.
-        if (*share < (takes ? -1 : 0.1) || *share > 1.1) return own;
-        const Offset place = stays ? Offset() : takes ? theirs : mine;
+        const double most_still = settings_.shutter ? 0.8 : 0.65;
+        const bool takes = *share < (leaves(other, 0.5, settings_) ? 0.4 : most_still);
+        // It may have twice as much of a thin surface as the pixel that shows the color of that.
+        if (*share < (thin ? -1 : -0.1) || *share > 1.1) return own;
+        const Offset place = takes ? Offset() : mine;
         Surface result = takes ? other : own;
         result.edge = true;
         result.color_from = {double(place.first), double(place.second)};
+        result.own_color = takes;
         result.a.x = without_last(8, result.a.x);
         return result;
     }
@@ -360,9 +361,21 @@ class BrightEdges {
         std::vector<Surface> split = result;
         const MixedPixels mixed(color_, result, settings_);
         for (int y = 0; y < color_.height; ++y)
-            for (int x = 0; x < color_.width; ++x)
-                if (surface(x, y).edge && !changed[index(x, y)])
-                    split[index(x, y)] = mixed.split(x, y);
+            for (int x = 0; x < color_.width; ++x) {
+                if (!surface(x, y).edge || changed[index(x, y)]) continue;
+                const Surface own = mixed.split(x, y);
+                split[index(x, y)] = own;
+                // A pixel that takes the surface in front is an edge to the pixels around it.
+                if (one_depth(own.inverse_depth, result[index(x, y)].inverse_depth)) continue;
+                for (const auto& [i, j] : kAround)
+                    if (inside(x + i, y + j) &&
+                        !one_depth(own.inverse_depth, result[index(x + i, y + j)].inverse_depth) &&
+                        !result[index(x + i, y + j)].edge) {
+                        Surface& beside = split[index(x + i, y + j)];
+                        beside.edge = beside.own_color = true;
+                        beside.a.x = without_last(8, beside.a.x);
+                    }
+            }
         return split;
     }
 

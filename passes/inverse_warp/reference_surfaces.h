@@ -49,6 +49,7 @@ struct Surface {
     double radius = 0;
     bool edge = false;
     Vec color_from;  // of a pixel that mixes two surfaces: from it to the one with its color
+    bool own_color = false;  // at an edge, of a pixel that is known to show its color
 
     // Longest path on either side of the frame.
     double path() const;

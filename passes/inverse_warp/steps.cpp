@@ -229,7 +229,7 @@ class Planner {
             planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};
         add_packed(packed);
         const TextureId shown = add_shown(packed);
-        if (motion_) add_split(packed, shown);
+        add_split(packed, shown);
         if (second_layer_) add_second_surfaces(packed.surfaces);
         return packed.surfaces;
     }
@@ -331,7 +331,7 @@ class Planner {
                                                  Format::r32ui, kSquares.times(2, 1));
         Step edges = make_surface_step_of(packed, "bright_edges");
         edges.spread = groups_for(kSquares);
-        edges.program.defines["SPLIT"] = flag(motion_ && !packed.neighbor);
+        edges.program.defines["SPLIT"] = flag(!packed.neighbor);
         edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
                           {1, packed.surfaces},
                           {2, packed.marks},

@@ -14,6 +14,8 @@
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
 
+#include "inverse_warp/mixture.glsl"
+
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform image2D background_color;
@@ -23,7 +25,7 @@ layout(binding = 2) uniform sampler2DArray layers;
 layout(binding = 2) writeonly uniform image2DArray background_layers;
 #endif
 
-const float kEdgeWeight = 0.25;  // of an edge pixel: its color is mixed with the nearer surface's
+const float kEdgeWeight = 0.25;  // of an edge pixel whose color is mixed with the nearer surface's
 
 // The one that this work group averages.
 Plane this_plane() {
@@ -59,8 +61,10 @@ Cell merge(Cell a, Cell b) {
 Cell pixel(ivec2 at) {
     if (any(greaterThanEqual(at, uniforms.size))) return empty();
     const vec4 c = fetch(WIDE(color, layers), this_plane(), at);
-    const Surface s = unpack_surface(texelFetch(surfaces, at, 0));
-    return Cell(c, s.inverse_depth, s.edge ? kEdgeWeight : 1.0);
+    const uvec4 bits = texelFetch(surfaces, at, 0);
+    const Surface s = unpack_surface(bits);
+    const bool own_color = has_place(bits) && place_in(bits) == kOwnPlace;
+    return Cell(c, s.inverse_depth, s.edge && !own_color ? kEdgeWeight : 1.0);
 }
 
 void store(Cell cell, ivec2 at, float pixels) {

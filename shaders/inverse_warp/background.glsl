@@ -43,10 +43,16 @@ Cells cells_around(CellLevel level, float inverse_depth) {
     return cells;
 }
 
+// The cells of 2 px; `at`: the position to fill, pixels.
+CellLevel smallest_cells(vec2 at) {
+    precise const vec2 place = 0.5 * (at + 0.5) - 0.5;
+    return CellLevel(8 * uniforms.blocks, ivec2(0), place);
+}
+
 // The smallest cells around the position `at`, pixels, that show a surface with at most this inverse
 // depth.
 Cells background_cells(vec2 at, float inverse_depth) {
-    precise CellLevel level = CellLevel(8 * uniforms.blocks, ivec2(0), 0.5 * (at + 0.5) - 0.5);
+    precise CellLevel level = smallest_cells(at);
     Cells cells;
     SOFTWARE_LOOP do {
         cells = cells_around(level, inverse_depth);

@@ -16,8 +16,8 @@
 //   search.glsl            Search        the search for one sample's surface in this frame
 //   deferred_samples.glsl                the samples that it does not settle
 //   second_layer.glsl                    the search for an occluded surface in the layer behind
-//   neighbors.glsl         Found         and in the frames before and after
 //   background.glsl                      the fill of surfaces that no frame shows
+//   neighbors.glsl         Found         the search for an occluded surface in the frames before and after
 //   continuation.glsl      Continuation  the occluded surfaces that continue behind their occluder
 //   source.glsl            Source        where a sample's color comes from
 //   mean.glsl              Mean          of samples
@@ -80,8 +80,8 @@ struct Pixel {
 #include "inverse_warp/search.glsl"
 #include "inverse_warp/second_layer.glsl"
 #include "inverse_warp/deferred_samples.glsl"
-#include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
+#include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/continuation.glsl"
 #include "inverse_warp/source.glsl"
 #include "inverse_warp/mean.glsl"

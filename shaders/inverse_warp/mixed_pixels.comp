@@ -1,9 +1,9 @@
 #version 450 core
-// The pixels at depth edges whose surface is behind another one, which is mixed into them: where the color
-// of their own shows alone. Pixels of the surface in front keep their mixture: it is the antialiased outline
-// of its streak. If that surface stays in place, a mixture stays with it. A thin surface in front shows nowhere
-// alone: there its color is the one that differs most from the other's, and a pixel that has more of it than of
-// the other shows it, whatever its depth.
+// The pixels at depth edges whose surface is behind another one, which is mixed into them. One that has more
+// of the surface in front shows that, whatever its depth, with its mixture: the antialiased outline. If the
+// surface in front stays in place, less of it is enough. Other pixels show where the color of their own is alone.
+// A surface in front that is thin shows nowhere alone: there its color is the one that differs most from the
+// other's.
 //
 //   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or kMixed, the place and further bits
 #include "common/finite.glsl"
@@ -23,12 +23,12 @@ layout(binding = 0) writeonly uniform uimage2D mixed;
 // A pixel is a mixture if its color differs from one by at most kRest, and the colors of both surfaces by
 // more than kContrast; parts of the difference of both colors, and of the larger color.
 const float kRest = 0.1, kContrast = 0.05;
-// Bounds of its own surface's share. At least so much: one beside a highlight would show it. A pixel that
-// takes the surface in front may have twice as much of it as the one that shows its color.
-const float kLeastOwn = 0.1, kLeastFront = -1.0, kMostOwn = 1.1;
-// Only where the surfaces part by so much motion, from which on blur fades in. If the one in front stays, a
-// mixture with less of the other than kMostStill stays with it.
-const float kPartPx = 0.5, kMostStill = 0.8;
+// Bounds of its own surface's share. It may have twice as much of a thin surface in front as the pixel that
+// shows the color of that.
+const float kLeast = -0.1, kLeastBehindThin = -1.0, kMost = 1.1;
+// Only where the surfaces part by so much motion, from which on blur fades in. A mixture with less of its own
+// surface shows the one in front, if that leaves its place or stays.
+const float kPartPx = 0.5, kMostLeaving = 0.4, kMostStill = kShutter ? 0.8 : 0.65;
 // A surface has the color of the pixel that shows it alone and is closest to the pixel's color, among
 // those up to kSlack px^2 farther than the nearest.
 const int kSlack = 1;
@@ -141,14 +141,11 @@ uint word_of(ivec2 p) {
     precise const float share = precise_dot(c - other.color, way) / contrast;
     precise const vec3 rest = c - other.color - share * way;
     precise const float most_rest = kRest * kRest * contrast;
-    const bool takes = thin && share < 0.5;
     const Surface front = surface_at(p + other.offset);
-    const bool stays = share < kMostStill && !leaves(front, kPartPx);
-    const float least_share = takes || stays ? kLeastFront : kLeastOwn;
-    if (share < least_share || share > kMostOwn || precise_dot(rest, rest) > most_rest ||
-        !part(surface_at(p + same.offset), front, kPartPx))
+    const bool takes = share < (leaves(front, kPartPx) ? kMostLeaving : kMostStill);
+    if (share < (thin ? kLeastBehindThin : kLeast) || share > kMost ||
+        precise_dot(rest, rest) > most_rest || !part(surface_at(p + same.offset), front, kPartPx))
         return 0u;
-    if (stays) return kMixed | kTakes | kKeepsColor | place_of(other.offset);
     return takes ? kMixed | kTakes | place_of(other.offset) : kMixed | place_of(same.offset);
 }
 

@@ -23,6 +23,7 @@ layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 
 const int kNeighborSteps = 3;  // from each start surface
 const float kClosePx = 2.5;    // of a surface that comes almost to p, along each axis
+const float kStillPx = 0.5;    // path of a surface that stays in place
 
 Surface surface_in(int frame, ivec2 x) {
 #if BEFORE || AFTER
@@ -73,6 +74,16 @@ bool comes_close(Search here, vec2 p, Sample now) {
     return to == inside_of(to) && max(off.x, off.y) <= kClosePx;
 }
 
+// Do the farthest surface visited and what hides it stay in place, and does the former show beside the place
+// that the sample sees? A neighbor's pixel at an edge of it, which mixes two surfaces, shows no more of it.
+bool shows_beside(Search here, vec2 p, Sample now) {
+    if (!kLens) return false;
+    precise const vec2 to = inside_of(p - displacement(here.far, now));
+    const Surface front = unpack_surface(texelFetch(surfaces, ivec2(to + 0.5), 0));
+    return max(path_of(here.far), path_of(front)) <= kStillPx &&
+           cells_around(smallest_cells(to), here.far.inverse_depth).total > 0.0;
+}
+
 // The pixel from which a surface displaced by d comes to p.
 vec2 pixel_before(vec2 p, vec2 d) {
     precise const vec2 x = p + floor(0.5 - d);
@@ -84,8 +95,8 @@ vec2 pixel_before(vec2 p, vec2 d) {
 // (bits 0 and 1), if this frame shows nothing; from each start surface that this frame may hide in
 // the neighbor nearer in time (bits 2 ..). If the farthest surface visited is behind the first, comes
 // almost to the pixel, or comes from beyond the border, nothing behind it counts. Edge pixels, which
-// mix two surfaces, count only if nothing else is found. A search ends at a pixel that no search may
-// find or that is not nearer than what was found.
+// mix two surfaces, count only if nothing else is found, and shows_beside() is false. A search ends at a
+// pixel that no search may find or that is not nearer than what was found.
 //
 // All searches are one loop, a visit each time: lanes do not wait for each other's searches.
 Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
@@ -121,8 +132,10 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
         const vec2 next = pixel_before(pixel.p, d);
         precise const vec2 off = abs(x - pixel.p + d), at = pixel.p - d;
         const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= nearest.inverse_depth * ratio;
-        if (!ends && max(off.x, off.y) <= kAcceptPx && !(s.edge && nearest.inverse_depth >= 0.0) &&
-            s.inverse_depth * ratio >= farthest && !s.refuted)
+        if (!ends && max(off.x, off.y) <= kAcceptPx && s.inverse_depth * ratio >= farthest && !s.refuted &&
+            !(s.edge && (nearest.inverse_depth >= 0.0 ||
+                         (one_depth(s.inverse_depth, here.far.inverse_depth) &&
+                          shows_beside(here, pixel.p, now)))))
             nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
         steps = ends || next == x || steps == kNeighborSteps - 1 ? 0 : steps + 1;
         x = next;

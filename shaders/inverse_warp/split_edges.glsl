@@ -4,9 +4,8 @@ layout(binding = 2) uniform usampler2D marks;
 layout(binding = 3) uniform usampler2D shown;
 
 // A word of `mixed`, beside a place (mixture.glsl).
-const uint kTakes = 32u;  // the pixel takes the surface there too
+const uint kTakes = 32u;  // the pixel takes the surface there, not the color
 const uint kMixed = 64u;
-const uint kKeepsColor = 128u;  // it takes the surface alone
 
 void list_edges() {
     begin_list();

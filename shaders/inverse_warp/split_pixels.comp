@@ -1,9 +1,11 @@
 #version 450 core
-// Pixels that mix two surfaces get the place of their color, and the surface there if they take it.
+// Pixels that mix two surfaces get the place of their color, or the surface there. Adjacent pixels of the other
+// surface are at an edge then, with the color of their own.
 //
 //   surfaces, marks, shown, mixed -> surfaces
 #include "common/software_loop.glsl"
 
+#include "inverse_warp/around.glsl"
 #include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
 
@@ -14,6 +16,19 @@ layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 4) uniform usampler2D mixed;
 layout(binding = 0) writeonly uniform uimage2D split;
 
+// All threads that store such a pixel store the same: one that is at an edge already is not stored here.
+void mark_edges_beside(ivec2 p, Surface taken) {
+    uint left = 15u;
+    SOFTWARE_LOOP do {
+        const ivec2 at = clamp(p + kAround[findLSB(left)], ivec2(0), uniforms.size - 1);
+        const uvec4 bits = texelFetch(surfaces, at, 0);
+        const Surface s = unpack_surface(bits);
+        const bool becomes_edge = !s.edge && !one_depth(s.inverse_depth, taken.inverse_depth);
+        if (becomes_edge) imageStore(split, at, with_place(bits, kOwnPlace));
+        left &= left - 1u;
+    } while (left != 0u);
+}
+
 void main() {
     const int first = int(gl_LocalInvocationIndex);
     list_edges();
@@ -22,10 +37,12 @@ void main() {
     if (i < end) SOFTWARE_LOOP do {
         const ivec2 p = pixel_of(list[i]);
         const uint word = texelFetch(mixed, p, 0).x, place = word & 31u;
-        const uint color_place = (word & kKeepsColor) != 0u ? kOwnPlace : place;
+        const bool takes = (word & kTakes) != 0u;
         // A pixel whose surface is taken keeps it. If another thread has stored its place, that is replaced.
-        const ivec2 at = p + ((word & kTakes) != 0u ? offset_of(place) : ivec2(0));
+        const ivec2 at = p + (takes ? offset_of(place) : ivec2(0));
         const ivec2 from = clamp(at, ivec2(0), uniforms.size - 1);
-        if (word != 0u) imageStore(split, p, with_place(texelFetch(surfaces, from, 0), color_place));
+        const uvec4 bits = texelFetch(surfaces, from, 0);
+        if (word != 0u) imageStore(split, p, with_place(bits, takes ? kOwnPlace : place));
+        if (takes) mark_edges_beside(p, unpack_surface(bits));
     } while ((i += kThreads) < end);
 }

@@ -134,7 +134,8 @@ TEST(Unmoved, AntialiasedEdgesMoveWithWhatTheirDepthShows) {
 }
 
 // A green disc with antialiased edges, held still before a ground without green: whatever the
-// ground does, the disc has as many green pixels as before (its edge is 112 pixels long).
+// ground does, the disc has as many green pixels as before (its edge is 112 pixels long). Pixels of
+// its edge that have less than a fifth of it may show the ground alone.
 TEST(Unmoved, AntialiasedEdgesDoNotSpread) {
     const int width = 101, height = 67;
     for (const double speed : {3.0, 17.0}) {
@@ -158,11 +159,15 @@ TEST(Unmoved, AntialiasedEdgesDoNotSpread) {
         frame.description.bounds = describe(frame.planes).bounds;
         for (const char* type : {"motion_blur", "joint_blur"}) {
             const ImageF color = color_of(unmoved(chain_of(type)), with_matte(frame, share));
-            double gained = 0;
+            double gained = 0, thin = 0;
             for (int y = 0; y < height; ++y)
-                for (int x = 0; x < width; ++x)
-                    gained += double(color.at(x, y, 1)) - double(share.at(x, y));
-            EXPECT_NEAR(gained, 0, 0.5) << type << ", speed " << speed;
+                for (int x = 0; x < width; ++x) {
+                    const double f = double(share.at(x, y));
+                    gained += double(color.at(x, y, 1)) - f;
+                    if (f < 0.2) thin += f;
+                }
+            EXPECT_LE(gained, 0.5) << type << ", speed " << speed;
+            EXPECT_GE(gained, -thin) << type << ", speed " << speed;
         }
     }
 }

@@ -51,8 +51,8 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
     pixels.cells.resize(size_t(pixels.columns) * size_t(pixels.rows));
     for (int y = 0; y < color.height; ++y)
         for (int x = 0; x < color.width; ++x) {
-            const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
             const double* c = color.pixel(x, y);
+            const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
             cell.color.assign(c, c + color.channels);
             cell.inverse_depth = s.inverse_depth;

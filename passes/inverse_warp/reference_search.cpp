@@ -294,10 +294,9 @@ bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface&
 }
 
 // Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge
-// pixels, which mix two surfaces, count only if nothing else is found, and not if they show the
-// surface `beside`, which this frame shows beside them. Ends at what is not nearer.
+// pixels, which mix two surfaces, count only if nothing else is found. Ends at what is not nearer.
 void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin, Vec p,
-                     const Sample& now, double farthest, const Surface* beside, Found& nearest) {
+                     const Sample& now, double farthest, Found& nearest) {
     if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
     Sample then = now;
     then.u -= neighbor.offset / frames.half_open;
@@ -310,11 +309,11 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
         if (s.inverse_depth < 0 || !nearer(s.inverse_depth, nearest.inverse_depth, now)) return;
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
-            (s.edge && beside && one_depth(s.inverse_depth, beside->inverse_depth)) ||
             s.inverse_depth * now.depth_ratio < farthest ||
             !may_be_occluded(frames, neighbor, s, x))
             continue;
-        nearest = {&neighbor, s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a};
+        nearest = {&neighbor, s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a, false,
+                   s.edge};
     }
 }
 
@@ -433,22 +432,24 @@ Found resolve_occluded(const Frames& frames, const Background& background, const
     const bool covered =
         shows_behind || (here.nearest.inverse_depth < 0 && comes_close(frames, here, pixel.p, now));
     const double farthest = covered ? here.far.inverse_depth : 0;
-    const Vec far_at = frames.here.inside(pixel.p - here.far.displacement(now, frames.half_open));
-    const bool shows_beside = frames.lens && here.far.path() <= kStillPx &&
-                              frames.here.surface(rounded(far_at)).path() <= kStillPx &&
-                              background.shows(far_at, here.far.inverse_depth);
     Found nearest = resolve_second_layer(frames, pixel, now, here);
     const auto search_in = [&](const Frame& neighbor, const Surface& begin) {
         const bool beyond =
             here.nearest.inverse_depth < 0 && is_beyond(frames, neighbor, here.far, pixel.p, now);
         search_neighbor(frames, neighbor, begin, pixel.p, now,
-                        beyond ? here.far.inverse_depth : farthest,
-                        shows_beside ? &here.far : nullptr, nearest);
+                        beyond ? here.far.inverse_depth : farthest, nearest);
     };
     if (here.nearest.inverse_depth < 0)
         for (const Frame* neighbor : neighbors) search_in(*neighbor, here.far);
     for (size_t i = 0; i < starts.size() && !neighbors.empty(); ++i)
         if (here.occluded_starts[i]) search_in(*neighbors[0], starts[i]);
+    // A neighbor's edge shows no more of a surface than this frame does beside it, if both it and
+    // what hides it stay in place.
+    const Vec far_at = frames.here.inside(pixel.p - here.far.displacement(now, frames.half_open));
+    if (frames.lens && nearest.edge && one_depth(nearest.inverse_depth, here.far.inverse_depth) &&
+        here.far.path() <= kStillPx && frames.here.surface(rounded(far_at)).path() <= kStillPx &&
+        background.shows(far_at, here.far.inverse_depth))
+        return {};
     return nearest;
 }
 

@@ -101,6 +101,7 @@ struct Found {
     double inverse_depth = -1;
     Vec path;             // a
     bool beyond = false;  // this frame's border pixels, continued beyond it
+    bool edge = false;    // of a neighbor: its pixel is at a depth edge
 };
 
 // A surface that this frame hides: it continues behind the one shown at the position `at`.

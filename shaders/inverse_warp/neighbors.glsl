@@ -74,16 +74,6 @@ bool comes_close(Search here, vec2 p, Sample now) {
     return to == inside_of(to) && max(off.x, off.y) <= kClosePx;
 }
 
-// Do the farthest surface visited and what hides it stay in place, and does the former show beside the place
-// that the sample sees? A neighbor's pixel at an edge of it, which mixes two surfaces, shows no more of it.
-bool shows_beside(Search here, vec2 p, Sample now) {
-    if (!kLens) return false;
-    precise const vec2 to = inside_of(p - displacement(here.far, now));
-    const Surface front = unpack_surface(texelFetch(surfaces, ivec2(to + 0.5), 0));
-    return max(path_of(here.far), path_of(front)) <= kStillPx &&
-           cells_around(smallest_cells(to), here.far.inverse_depth).total > 0.0;
-}
-
 // The pixel from which a surface displaced by d comes to p.
 vec2 pixel_before(vec2 p, vec2 d) {
     precise const vec2 x = p + floor(0.5 - d);
@@ -95,8 +85,8 @@ vec2 pixel_before(vec2 p, vec2 d) {
 // (bits 0 and 1), if this frame shows nothing; from each start surface that this frame may hide in
 // the neighbor nearer in time (bits 2 ..). If the farthest surface visited is behind the first, comes
 // almost to the pixel, or comes from beyond the border, nothing behind it counts. Edge pixels, which
-// mix two surfaces, count only if nothing else is found, and shows_beside() is false. A search ends at a
-// pixel that no search may find or that is not nearer than what was found.
+// mix two surfaces, count only if nothing else is found. A search ends at a pixel that no search may
+// find or that is not nearer than what was found.
 //
 // All searches are one loop, a visit each time: lanes do not wait for each other's searches.
 Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
@@ -132,13 +122,21 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
         const vec2 next = pixel_before(pixel.p, d);
         precise const vec2 off = abs(x - pixel.p + d), at = pixel.p - d;
         const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= nearest.inverse_depth * ratio;
-        if (!ends && max(off.x, off.y) <= kAcceptPx && s.inverse_depth * ratio >= farthest && !s.refuted &&
-            !(s.edge && (nearest.inverse_depth >= 0.0 ||
-                         (one_depth(s.inverse_depth, here.far.inverse_depth) &&
-                          shows_beside(here, pixel.p, now)))))
-            nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
+        if (!ends && max(off.x, off.y) <= kAcceptPx && !(s.edge && nearest.inverse_depth >= 0.0) &&
+            s.inverse_depth * ratio >= farthest && !s.refuted)
+            nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false, s.edge);
         steps = ends || next == x || steps == kNeighborSteps - 1 ? 0 : steps + 1;
         x = next;
     } while (searches != 0u || steps > 0);
     return nearest;
+}
+
+// Was the farthest surface visited found at a neighbor's edge, and does this frame show it beside the place
+// `at` that the sample sees? If it and what hides it stay in place, that pixel, which mixes both, shows no more.
+bool shows_beside(Found found, Surface far, vec2 at) {
+    if (!found.edge || !one_depth(found.inverse_depth, far.inverse_depth)) return false;
+    precise const vec2 rounded = floor(at + 0.5);
+    const Surface front = unpack_surface(texelFetch(surfaces, ivec2(rounded), 0));
+    return max(path_of(far), path_of(front)) <= kStillPx &&
+           cells_around(smallest_cells(at), far.inverse_depth).total > 0.0;
 }

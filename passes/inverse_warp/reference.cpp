@@ -258,14 +258,14 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
                                            plane(Role::motion_back, motion), false,
                                            turns(Neighbor::before), turns(Neighbor::after)},
                                           settings),
-                       settings, true)};
+                       settings, motion ? Split::all : Split::in_front)};
     for (const Neighbor neighbor : neighbors) {
         const auto of = [&](Role role) { return plane(role_of(neighbor, role)); };
         const double offset = neighbor == Neighbor::before ? -1.0 : 1.0;
         const ImageD& other = *of(Role::color);
         const std::vector<Surface> of_planes = surfaces_of_planes(
             {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back), true}, settings);
-        std::vector<Surface> shown = shown_surfaces(other, of_planes, settings, false);
+        std::vector<Surface> shown = shown_surfaces(other, of_planes, settings, Split::none);
         hide_other_light({color, frames.here.surfaces}, {other, of_planes}, offset, settings,
                          shown);
         frames.neighbors.push_back(

@@ -186,8 +186,9 @@ class MixedPixels {
     using Offset = std::pair<int, int>;
 
   public:
-    MixedPixels(const ImageD& color, const std::vector<Surface>& surfaces, const Settings& settings)
-        : color_(color), surfaces_(surfaces), settings_(settings) {}
+    MixedPixels(const ImageD& color, const std::vector<Surface>& surfaces, const Settings& settings,
+                Split split)
+        : color_(color), surfaces_(surfaces), settings_(settings), split_(split) {}
 
     // The surface of pixel x, y, at an edge.
     Surface split(int x, int y) const {
@@ -232,6 +233,7 @@ class MixedPixels {
         const bool takes = *share < (leaves(other, 0.5, settings_) ? 0.4 : most_still);
         // It may have twice as much of a thin surface as the pixel that shows the color of that.
         if (*share < (thin ? -1 : -0.1) || *share > 1.1) return own;
+        if (!takes && split_ == Split::in_front) return own;
         const Offset place = takes ? Offset() : mine;
         Surface result = takes ? other : own;
         result.edge = true;
@@ -324,13 +326,14 @@ class MixedPixels {
     const ImageD& color_;
     const std::vector<Surface>& surfaces_;
     const Settings& settings_;
+    const Split split_;
 };
 
 // bright_edges.comp, shown_surfaces.comp
 class BrightEdges {
   public:
     BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings,
-                bool split)
+                Split split)
         : color_(finite_color(color)),
           surfaces_(std::move(surfaces)),
           settings_(settings),
@@ -357,9 +360,9 @@ class BrightEdges {
                     own.edge = own.edge || !one_depth(own.inverse_depth,
                                                       inner[index(x + i, y + j)].inverse_depth);
                 }
-        if (!split_) return result;
+        if (split_ == Split::none) return result;
         std::vector<Surface> split = result;
-        const MixedPixels mixed(color_, result, settings_);
+        const MixedPixels mixed(color_, result, settings_, split_);
         for (int y = 0; y < color_.height; ++y)
             for (int x = 0; x < color_.width; ++x) {
                 if (!surface(x, y).edge || changed[index(x, y)]) continue;
@@ -424,7 +427,8 @@ class BrightEdges {
         const int on_y = std::clamp(y + 16 * (brightest->second - y), 0, color_.height - 1);
         const Surface& front = hides ? own : other;
         const bool part_far = part(own, other, 3, settings_) && leaves(front, 3, settings_);
-        if (split_ && part_far && light(on_x, on_y) >= 0.5 * most) return std::nullopt;
+        if (split_ != Split::none && part_far && light(on_x, on_y) >= 0.5 * most)
+            return std::nullopt;
         // One that leaves it would leave a rim there.
         const bool rim = stays && apart(own, other, settings_) > 10 * 10;
         const double around = light_around(x, y);
@@ -458,7 +462,7 @@ class BrightEdges {
     const ImageD color_;
     const std::vector<Surface> surfaces_;
     const Settings& settings_;
-    const bool split_;
+    const Split split_;
 };
 
 // light.glsl
@@ -851,7 +855,7 @@ std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& se
 }
 
 std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
-                                    const Settings& settings, bool split) {
+                                    const Settings& settings, Split split) {
     return BrightEdges(color, std::move(of_planes), settings, split).shown();
 }
 

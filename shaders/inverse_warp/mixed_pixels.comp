@@ -146,7 +146,8 @@ uint word_of(ivec2 p) {
     if (share < (thin ? kLeastBehindThin : kLeast) || share > kMost ||
         precise_dot(rest, rest) > most_rest || !part(surface_at(p + same.offset), front, kPartPx))
         return 0u;
-    return takes ? kMixed | kTakes | place_of(other.offset) : kMixed | place_of(same.offset);
+    if (takes) return kMixed | kTakes | place_of(other.offset);
+    return MOTION == 1 ? kMixed | place_of(same.offset) : 0u;  // a surface without motion holds no place
 }
 
 void main() {

@@ -44,24 +44,29 @@ vec2 beside(vec2 x, uint place) {
 }
 
 // In a surface of this frame, whose `refuted` means that the place of its color is known: five more of the
-// last bits of a.x, without motion of inverse depth, are that place.
+// last bits of a.x are that place. Without motion it is the pixel's own: inverse depth has no bits to spare.
 #if MOTION
-const int kPlace = 3;  // its first bit
 bool has_place(uvec4 bits) {
     return (bits.w & kRefuted) != 0u;
 }
-#else
-const int kPlace = 2;
-bool has_place(uvec4 bits) {
-    return (bits.x & kRefuted) != 0u;
-}
-#endif
 
 uvec4 with_place(uvec4 bits, uint place) {
-    const uint x = bits.x & ~(31u << kPlace) | place << kPlace, flags = kRefuted | kEdge;
-    return MOTION == 1 ? uvec4(x, bits.yz, bits.w | flags) : uvec4(x | flags, bits.yzw);
+    return uvec4(bits.x & ~0xf8u | place << 3, bits.yz, bits.w | kRefuted | kEdge);
 }
 
 uint place_in(uvec4 bits) {
-    return has_place(bits) ? bits.x >> kPlace & 31u : kOwnPlace;
+    return has_place(bits) ? bits.x >> 3 & 31u : kOwnPlace;
 }
+#else
+bool has_place(uvec4 bits) {
+    return (bits.x & kRefuted) != 0u;
+}
+
+uvec4 with_place(uvec4 bits, uint place) {
+    return uvec4(bits.x | kRefuted | kEdge, bits.yzw);
+}
+
+uint place_in(uvec4 bits) {
+    return kOwnPlace;
+}
+#endif

@@ -1,9 +1,8 @@
 #version 450 core
-// The pixels at depth edges whose surface is behind another one, which is mixed into them. One that has more
-// of the surface in front shows that, whatever its depth, with its mixture: the antialiased outline. If the
-// surface in front stays in place, less of it is enough. Other pixels show where the color of their own is alone.
-// A surface in front that is thin shows nowhere alone: there its color is the one that differs most from the
-// other's.
+// The pixels at depth edges whose surface is behind another one, which is mixed into them. One that is mostly
+// the surface in front shows that surface and keeps its mixture, the antialiased outline. If the surface in
+// front stays in place, less of it is enough. The others take the color of a pixel that shows their own surface
+// alone. A thin surface in front shows nowhere alone: its color is the one that differs most from the other's.
 //
 //   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or kMixed, the place and further bits
 #include "common/finite.glsl"
@@ -26,8 +25,8 @@ const float kRest = 0.1, kContrast = 0.05;
 // Bounds of its own surface's share. It may have twice as much of a thin surface in front as the pixel that
 // shows the color of that.
 const float kLeast = -0.1, kLeastBehindThin = -1.0, kMost = 1.1;
-// Only where the surfaces part by so much motion, from which on blur fades in. A mixture with less of its own
-// surface shows the one in front, if that leaves its place or stays.
+// Only where the surfaces part by so much motion, from which on blur fades in. A pixel shows the surface in
+// front if it has less than kMostLeaving of its own, less than kMostStill if the one in front stays in place.
 const float kPartPx = 0.5, kMostLeaving = 0.4, kMostStill = kShutter ? 0.8 : 0.65;
 // A surface has the color of the pixel that shows it alone and is closest to the pixel's color, among
 // those up to kSlack px^2 farther than the nearest.

@@ -1,6 +1,6 @@
 #version 450 core
-// Pixels that mix two surfaces get the place of their color, or the surface there. Adjacent pixels of the other
-// surface are at an edge then, with the color of their own.
+// Pixels that mix two surfaces get the place of their color, or the surface in front. Beside one that gets the
+// surface in front, pixels of the other surface are marked as edges that show their own color.
 //
 //   surfaces, marks, shown, mixed -> surfaces
 #include "common/software_loop.glsl"
@@ -16,7 +16,7 @@ layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 4) uniform usampler2D mixed;
 layout(binding = 0) writeonly uniform uimage2D split;
 
-// All threads that store such a pixel store the same: one that is at an edge already is not stored here.
+// No thread stores a pixel here that is at an edge already, so all that store one store the same.
 void mark_edges_beside(ivec2 p, Surface taken) {
     uint left = 15u;
     SOFTWARE_LOOP do {

@@ -82,8 +82,8 @@ inline constexpr double kNotThere = -2;
 // Row by row, as their texture stores them: a without its last 3 bits, b in steps of 1/64 px, the
 // inverse depth without its last 2 bits, w in 6 bits.
 std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& settings);
-// The pixels at edges, mixtures of two surfaces, that are split: none; those that show the surface in
-// front; or also those that take the color of their own from another pixel.
+// The pixels at edges, mixtures of two surfaces, that are split: none; those that show the surface
+// in front; or also those that take the color of their own from another pixel.
 enum class Split { none, in_front, all };
 // Bright pixels at edges get the surface whose light they show. Other pixels there are split.
 std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,

@@ -56,7 +56,8 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
             cell.color.assign(c, c + color.channels);
             cell.inverse_depth = s.inverse_depth;
-            cell.part = s.edge && !s.own_color ? kEdgePart : 1;
+            const bool own_color = s.color_from && dot(*s.color_from, *s.color_from) == 0;
+            cell.part = s.edge && !own_color ? kEdgePart : 1;
         }
     levels_.push_back(std::move(pixels));
     while (levels_.back().edge_px < kBlockPx) {
@@ -226,7 +227,7 @@ Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
 // moves along with the nearer surface, so that a nearer pixel must have the same path.
 Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
     const Frame& here = frames.here;
-    const Vec at = here.inside(p - v.d), from = v.surface->color_from;
+    const Vec at = here.inside(p - v.d), from = v.surface->color_from.value_or(Vec{});
     if (!v.surface->edge) return at;
     if (from.x != 0 || from.y != 0) return v.x + from;
     const auto moves_along = [&](Vec x) {

@@ -237,8 +237,7 @@ class MixedPixels {
         const Offset place = takes ? Offset() : mine;
         Surface result = takes ? other : own;
         result.edge = true;
-        result.color_from = {double(place.first), double(place.second)};
-        result.own_color = takes;
+        result.color_from = Vec{double(place.first), double(place.second)};
         result.a.x = without_last(8, result.a.x);
         return result;
     }
@@ -375,7 +374,8 @@ class BrightEdges {
                         !one_depth(own.inverse_depth, result[index(x + i, y + j)].inverse_depth) &&
                         !result[index(x + i, y + j)].edge) {
                         Surface& beside = split[index(x + i, y + j)];
-                        beside.edge = beside.own_color = true;
+                        beside.edge = true;
+                        beside.color_from = Vec{};
                         beside.a.x = without_last(8, beside.a.x);
                     }
             }

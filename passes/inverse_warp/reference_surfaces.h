@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "chain/base/image.h"
@@ -48,8 +49,7 @@ struct Surface {
     double inverse_depth = 0;
     double radius = 0;
     bool edge = false;
-    Vec color_from;  // of a pixel that mixes two surfaces: from it to the one with its color
-    bool own_color = false;  // at an edge, of a pixel that is known to show its color
+    std::optional<Vec> color_from;  // at an edge: from the pixel to the one known to show its color
 
     // Longest path on either side of the frame.
     double path() const;

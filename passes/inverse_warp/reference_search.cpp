@@ -11,7 +11,8 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kEdgePart = 0.25;
-constexpr double kShows = 0.3, kOneColor = 0.25;
+constexpr double kLamp = 3, kLeastPart = 1e-4;
+constexpr double kShows = 0.3, kOneColor = 0.25, kDimmer = 0.4, kMuchLonger = 2;
 constexpr std::array<int, 6> kDistances = {1, 2, 3, 5, 9, 16};
 constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 
@@ -24,6 +25,24 @@ int block_count(int pixels) {
 }
 
 }  // namespace
+
+// Quarters that are much brighter than the second darkest of those that show the farthest surface
+// have less weight.
+void Background::dim_lamps(std::array<Cell, 4>& quarters) {
+    double farthest = std::numeric_limits<double>::infinity();
+    for (const Cell& quarter : quarters)
+        if (quarter.part > 0) farthest = std::min(farthest, quarter.inverse_depth);
+    std::vector<double> brightness;
+    for (const Cell& quarter : quarters)
+        if (quarter.part > 0 && one_depth(quarter.inverse_depth, farthest))
+            brightness.push_back(quarter.brightness);
+    if (brightness.size() < 2) return;
+    std::sort(brightness.begin(), brightness.end());
+    const double limit = kLamp * brightness[1];
+    for (Cell& quarter : quarters)
+        if (quarter.brightness > limit)
+            quarter.part *= std::max(std::pow(limit / quarter.brightness, 2), kLeastPart);
+}
 
 // Quarter by quarter: a farther surface replaces the one so far, the same one is averaged with it.
 Background::Cell Background::merge(const std::array<Cell, 4>& quarters) {
@@ -39,6 +58,8 @@ Background::Cell Background::merge(const std::array<Cell, 4>& quarters) {
         const double part = whole.part + quarter.part;
         for (size_t c = 0; c < whole.color.size(); ++c)
             whole.color[c] = (whole.part * whole.color[c] + quarter.part * quarter.color[c]) / part;
+        whole.brightness =
+            (whole.part * whole.brightness + quarter.part * quarter.brightness) / part;
         whole.inverse_depth = std::min(whole.inverse_depth, quarter.inverse_depth);
         whole.part = part;
     }
@@ -55,6 +76,7 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
             const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
             cell.color.assign(c, c + color.channels);
+            cell.brightness = std::max({c[0], c[1], c[2], 0.0});
             cell.inverse_depth = s.inverse_depth;
             const bool own_color = s.color_from && dot(*s.color_from, *s.color_from) == 0;
             cell.part = s.edge && !own_color ? kEdgePart : 1;
@@ -68,8 +90,10 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
                 const auto quarter = [&](int i, int j) {
                     return fine.cells[size_t(2 * y + j) * size_t(fine.columns) + size_t(2 * x + i)];
                 };
-                coarse.cells.push_back(
-                    merge({quarter(0, 0), quarter(1, 0), quarter(0, 1), quarter(1, 1)}));
+                std::array<Cell, 4> quarters = {quarter(0, 0), quarter(1, 0), quarter(0, 1),
+                                                quarter(1, 1)};
+                if (fine.edge_px > 1) dim_lamps(quarters);
+                coarse.cells.push_back(merge(quarters));
             }
         levels_.push_back(std::move(coarse));
     }
@@ -97,11 +121,9 @@ int Background::distance_behind(std::array<int, 2> cell, std::array<int, 2> line
     return 0;
 }
 
-bool Background::one_surface(const Sides& sides) const {
-    const Cell &a = smallest(sides.first), &b = smallest(sides.second);
-    // The cells of 16 px around the first one.
+double Background::level_around(std::array<int, 2> cell) const {
     const Level& blocks = levels_.back();
-    const int column = 2 * sides.first[0] / kBlockPx, row = 2 * sides.first[1] / kBlockPx;
+    const int column = 2 * cell[0] / kBlockPx, row = 2 * cell[1] / kBlockPx;
     std::vector<const double*> around;
     for (int j = row - 1; j <= row + 1; ++j)
         for (int i = column - 1; i <= column + 1; ++i) {
@@ -110,29 +132,41 @@ bool Background::one_surface(const Sides& sides) const {
             around.push_back(
                 blocks.cells[size_t(y) * size_t(blocks.columns) + size_t(x)].color.data());
         }
-    const double level = level_of(around, 1.5);
-    for (size_t c = 0; c < 3; ++c)
-        if (std::abs(as_part_of(a.color[c], level) - as_part_of(b.color[c], level)) >= kOneColor)
-            return false;
-    return one_depth(a.inverse_depth, b.inverse_depth);
+    return level_of(around, 1.5);
+}
+
+Background::Line Background::line_between(const Sides& sides, double span, double level) const {
+    const Cell &a = smallest(sides.first), &b = smallest(sides.second);
+    Line line = {sides, span};
+    line.one_depth = one_depth(a.inverse_depth, b.inverse_depth);
+    line.one_surface = line.one_depth;
+    for (size_t c = 0; c < line.brighter.size(); ++c) {
+        const double one = as_part_of(a.color[c], level), other = as_part_of(b.color[c], level);
+        line.brighter[c] = std::max(one, other);
+        if (std::abs(one - other) >= kOneColor) line.one_surface = false;
+    }
+    return line;
 }
 
 std::optional<Background::Sides> Background::sides_of(Vec x, double q) const {
     const std::array<int, 2> cell = {int(x.x) / 2, int(x.y) / 2};
     const double own = smallest(cell).inverse_depth;
     if (own * kOneDepth < q) return Sides{cell, cell};
-    double shortest = std::numeric_limits<double>::infinity();
-    std::optional<Sides> sides;
-    for (const auto& line : kLines) {
-        const int a = distance_behind(cell, line, own);
-        const int b = distance_behind(cell, {-line[0], -line[1]}, own);
-        const double span = (a + b) * std::hypot(line[0], line[1]);
-        if (a == 0 || b == 0 || span >= shortest) continue;
-        shortest = span;
-        sides = Sides{along(cell, line, a), along(cell, line, -b)};
-        if (!one_surface(*sides)) sides.reset();
+    std::optional<Line> shortest, found;
+    for (const auto& way : kLines) {
+        const int a = distance_behind(cell, way, own);
+        const int b = distance_behind(cell, {-way[0], -way[1]}, own);
+        if (a == 0 || b == 0) continue;
+        const Line line = line_between({along(cell, way, a), along(cell, way, -b)},
+                                       (a + b) * std::hypot(way[0], way[1]), level_around(cell));
+        if (!shortest || line.span < shortest->span) shortest = line;
+        if (line.one_surface && (!found || line.span < found->span)) found = line;
     }
-    return sides;
+    if (!found || found->span > kMuchLonger * shortest->span) return std::nullopt;
+    for (size_t c = 0; c < found->brighter.size(); ++c)
+        if (shortest->one_depth && shortest->brighter[c] - found->brighter[c] > kDimmer)
+            return std::nullopt;
+    return found->sides;
 }
 
 Color Background::continued_color(const Sides& sides, Vec at) const {

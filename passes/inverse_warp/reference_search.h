@@ -39,20 +39,30 @@ class Background {
     // The farthest surface in a square of pixels: mean color, inverse depth, part of the square.
     struct Cell {
         Color color = {};
+        double brightness = 0;
         double inverse_depth = 0;
         double part = 0;
+    };
+    // From side to side of what hides a surface.
+    struct Line {
+        Sides sides;
+        double span = 0;  // cells
+        bool one_depth = false, one_surface = false;
+        std::array<double, 3> brighter = {};  // of both sides, as parts of the level around
     };
     struct Level {
         int edge_px = 0, columns = 0, rows = 0;
         std::vector<Cell> cells;
     };
+    static void dim_lamps(std::array<Cell, 4>& quarters);
     static Cell merge(const std::array<Cell, 4>& quarters);
     // Those around the position `at` that show a surface with at most this inverse depth, each with
     // its weight.
     static std::vector<std::pair<const Cell*, double>> around(const Level& level, Vec at,
                                                               double inverse_depth);
     const Cell& smallest(std::array<int, 2> cell) const;
-    bool one_surface(const Sides& sides) const;
+    double level_around(std::array<int, 2> cell) const;
+    Line line_between(const Sides& sides, double span, double level) const;
     // Distance, in cells, to the first surface behind inverse depth q; 0 if there is none.
     int distance_behind(std::array<int, 2> cell, std::array<int, 2> line, double q) const;
 

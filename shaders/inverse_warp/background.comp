@@ -25,7 +25,9 @@ layout(binding = 2) uniform sampler2DArray layers;
 layout(binding = 2) writeonly uniform image2DArray background_layers;
 #endif
 
-const float kEdgeWeight = 0.25;  // of an edge pixel whose color is mixed with the nearer surface's
+const float kLamp = 3.0;          // times as bright as its surroundings
+const float kLeastPart = 1.0e-4;  // of the weight of a lamp
+const float kEdgeWeight = 0.25;   // of an edge pixel whose color is mixed with the nearer surface's
 
 // The one that this work group averages.
 Plane this_plane() {
@@ -38,12 +40,13 @@ Plane this_plane() {
 
 struct Cell {
     vec4 color;
+    float brightness;  // also of a layer's cell, whose pixels have the weights of color
     float inverse_depth;
     float weight;  // pixels; 0: empty
 };
 
 Cell empty() {
-    return Cell(vec4(0.0), 0.0, 0.0);
+    return Cell(vec4(0.0), 0.0, 0.0, 0.0);
 }
 
 // The farther one, or the mean of both if they are one surface.
@@ -54,17 +57,51 @@ Cell merge(Cell a, Cell b) {
         return a.inverse_depth < b.inverse_depth ? a : b;
     precise const float weight = a.weight + b.weight;
     // By the difference: one color stays to the bit.
-    precise const vec4 color = a.color + b.weight / weight * (b.color - a.color);
-    return Cell(color, min(a.inverse_depth, b.inverse_depth), weight);
+    precise const float share = b.weight / weight;
+    precise const vec4 color = a.color + share * (b.color - a.color);
+    precise const float brightness = a.brightness + share * (b.brightness - a.brightness);
+    return Cell(color, brightness, min(a.inverse_depth, b.inverse_depth), weight);
+}
+
+// Much brighter than `level`, a cell shows a lamp, whose light does not go on behind what hides it.
+Cell dimmed(Cell cell, float level) {
+    precise const float limit = kLamp * level;
+    if (!(cell.brightness > limit)) return cell;
+    precise const float part = limit / cell.brightness, weight = max(part * part, kLeastPart) * cell.weight;
+    cell.weight = weight;
+    return cell;
+}
+
+float farthest_of(Cell a, Cell b) {
+    const float q = a.weight > 0.0 ? a.inverse_depth : 3.0e38,
+                r = b.weight > 0.0 ? b.inverse_depth : 3.0e38;
+    return min(q, r);
+}
+
+float brightness_of(Cell cell, float farthest) {
+    return cell.weight > 0.0 && one_depth(cell.inverse_depth, farthest) ? cell.brightness : 3.0e38;
+}
+
+// Of four cells. Their level is the second lowest brightness.
+Cell merge(Cell a, Cell b, Cell c, Cell d) {
+    const float farthest = min(farthest_of(a, b), farthest_of(c, d));
+    const vec4 all = vec4(brightness_of(a, farthest), brightness_of(b, farthest),
+                          brightness_of(c, farthest), brightness_of(d, farthest));
+    const vec2 low = min(all.xz, all.yw), high = max(all.xz, all.yw);
+    const float level = min(max(low.x, low.y), min(high.x, high.y));
+    const Cell ab = merge(dimmed(a, level), dimmed(b, level));
+    return merge(merge(ab, dimmed(c, level)), dimmed(d, level));
 }
 
 Cell pixel(ivec2 at) {
     if (any(greaterThanEqual(at, uniforms.size))) return empty();
     const vec4 c = fetch(WIDE(color, layers), this_plane(), at);
+    const vec4 light = fetch(WIDE(color, layers), kColor, at);
+    const float brightness = max(max(light.r, 0.0), max(light.g, light.b));
     const uvec4 bits = texelFetch(surfaces, at, 0);
     const Surface s = unpack_surface(bits);
     const bool own_color = has_place(bits) && place_in(bits) == kOwnPlace;
-    return Cell(c, s.inverse_depth, s.edge && !own_color ? kEdgeWeight : 1.0);
+    return Cell(c, brightness, s.inverse_depth, s.edge && !own_color ? kEdgeWeight : 1.0);
 }
 
 void store(Cell cell, ivec2 at, float pixels) {
@@ -99,13 +136,8 @@ shared Cell cells[kSquares];
 
 // The cell of square k, and three more of its size, whose edge is given in squares.
 Cell merge_cells(int k, Cell cell, int edge) {
-    uint left = 14u;
-    SOFTWARE_LOOP do {
-        const ivec2 offset = edge * corner(findLSB(left));
-        cell = merge(cell, cells[k + offset.y * kBlockPx + offset.x]);
-        left &= left - 1u;
-    } while (left != 0u);
-    return cell;
+    return merge(cell, cells[k + edge], cells[k + edge * kBlockPx],
+                 cells[k + edge * kBlockPx + edge]);
 }
 
 void main() {
@@ -114,13 +146,13 @@ void main() {
     const bool is_cell = all(lessThan(square, 4 * uniforms.blocks));
     Cell of_4 = empty();
     if (is_cell) {
-        int i = 0;
-        SOFTWARE_LOOP do {
+        Cell of_2[4];
+        for (int i = 0; i < 4; ++i) {
             const ivec2 at = 2 * square + corner(i);
-            const Cell of_2 = merge_pixels(2 * at);
-            store(of_2, at, 4.0);
-            of_4 = merge(of_4, of_2);
-        } while (++i < 4);
+            of_2[i] = merge_pixels(2 * at);
+            store(of_2[i], at, 4.0);
+        }
+        of_4 = merge(of_2[0], of_2[1], of_2[2], of_2[3]);
         store(of_4, first_of_4() + square, 16.0);
     }
     // A cell that another contains at its first square stays with the thread.

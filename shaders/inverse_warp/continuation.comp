@@ -1,6 +1,6 @@
 #version 450 core
 // Finds the surface that continues behind each cell of 2 px: one seen at one depth and in one color
-// on both sides of the cell, nearest along one of four lines. A thread for each cell: on a software
+// on both sides of the cell, along the shortest such line of four. A thread for each cell: on a software
 // renderer lists of cells in shared memory took twice as long.
 //
 //   background_depth, background_color -> background   as background_depth, and for cells of 2 px the
@@ -21,6 +21,8 @@ const int kReachBlocks = 2;    // that hold the cells on all lines
 const float kShows = 0.3;      // part of a cell: more than its edge pixels
 const float kOneColor = 0.25;  // largest difference (brightness.glsl)
 const float kLevel = 1.5;
+const float kDimmer = 0.4;     // than what is dimmer by more: its light would be lost
+const uint kMuchLonger = 2u;   // times the shortest line
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));
@@ -90,12 +92,24 @@ float find_level(ivec2 cell) {
     return level_of(roots, kLevel);
 }
 
-bool one_surface(ivec2 a, ivec2 b) {
-    const float level = find_level(a);
-    precise const vec3 apart = abs(as_part_of(texelFetch(background_color, a, 0).rgb, level) -
-                                   as_part_of(texelFetch(background_color, b, 0).rgb, level));
-    return one_depth(texelFetch(background_depth, a, 0).x, texelFetch(background_depth, b, 0).x) &&
-           max(apart.r, max(apart.g, apart.b)) < kOneColor;
+float largest_of(vec3 v) {
+    return max(v.r, max(v.g, v.b));
+}
+
+// What the cells on both sides show.
+struct Ends {
+    bool one_depth, one_surface;
+    vec3 brighter;  // of each color, compared by level
+};
+
+Ends ends_of(uvec2 sides, float level) {
+    const ivec2 a = unpack_cell(sides.x), b = unpack_cell(sides.y);
+    const vec3 color_a = as_part_of(texelFetch(background_color, a, 0).rgb, level);
+    const vec3 color_b = as_part_of(texelFetch(background_color, b, 0).rgb, level);
+    const bool depth = one_depth(texelFetch(background_depth, a, 0).x,
+                                 texelFetch(background_depth, b, 0).x);
+    precise const vec3 apart = abs(color_a - color_b);
+    return Ends(depth, depth && largest_of(apart) < kOneColor, max(color_a, color_b));
 }
 
 void copy(ivec2 texel) {
@@ -117,20 +131,35 @@ uint pack_length(int line, int i, int j) {
     return uint(256.0 * length) << 8 | pack_line(line, i, j);
 }
 
-// The shortest line on both of whose sides a surface behind inverse depth q is seen, or kNoLine. On a
-// tie the first one counts.
-uint shortest_line(ivec2 cell, float q) {
-    uint shortest = kNoLine;
+// The shortest line on both of whose sides one surface behind inverse depth q is seen, or kNoLine. On a tie
+// the first one counts. A shorter line that ends at one depth shows that the surface changes its color there. If
+// it is much brighter, the fill keeps its light.
+uint find_line(ivec2 cell, float q) {
+    uint shortest = kNoLine, found = kNoLine;
+    vec3 light = vec3(0.0), found_light = vec3(0.0);
     uint left = find_lines(cell, q);
+    const float level = left != 0u ? find_level(cell) : 1.0;
     if (left != 0u) SOFTWARE_LOOP do {
-        const int line = findLSB(left);
+        const int way = findLSB(left);
         left &= left - 1u;
-        const int first = distance_behind(cell, line_of(line), q);
+        const int first = distance_behind(cell, line_of(way), q);
         if (first < 0) continue;
-        const int second = distance_behind(cell, -line_of(line), q);
-        if (second >= 0) shortest = min(shortest, pack_length(line, first, second));
+        const int second = distance_behind(cell, -line_of(way), q);
+        if (second < 0) continue;
+        const uint line = pack_length(way, first, second);
+        const Ends ends = ends_of(sides_on(line & 255u, cell), level);
+        if (line < shortest) {
+            shortest = line;
+            light = ends.one_depth ? ends.brighter : vec3(0.0);
+        }
+        if (ends.one_surface && line < found) {
+            found = line;
+            found_light = ends.brighter;
+        }
     } while (left != 0u);
-    return shortest;
+    precise const vec3 lost = light - found_light;
+    const bool counts = found >> 8 <= kMuchLonger * (shortest >> 8) && largest_of(lost) <= kDimmer;
+    return counts ? found : kNoLine;
 }
 
 void main() {
@@ -138,11 +167,7 @@ void main() {
     if (any(greaterThanEqual(cell, kBlockCells * uniforms.blocks))) return;
     if (is_larger_cell(cell)) copy(first_of_4() + cell);
     vec2 depth_part = texelFetch(background_depth, cell, 0).xy;
-    const uint line = shortest_line(cell, depth_part.x);
-    if (line != kNoLine) {
-        const uvec2 sides = sides_on(line & 255u, cell);
-        if (one_surface(unpack_cell(sides.x), unpack_cell(sides.y)))
-            depth_part.y = with_line(depth_part.y, line & 255u);
-    }
+    const uint line = find_line(cell, depth_part.x);
+    if (line != kNoLine) depth_part.y = with_line(depth_part.y, line & 255u);
     imageStore(background, cell, vec4(depth_part, 0.0, 0.0));
 }

@@ -236,8 +236,8 @@ struct Errors {
     double rms = 0, largest = 0;
 };
 
-// At the pixels that the first surface covers in part, as parts of the contrast.
-Errors outline_errors(const Scene& scene, const ImageF& out) {
+// At the pixels of which the first surface covers from `least` to `most`, as parts of the contrast.
+Errors errors_where(const Scene& scene, const ImageF& out, double least, double most) {
     const double contrast = std::abs(scene.surfaces.front().gray - scene.surfaces.back().gray);
     Errors errors;
     int count = 0;
@@ -247,7 +247,7 @@ Errors outline_errors(const Scene& scene, const ImageF& out) {
         const Row row = row_at(scene, y, 0);
         if (truth.empty() || scene.round) truth = truth_of(scene, y);
         for (size_t x = 0; x < kWidth; ++x) {
-            if (row.shares[0][x] < 1e-6 || row.shares[0][x] > 1 - 1e-6) continue;
+            if (row.shares[0][x] < least || row.shares[0][x] > most) continue;
             const double error = std::abs(out.at(int(x), y) - truth[x]) / contrast;
             errors.rms += error * error;
             errors.largest = std::max(errors.largest, error);
@@ -256,6 +256,14 @@ Errors outline_errors(const Scene& scene, const ImageF& out) {
     }
     errors.rms = std::sqrt(errors.rms / count);
     return errors;
+}
+
+Errors outline_errors(const Scene& scene, const ImageF& out) {
+    return errors_where(scene, out, 1e-6, 1 - 1e-6);
+}
+
+Errors covered_errors(const Scene& scene, const ImageF& out) {
+    return errors_where(scene, out, 1 - 1e-6, 1);
 }
 
 // rms: the part of the second surface's light that is missing where it should be.
@@ -382,6 +390,25 @@ Scene hidden_lamps(double speed) {
                          back}};
 }
 
+// A lamp on a wall, beside a screen out of focus that hides the wall.
+Scene lamp_beside_a_screen() {
+    return {.surfaces = {{bar(-kFar, 73.2), 0.1, 0.5},
+                         {discs({{78.2, 30.1}}, 2), 36, 0.25},
+                         wall(0.6, 0.25)},
+            .lens = true,
+            .alone = true,
+            .round = true};
+}
+
+// A bar out of focus that hides a part of a slanted stripe on a wall.
+Scene stripe_behind_a_bar() {
+    const auto stripe = [](double y) { return std::vector<Span>{{y + 30, y + 58}}; };
+    return {.surfaces = {{bar(70.3, 82.3), 0.1, 0.5}, {stripe, 0.9, 0.25}, wall(0.3, 0.25)},
+            .lens = true,
+            .alone = true,
+            .round = true};
+}
+
 // A wall of fine waves above a rail that moves or is out of focus further.
 Scene wave(double speed, bool lens) {
     const double depth = lens ? 0.25 - 0.7 / 32 : 0.1, rail_depth = lens ? 0.25 + 5.0 / 32 : 0.5;
@@ -436,6 +463,8 @@ const std::vector<Case>& cases() {
         {"BallBehindAPost", hidden_ball(false), hidden_errors, 0.3, 0},
         {"BallBehindAPostThatPasses", hidden_ball(false, 1), hidden_errors, 0.3, 0},
         {"BallInTheLayerBehind", hidden_ball(true), hidden_errors, 0.1, 0},
+        {"LampBesideAScreen", lamp_beside_a_screen(), covered_errors, 0.02, 0.12},
+        {"StripeBehindABar", stripe_behind_a_bar(), covered_errors, 0.16, 1.1},
         {"SlowWaves", wave(3, false), wave_errors, 0.014, 0.01},
         {"SlowestWaves", wave(1.6, false), wave_errors, 0.019, 0.01},
         {"WavesOutOfFocus", wave(0, true), wave_errors, 0.015, 0.01},
@@ -476,7 +505,7 @@ TEST(EdgesReference, AgreesOnOutlinesLinesAndHiddenLights) {
           round_before_wall(kDisc, 0.05, 0.8, 16), followed(kDisc, 0.05, 0.8),
           line_out_of_focus(kNear, 2, 60), still_bar(kNear, 0.25, false),
           still_bar(0.25, kBehindFocus, true), hidden_ball(false, 1), hidden_ball(true),
-          hidden_lamps(16)}) {
+          hidden_lamps(16), lamp_beside_a_screen(), stripe_behind_a_bar()}) {
         const FramePlanes planes = frames_of(scene);
         const FrameDescription frame = description_of(scene, planes);
         const Chain chain =

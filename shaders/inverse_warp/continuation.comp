@@ -60,11 +60,17 @@ uint find_lines(ivec2 cell, float q) {
     return inside_cells(cell) ? uint(behind.x | behind.y << 1 | behind.z << 2 | behind.w << 3) : 0u;
 }
 
-// The number of the distance to the first surface behind inverse depth q: to the first of its cells
-// that shows it away from edges. -1: there is none, or it ends before such a cell.
-int distance_behind(ivec2 cell, ivec2 line, float q) {
+// The first surface behind another one, along a line.
+struct Behind {
+    int distance;  // its number; -1: there is none, or it ends before a cell that shows it away from edges
+    ivec2 cell;
+    float inverse_depth;
+};
+
+Behind find_behind(ivec2 cell, ivec2 line, float q) {
+    Behind found = Behind(-1, cell, 0.0);
     float behind = -1.0;
-    int found = -1, i = 0;
+    int i = 0;
     bool more;
     SOFTWARE_LOOP do {
         const ivec2 at = cell + distance_of(i) * line;
@@ -73,7 +79,7 @@ int distance_behind(ivec2 cell, ivec2 line, float q) {
         more = inside_cells(at) && depth_part.y > 0.0 &&
                (behind < 0.0 || one_depth(depth_part.x, behind));
         if (more && behind >= 0.0 && depth_part.y > kShows) {
-            found = i;
+            found = Behind(i, at, depth_part.x);
             more = false;
         }
         ++i;
@@ -96,20 +102,8 @@ float largest_of(vec3 v) {
     return max(v.r, max(v.g, v.b));
 }
 
-// What the cells on both sides show.
-struct Ends {
-    bool one_depth, one_surface;
-    vec3 brighter;  // of each color, compared by level
-};
-
-Ends ends_of(uvec2 sides, float level) {
-    const ivec2 a = unpack_cell(sides.x), b = unpack_cell(sides.y);
-    const vec3 color_a = as_part_of(texelFetch(background_color, a, 0).rgb, level);
-    const vec3 color_b = as_part_of(texelFetch(background_color, b, 0).rgb, level);
-    const bool depth = one_depth(texelFetch(background_depth, a, 0).x,
-                                 texelFetch(background_depth, b, 0).x);
-    precise const vec3 apart = abs(color_a - color_b);
-    return Ends(depth, depth && largest_of(apart) < kOneColor, max(color_a, color_b));
+vec3 part_at(ivec2 cell, float level) {
+    return as_part_of(texelFetch(background_color, cell, 0).rgb, level);
 }
 
 void copy(ivec2 texel) {
@@ -137,24 +131,30 @@ uint pack_length(int line, int i, int j) {
 uint find_line(ivec2 cell, float q) {
     uint shortest = kNoLine, found = kNoLine;
     vec3 light = vec3(0.0), found_light = vec3(0.0);
+    float level = -1.0;
     uint left = find_lines(cell, q);
-    const float level = left != 0u ? find_level(cell) : 1.0;
     if (left != 0u) SOFTWARE_LOOP do {
         const int way = findLSB(left);
         left &= left - 1u;
-        const int first = distance_behind(cell, line_of(way), q);
-        if (first < 0) continue;
-        const int second = distance_behind(cell, -line_of(way), q);
-        if (second < 0) continue;
-        const uint line = pack_length(way, first, second);
-        const Ends ends = ends_of(sides_on(line & 255u, cell), level);
-        if (line < shortest) {
-            shortest = line;
-            light = ends.one_depth ? ends.brighter : vec3(0.0);
+        const Behind a = find_behind(cell, line_of(way), q);
+        if (a.distance < 0) continue;
+        const Behind b = find_behind(cell, -line_of(way), q);
+        if (b.distance < 0) continue;
+        const uint line = pack_length(way, a.distance, b.distance);
+        bool one_surface = one_depth(a.inverse_depth, b.inverse_depth);
+        vec3 brighter = vec3(0.0);
+        if (one_surface) {
+            if (level < 0.0) level = find_level(cell);
+            const vec3 part_a = part_at(a.cell, level), part_b = part_at(b.cell, level);
+            precise const vec3 apart = abs(part_a - part_b);
+            one_surface = largest_of(apart) < kOneColor;
+            brighter = max(part_a, part_b);
         }
-        if (ends.one_surface && line < found) {
+        if (line < shortest) light = brighter;
+        shortest = min(shortest, line);
+        if (one_surface && line < found) {
             found = line;
-            found_light = ends.brighter;
+            found_light = brighter;
         }
     } while (left != 0u);
     precise const vec3 lost = light - found_light;

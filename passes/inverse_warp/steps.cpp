@@ -66,6 +66,14 @@ bool holds_motion_back(const Settings& settings, const PlanContext& context) {
     return holds_motion(settings, context) && context.available.has(Role::motion_back);
 }
 
+// True if no frame that the pass reads has the motion from the frame before it.
+bool moves_straight(const Settings& settings, const PlanContext& context) {
+    bool back = context.available.has(Role::motion_back) || uses_second_layer(settings, context);
+    for (const Neighbor neighbor : searched_neighbors(settings, context.available))
+        back = back || context.available.has(role_of(neighbor, Role::motion_back));
+    return !back;
+}
+
 // The longest displacement that the frame's bounds allow, pixels. `back`: surfaces hold the motion
 // from the frame before.
 double longest_px(const Settings& settings, const FrameDescription& frame, bool back) {
@@ -133,6 +141,7 @@ class Planner {
           settings_(settings),
           frame_(planner.context().frame),
           motion_(holds_motion(settings, planner.context())),
+          straight_(!motion_ || moves_straight(settings, planner.context())),
           layered_(planner.has(Role::layers)),
           second_layer_(uses_second_layer(settings, planner.context())),
           blocks_(groups_for(frame_.width, frame_.height)),
@@ -218,6 +227,7 @@ class Planner {
         step.program.defines["SHUTTER"] = flag(settings_.shutter.has_value());
         step.program.defines["LENS"] = flag(settings_.lens.has_value());
         step.program.defines["MOTION"] = flag(motion_);
+        step.program.defines["STRAIGHT"] = flag(straight_);
         if (settings_.lens)
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;
@@ -694,6 +704,7 @@ class Planner {
     const Settings& settings_;
     const FrameDescription& frame_;
     const bool motion_;        // surfaces hold it
+    const bool straight_;      // and no acceleration
     const bool layered_;       // the frame has extra layers
     const bool second_layer_;  // the pass uses the layer behind (chain/frame/behind.h)
     const std::array<int, 3> blocks_;

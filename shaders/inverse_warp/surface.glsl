@@ -13,6 +13,7 @@
 //
 // SHUTTER, LENS: which of the two are open
 // MOTION: surfaces hold motion: with the shutter, and if neighboring frames are searched
+// STRAIGHT: no frame has a motion_back plane: b and w are 0
 #include "common/precise.glsl"
 #include "shared/inverse_warp_uniforms.h"
 
@@ -64,11 +65,14 @@ const uint kEdge = 1u, kRefuted = 2u;  // the last bits of a surface
 // kStepB; w: inverse depth
 Surface unpack_surface(uvec4 bits) {
     const float q = inverse_depth_of(bits.w);
+    Surface s = Surface(q, (bits.w & kEdge) != 0u, (bits.w & kRefuted) != 0u,
+                        uintBitsToFloat(bits.xy & ~7u), vec2(0.0), 0.0, radius_px(q));
+#if !STRAIGHT
     const int pair = int(bits.z);
-    return Surface(q, (bits.w & kEdge) != 0u, (bits.w & kRefuted) != 0u,
-                   uintBitsToFloat(bits.xy & ~7u),
-                   kStepB * vec2(float((pair << 16) >> 16), float(pair >> 16)),
-                   float((bits.x & 7u) << 3 | (bits.y & 7u)) * (1.0 / 63.0), radius_px(q));
+    s.b = kStepB * vec2(float((pair << 16) >> 16), float(pair >> 16));
+    s.straight = float((bits.x & 7u) << 3 | (bits.y & 7u)) * (1.0 / 63.0);
+#endif
+    return s;
 }
 
 uvec4 pack_surface(Surface s) {
@@ -120,7 +124,10 @@ float bend_at(float u) {
 }
 
 vec2 moved(Surface s, Sample at) {
-    precise const vec2 d = s.a * at.u + s.b * precise_mix(at.bend, abs(at.u), s.straight);
+    precise vec2 d = s.a * at.u;
+#if !STRAIGHT
+    d += s.b * precise_mix(at.bend, abs(at.u), s.straight);
+#endif
     return d;
 }
 

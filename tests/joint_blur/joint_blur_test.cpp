@@ -54,6 +54,29 @@ TEST(JointBlur, TimesAreCenteredForAnyNumberOfSamples) {
     }
 }
 
+// Frames without motion_back have programs of their own.
+TEST(JointBlur, WithoutMotionBackAsWithEqualVectorsToTheBit) {
+    TestFrame frame = layered_frame(101, 67, {40.0f, 9.0f}, {-23.0f, 5.0f});
+    add_neighbors(frame);
+    frame.description.camera.f_stop = 0.5;
+    FramePlanes without = frame.planes;
+    frame.planes[Role::motion_back] = frame.planes.at(Role::motion);
+    frame.description.planes.add(Role::motion_back);
+    FrameDescription described = frame.description;
+    for (const Role role : {Role::motion_back, role_of(Neighbor::before, Role::motion_back),
+                            role_of(Neighbor::after, Role::motion_back)}) {
+        without.erase(role);
+        described.planes.remove(role);
+    }
+    for (const char* pass : {"joint_blur", "motion_blur"}) {
+        const Chain chain = chain_of(pass, {});
+        const ImageF out = filter(chain, described, without).at(Role::color);
+        EXPECT_EQ(out.data, filter(chain, frame.description, frame.planes).at(Role::color).data)
+            << pass;
+        EXPECT_NE(out.data, without.at(Role::color).data) << pass;
+    }
+}
+
 // A square, beside whose edges lamps are, before ground that continues behind it, and neighbors of
 // other light: the same at every exposure.
 TEST(JointBlur, IsLinearInExposure) {

@@ -1,4 +1,4 @@
-// Plans for an engine's frame: all planes, both neighbors, a lens and a shutter, and no known
+// Plans for an engine's frame: one motion plane, both neighbors, a lens and a shutter, and no known
 // facts.
 #pragma once
 
@@ -13,9 +13,10 @@ inline FrameDescription engine_frame(int width, int height) {
     FrameDescription frame;
     frame.width = frame.display_width = width;
     frame.height = frame.display_height = height;
-    frame.planes = {Role::color, Role::inverse_depth, Role::motion, Role::motion_back};
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion};
     for (const Neighbor neighbor : kNeighbors)
-        for (const Role role : kNeighborRoles) frame.planes.add(role_of(neighbor, role));
+        for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
+            frame.planes.add(role_of(neighbor, role));
     frame.camera.focal_length_mm = 50;
     frame.camera.sensor_width_mm = 36;
     frame.camera.f_stop = 2;

@@ -3,10 +3,10 @@
 // and without known facts. A cell: vector registers / waves that a SIMD holds at once / spilled
 // vector registers / instructions.
 //
-//   isa_bench [--generation=NAME]... [--steps] [CHAIN...]
+//   isa_bench [--generation=NAME]... [--steps] [--back] [CHAIN...]
 //
-// --steps: every step, otherwise the three largest of a chain. Needs no GL and no GPU. Exit code 1:
-// a step is not compiled; 77: a compiler is missing.
+// --steps: every step, otherwise the three largest of a chain. --back: frames have motion_back too.
+// Needs no GL and no GPU. Exit code 1: a step is not compiled; 77: a compiler is missing.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -30,8 +30,10 @@ struct Program {
 };
 
 // The programs of `chain`, in the order of its plan, each once.
-std::vector<Program> programs_of(const std::string& chain) {
-    const Plan plan = plan_of(chain, engine_frame(1920, 1080), {.device = DeviceClass::gpu});
+std::vector<Program> programs_of(const std::string& chain, bool back) {
+    FrameDescription frame = engine_frame(1920, 1080);
+    if (back) frame.planes.add(Role::motion_back);
+    const Plan plan = plan_of(chain, frame, {.device = DeviceClass::gpu});
     std::vector<Program> programs;
     for (const Step& step : plan.steps)
         if (std::none_of(programs.begin(), programs.end(),
@@ -70,9 +72,10 @@ Row row_of(const Program& program, const std::vector<std::unique_ptr<AmdCompiler
 }  // namespace
 
 int main(int argc, char** argv) {
-    Arguments arguments(argc, argv, "isa_bench [--generation=NAME]... [--steps] [CHAIN...]");
+    Arguments arguments(argc, argv,
+                        "isa_bench [--generation=NAME]... [--steps] [--back] [CHAIN...]");
     std::vector<std::string> generations = arguments.texts("--generation");
-    const bool steps = arguments.flag("--steps");
+    const bool steps = arguments.flag("--steps"), back = arguments.flag("--back");
     std::vector<std::string> chains = arguments.words();
     if (chains.empty()) chains = shipped_chains();
     if (generations.empty()) generations = {"vega10", "navi21", "gfx1100"};
@@ -91,7 +94,7 @@ int main(int argc, char** argv) {
     std::printf("\n");
     for (const std::string& chain : chains) {
         std::vector<Row> rows;
-        for (const Program& program : programs_of(chain))
+        for (const Program& program : programs_of(chain, back))
             rows.push_back(row_of(program, compilers));
         std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
             return a.instructions > b.instructions;

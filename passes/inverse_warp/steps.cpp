@@ -515,7 +515,7 @@ class Planner {
             add_layers(step,
                        {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}});
             step.groups[2] = 1 + frame_.layers;
-            step.taps += 2 * pixels_ * uint64_t(frame_.layers);
+            step.taps += 3 * pixels_ * uint64_t(frame_.layers);
         }
         planner_.step(std::move(step));
         add_continuation(background, depth);
@@ -558,7 +558,7 @@ class Planner {
         Step step = make_surface_step("continuation");
         step.spread = groups_for(kBlocks.times(8, 8));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
-        step.taps = 20 * pixels_;
+        step.taps = 24 * pixels_;
         planner_.step(std::move(step));
     }
 

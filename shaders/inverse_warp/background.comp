@@ -67,7 +67,8 @@ Cell merge(Cell a, Cell b) {
 Cell dimmed(Cell cell, float level) {
     precise const float limit = kLamp * level;
     if (!(cell.brightness > limit)) return cell;
-    precise const float part = limit / cell.brightness, weight = max(part * part, kLeastPart) * cell.weight;
+    precise const float part = limit / cell.brightness;
+    precise const float weight = max(part * part, kLeastPart) * cell.weight;
     cell.weight = weight;
     return cell;
 }
@@ -82,7 +83,7 @@ float brightness_of(Cell cell, float farthest) {
     return cell.weight > 0.0 && one_depth(cell.inverse_depth, farthest) ? cell.brightness : 3.0e38;
 }
 
-// Of four cells. Their level is the second lowest brightness.
+// Four cells, whose level is the second lowest brightness.
 Cell merge(Cell a, Cell b, Cell c, Cell d) {
     const float farthest = min(farthest_of(a, b), farthest_of(c, d));
     const vec4 all = vec4(brightness_of(a, farthest), brightness_of(b, farthest),

@@ -53,8 +53,8 @@ uvec2 sides_on(uint line, ivec2 cell) {
     return uvec2(pack_cell(clamp(one, ivec2(0), last)), pack_cell(clamp(other, ivec2(0), last)));
 }
 
-// A texel of `background`: x: inverse depth, y: the part of the cell that shows it, a multiple of
-// 1/1024; a line is kept as multiples of 2, which loses no bit of it.
+// A texel of `background`: x: inverse depth, y: the part of the cell that shows it. In a cell of 2 px
+// it is a multiple of 1/16, and a line is kept as multiples of 2, which loses no bit of it.
 float with_line(float part, uint line) {
     precise const float both = part + 2.0 * float(line + 1u);
     return both;

@@ -50,8 +50,9 @@ int mirrored_place(int k, int n) {
     return place;
 }
 
-// Time of sample k, in [-1, 1], or in the part of it in which the shutter is open. With a lens, whose samples go outward, times go by mirrored digits:
-// evenly spread, from the center of the shutter on, and turned by the random number.
+// Time of sample k, in [-1, 1], or in the part of it in which the shutter is open. With a lens, whose
+// samples go outward, times go by mirrored digits: evenly spread, from the center of the shutter on, and
+// turned by the random number.
 float time_of(int k, SampleSet set, float part, float random) {
     if (!kShutter) return 0.0;
     precise float u;

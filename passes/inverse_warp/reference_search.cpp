@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kEdgePart = 0.25;
 constexpr double kLamp = 3, kLeastPart = 1e-4;
-constexpr double kShows = 0.3, kOneColor = 0.25, kDimmer = 0.4, kMuchLonger = 2;
+constexpr double kShows = 0.3, kOneColor = 0.25, kLost = 0.4, kMuchLonger = 2;
 constexpr std::array<int, 6> kDistances = {1, 2, 3, 5, 9, 16};
 constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 
@@ -164,7 +164,7 @@ std::optional<Background::Sides> Background::sides_of(Vec x, double q) const {
     }
     if (!found || found->span > kMuchLonger * shortest->span) return std::nullopt;
     for (size_t c = 0; c < found->brighter.size(); ++c)
-        if (shortest->one_depth && shortest->brighter[c] - found->brighter[c] > kDimmer)
+        if (shortest->one_depth && shortest->brighter[c] - found->brighter[c] > kLost)
             return std::nullopt;
     return found->sides;
 }

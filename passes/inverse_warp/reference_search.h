@@ -43,7 +43,7 @@ class Background {
         double inverse_depth = 0;
         double part = 0;
     };
-    // From side to side of what hides a surface.
+    // Between the cells on both sides of what hides a surface.
     struct Line {
         Sides sides;
         double span = 0;  // cells

@@ -40,7 +40,7 @@ Plane this_plane() {
 
 struct Cell {
     vec4 color;
-    float brightness;  // also of a layer's cell, whose pixels have the weights of color
+    float brightness;  // largest component of color, also in a layer's cell: so both have the same weights
     float inverse_depth;
     float weight;  // pixels; 0: empty
 };
@@ -63,7 +63,7 @@ Cell merge(Cell a, Cell b) {
     return Cell(color, brightness, min(a.inverse_depth, b.inverse_depth), weight);
 }
 
-// Much brighter than `level`, a cell shows a lamp, whose light does not go on behind what hides it.
+// A cell much brighter than `level` shows a lamp: it has less weight.
 Cell dimmed(Cell cell, float level) {
     precise const float limit = kLamp * level;
     if (!(cell.brightness > limit)) return cell;
@@ -132,6 +132,13 @@ Cell merge_pixels(ivec2 at) {
     return cell;
 }
 
+// Stores a cell of 2 px.
+Cell store_pixels(ivec2 at) {
+    const Cell cell = merge_pixels(2 * at);
+    store(cell, at, 4.0);
+    return cell;
+}
+
 // Cells of 4 px and 8 px of the work group, each at its first square.
 shared Cell cells[kSquares];
 
@@ -147,13 +154,9 @@ void main() {
     const bool is_cell = all(lessThan(square, 4 * uniforms.blocks));
     Cell of_4 = empty();
     if (is_cell) {
-        Cell of_2[4];
-        for (int i = 0; i < 4; ++i) {
-            const ivec2 at = 2 * square + corner(i);
-            of_2[i] = merge_pixels(2 * at);
-            store(of_2[i], at, 4.0);
-        }
-        of_4 = merge(of_2[0], of_2[1], of_2[2], of_2[3]);
+        const ivec2 at = 2 * square;
+        of_4 = merge(store_pixels(at), store_pixels(at + ivec2(1, 0)),
+                     store_pixels(at + ivec2(0, 1)), store_pixels(at + 1));
         store(of_4, first_of_4() + square, 16.0);
     }
     // A cell that another contains at its first square stays with the thread.

@@ -21,8 +21,8 @@ const int kReachBlocks = 2;    // that hold the cells on all lines
 const float kShows = 0.3;      // part of a cell: more than its edge pixels
 const float kOneColor = 0.25;  // largest difference (brightness.glsl)
 const float kLevel = 1.5;
-const float kDimmer = 0.4;     // than what is dimmer by more: its light would be lost
-const uint kMuchLonger = 2u;   // times the shortest line
+const float kLost = 0.4;      // largest loss of light, likewise, that a longer line may cause
+const uint kMuchLonger = 2u;  // times the shortest line
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));
@@ -62,7 +62,7 @@ uint find_lines(ivec2 cell, float q) {
 
 // The first surface behind another one, along a line.
 struct Behind {
-    int distance;  // its number; -1: there is none, or it ends before a cell that shows it away from edges
+    int distance;  // for distance_of(); -1: there is none, or it ends before a cell that shows it away from edges
     ivec2 cell;
     float inverse_depth;
 };
@@ -126,8 +126,8 @@ uint pack_length(int line, int i, int j) {
 }
 
 // The shortest line on both of whose sides one surface behind inverse depth q is seen, or kNoLine. On a tie
-// the first one counts. A shorter line that ends at one depth shows that the surface changes its color there. If
-// it is much brighter, the fill keeps its light.
+// the first one counts. If the shortest line of all ends at one depth, and is brighter by kLost, none counts: the
+// fill keeps its light.
 uint find_line(ivec2 cell, float q) {
     uint shortest = kNoLine, found = kNoLine;
     vec3 light = vec3(0.0), found_light = vec3(0.0);
@@ -142,7 +142,7 @@ uint find_line(ivec2 cell, float q) {
         if (b.distance < 0) continue;
         const uint line = pack_length(way, a.distance, b.distance);
         bool one_surface = one_depth(a.inverse_depth, b.inverse_depth);
-        vec3 brighter = vec3(0.0);
+        vec3 brighter = vec3(-1.0);  // of both ends, if they have one depth
         if (one_surface) {
             if (level < 0.0) level = find_level(cell);
             const vec3 part_a = part_at(a.cell, level), part_b = part_at(b.cell, level);
@@ -158,7 +158,7 @@ uint find_line(ivec2 cell, float q) {
         }
     } while (left != 0u);
     precise const vec3 lost = light - found_light;
-    const bool counts = found >> 8 <= kMuchLonger * (shortest >> 8) && largest_of(lost) <= kDimmer;
+    const bool counts = found >> 8 <= kMuchLonger * (shortest >> 8) && largest_of(lost) <= kLost;
     return counts ? found : kNoLine;
 }
 

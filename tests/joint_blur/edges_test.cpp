@@ -409,6 +409,16 @@ Scene stripe_behind_a_bar() {
             .round = true};
 }
 
+// A bar out of focus that hides a half of a lit window in a wall.
+Scene window_behind_a_bar() {
+    return {.surfaces = {{bar(70.3, 82.3), 0.1, 0.5},
+                         {bar(60.2, 76.3, 16, 44), 6, 0.25},
+                         wall(0.3, 0.25)},
+            .lens = true,
+            .alone = true,
+            .round = true};
+}
+
 // A wall of fine waves above a rail that moves or is out of focus further.
 Scene wave(double speed, bool lens) {
     const double depth = lens ? 0.25 - 0.7 / 32 : 0.1, rail_depth = lens ? 0.25 + 5.0 / 32 : 0.5;
@@ -465,6 +475,7 @@ const std::vector<Case>& cases() {
         {"BallInTheLayerBehind", hidden_ball(true), hidden_errors, 0.1, 0},
         {"LampBesideAScreen", lamp_beside_a_screen(), covered_errors, 0.02, 0.12},
         {"StripeBehindABar", stripe_behind_a_bar(), covered_errors, 0.16, 1.1},
+        {"WindowBehindABar", window_behind_a_bar(), covered_errors, 2.2, 9.2},
         {"SlowWaves", wave(3, false), wave_errors, 0.014, 0.01},
         {"SlowestWaves", wave(1.6, false), wave_errors, 0.019, 0.01},
         {"WavesOutOfFocus", wave(0, true), wave_errors, 0.015, 0.01},
@@ -505,7 +516,7 @@ TEST(EdgesReference, AgreesOnOutlinesLinesAndHiddenLights) {
           round_before_wall(kDisc, 0.05, 0.8, 16), followed(kDisc, 0.05, 0.8),
           line_out_of_focus(kNear, 2, 60), still_bar(kNear, 0.25, false),
           still_bar(0.25, kBehindFocus, true), hidden_ball(false, 1), hidden_ball(true),
-          hidden_lamps(16), lamp_beside_a_screen(), stripe_behind_a_bar()}) {
+          hidden_lamps(16), lamp_beside_a_screen(), stripe_behind_a_bar(), window_behind_a_bar()}) {
         const FramePlanes planes = frames_of(scene);
         const FrameDescription frame = description_of(scene, planes);
         const Chain chain =

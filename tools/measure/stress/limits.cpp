@@ -88,7 +88,6 @@ const KnownLimits& known_limits() {
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
           {"motion", "starts=6", "/paths/apart, nothing found/fp32", 5.3, kApart},
           {"depth", "starts=5", "/paths/apart, nothing found/fp32", 142, kApart},
-          {"depth", "starts=6", "/paths/apart, nothing found/fp32", 142, kApart},
           {"depth", "starts=8", "/paths/apart, nothing found/fp32", 142, kApart},
           {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},
           {"reference", "starts=5", "/paths/apart, nothing found/fp32", 1.2e-4, kApart},

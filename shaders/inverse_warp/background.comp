@@ -1,6 +1,7 @@
 #version 450 core
 // The farthest surface in each cell of 2, 4, 8 and 16 pixels' edge: its mean color, its inverse
-// depth, and the part of the cell that shows it. The gather fills occluded surfaces from them.
+// depth, and the part of the cell that shows it, in which lamps count less. The gather fills occluded
+// surfaces from them.
 //
 //   color, surfaces -> background_color, background_depth   12 blocks.x by 8 blocks.y (cells.glsl)
 //
@@ -40,7 +41,7 @@ Plane this_plane() {
 
 struct Cell {
     vec4 color;
-    float brightness;  // largest component of color, also in a layer's cell: so both have the same weights
+    float brightness;  // of `color`, also if a layer is averaged: all planes have the same weights
     float inverse_depth;
     float weight;  // pixels; 0: empty
 };
@@ -83,7 +84,7 @@ float brightness_of(Cell cell, float farthest) {
     return cell.weight > 0.0 && one_depth(cell.inverse_depth, farthest) ? cell.brightness : 3.0e38;
 }
 
-// Four cells, whose level is the second lowest brightness.
+// Merges four cells. Their level is the second lowest brightness of those that show the farthest surface.
 Cell merge(Cell a, Cell b, Cell c, Cell d) {
     const float farthest = min(farthest_of(a, b), farthest_of(c, d));
     const vec4 all = vec4(brightness_of(a, farthest), brightness_of(b, farthest),

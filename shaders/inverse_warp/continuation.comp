@@ -21,8 +21,8 @@ const int kReachBlocks = 2;    // that hold the cells on all lines
 const float kShows = 0.3;      // part of a cell: more than its edge pixels
 const float kOneColor = 0.25;  // largest difference (brightness.glsl)
 const float kLevel = 1.5;
-const float kLost = 0.4;      // largest loss of light, likewise, that a longer line may cause
-const uint kMuchLonger = 2u;  // times the shortest line
+const float kLost = 0.4;       // largest loss of light, likewise, that a longer line may cause
+const uint kMuchLonger = 2u;   // times the shortest line
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));

@@ -9,14 +9,19 @@
 
 namespace postchain::bench {
 
+// Planes that an offline renderer writes and an engine does not have.
+inline constexpr RoleSet kMotionBack = {Role::motion_back,
+                                        role_of(Neighbor::before, Role::motion_back),
+                                        role_of(Neighbor::after, Role::motion_back)};
+
 inline FrameDescription engine_frame(int width, int height) {
     FrameDescription frame;
     frame.width = frame.display_width = width;
     frame.height = frame.display_height = height;
     frame.planes = {Role::color, Role::inverse_depth, Role::motion};
     for (const Neighbor neighbor : kNeighbors)
-        for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
-            frame.planes.add(role_of(neighbor, role));
+        for (const Role role : kNeighborRoles) frame.planes.add(role_of(neighbor, role));
+    frame.planes = frame.planes - kMotionBack;
     frame.camera.focal_length_mm = 50;
     frame.camera.sensor_width_mm = 36;
     frame.camera.f_stop = 2;

@@ -300,10 +300,7 @@ int main(int argc, char** argv) {
         const Chain chain = chain_of(name);
         wanted = wanted | chain.required() | chain.optional();
     }
-    // An engine has one motion plane.
-    wanted.remove(Role::motion_back);
-    for (const Neighbor neighbor : kNeighbors) wanted.remove(role_of(neighbor, Role::motion_back));
-    const std::vector<Frame> frames = read_shot(shot, wanted);
+    const std::vector<Frame> frames = read_shot(shot, wanted - kMotionBack);
     std::vector<Costs> all;
     for (const std::string& name : chains) {
         all.push_back(costs_of(name, frames[0], options, programs, marks, executor, visits, parts));

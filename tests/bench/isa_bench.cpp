@@ -32,9 +32,7 @@ struct Program {
 // The programs of `chain`, in the order of its plan, each once.
 std::vector<Program> programs_of(const std::string& chain, bool back) {
     FrameDescription frame = engine_frame(1920, 1080);
-    for (const Role role : {Role::motion_back, role_of(Neighbor::before, Role::motion_back),
-                            role_of(Neighbor::after, Role::motion_back)})
-        if (back) frame.planes.add(role);
+    if (back) frame.planes = frame.planes | kMotionBack;
     const Plan plan = plan_of(chain, frame, {.device = DeviceClass::gpu});
     std::vector<Program> programs;
     for (const Step& step : plan.steps)

@@ -16,7 +16,8 @@ namespace postchain {
 namespace {
 
 // Room for a matrix per frame of about ten thousand frames.
-constexpr TextLimits kCameraLimits = {size_t(64) << 20, 32};
+constexpr TextLimits kCameraLimits = {
+    .bytes = size_t(64) << 20, .nodes = 2'000'000, .frame_keys = true};
 
 // The letters and digits of a key, in lower case: "focalLength_mm" -> "focallengthmm".
 std::string letters_of(const std::string& key) {

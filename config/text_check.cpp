@@ -1,7 +1,8 @@
 #include "config/text_check.h"
 
 #include <algorithm>
-#include <charconv>
+
+#include "chain/base/status.h"
 
 namespace postchain {
 namespace {
@@ -60,25 +61,34 @@ TextPlace PlaceIndex::at(size_t offset) const {
     return place_at(text_, offset, mark * kStride, marks_[mark]);
 }
 
-std::optional<BadCharacter> find_bad_character(std::string_view text) {
+std::optional<TextFault> find_bad_character(std::string_view text) {
     for (size_t i = 0; i < text.size();) {
         const auto c = static_cast<unsigned char>(text[i]);
         const size_t length = sequence_length(text, i);
         if (length == 0)
-            return BadCharacter{place_at(text, i), "byte " + hex_byte(c) + " is not UTF-8"};
+            return TextFault{place_at(text, i), "byte " + hex_byte(c) + " is not UTF-8"};
         const bool c1 = length == 2 && c == 0xc2 && static_cast<unsigned char>(text[i + 1]) < 0xa0;
         if ((c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f || c1)
-            return BadCharacter{place_at(text, i),
-                                "control character " +
-                                    hex_byte(static_cast<unsigned char>(text[i + length - 1])) +
-                                    " is not allowed"};
+            return TextFault{place_at(text, i),
+                             "control character " +
+                                 hex_byte(static_cast<unsigned char>(text[i + length - 1])) +
+                                 " is not allowed"};
         i += length;
     }
     return std::nullopt;
 }
 
-std::optional<TextPlace> find_deep_bracket(std::string_view text, int depth) {
+std::string nested_too_deep(int depth) {
+    return concat("nested deeper than ", depth, " levels");
+}
+
+std::string too_many_nodes(size_t nodes) {
+    return concat("more than ", nodes, " values; shorten it");
+}
+
+std::optional<TextFault> find_large_flow(std::string_view text, int depth, size_t nodes) {
     int level = 0;
+    size_t found = 0;
     char before = '\n';
     for (size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
@@ -92,10 +102,14 @@ std::optional<TextPlace> find_deep_bracket(std::string_view text, int depth) {
             for (++i; i < text.size() && text[i] != c; ++i)
                 if (c == '"' && text[i] == '\\') ++i;
         } else if (c == '[' || c == '{') {
-            if (++level > depth) return place_at(text, i);
+            if (++level > depth) return TextFault{place_at(text, i), nested_too_deep(depth)};
+            ++found;
+        } else if (c == ',' && level > 0) {
+            ++found;
         } else if ((c == ']' || c == '}') && level > 0) {
             --level;
         }
+        if (found > nodes) return TextFault{place_at(text, i), too_many_nodes(nodes)};
         before = i < text.size() ? text[i] : ' ';
     }
     return std::nullopt;
@@ -111,35 +125,6 @@ std::optional<TextPlace> find_directive(std::string_view text) {
         at = end + 1;
     }
     return std::nullopt;
-}
-
-std::string join_surrogates(std::string_view text) {
-    // The four digits after \u at `at`, or -1.
-    const auto escape = [&](size_t at) {
-        if (at + 6 > text.size() || text[at] != '\\' || text[at + 1] != 'u') return -1;
-        int code = -1;
-        const char* end = text.data() + at + 6;
-        const auto read = std::from_chars(end - 4, end, code, 16);
-        return read.ec == std::errc() && read.ptr == end ? code : -1;
-    };
-    std::string joined;
-    for (size_t i = 0; i < text.size();) {
-        const int high = escape(i), low = high < 0 ? -1 : escape(i + 6);
-        if (high >= 0xd800 && high < 0xdc00 && low >= 0xdc00 && low < 0xe000) {
-            const unsigned code =
-                0x10000 + (unsigned(high - 0xd800) << 10) + unsigned(low - 0xdc00);
-            joined += "\\U";
-            for (int shift = 28; shift >= 0; shift -= 4)
-                joined += "0123456789abcdef"[(code >> shift) & 15];
-            i += 12;
-        } else {
-            // A backslash escapes the next character: \\ud83d is not an escape.
-            const size_t length = text[i] == '\\' && i + 1 < text.size() ? 2 : 1;
-            joined += text.substr(i, length);
-            i += length;
-        }
-    }
-    return joined;
 }
 
 }  // namespace postchain

@@ -29,23 +29,22 @@ class PlaceIndex {
     std::vector<TextPlace> marks_;
 };
 
-struct BadCharacter {
+struct TextFault {
     TextPlace place;
     std::string message;
 };
 // The first byte that is not UTF-8, or the first control character other than tab and line ends.
-std::optional<BadCharacter> find_bad_character(std::string_view text);
+std::optional<TextFault> find_bad_character(std::string_view text);
 
-// The bracket that opens level depth + 1 of [ ] and { }, outside quotes and comments. This check
-// saves yaml-cpp the memory of a million open brackets. The tree counts the levels of the other
-// forms (indentation, "- - -", "? ? ?").
-std::optional<TextPlace> find_deep_bracket(std::string_view text, int depth);
+// Whether [ ] and { }, outside quotes and comments, are nested deeper than `depth`, or hold more
+// than `nodes` values. yaml-cpp reads such a text to its end before it tells the first value. The
+// tree counts what the other forms have (indentation, "- - -", "? ? ?").
+std::optional<TextFault> find_large_flow(std::string_view text, int depth, size_t nodes);
+
+std::string nested_too_deep(int depth);
+std::string too_many_nodes(size_t nodes);
 
 // The first line before the document that begins with %.
 std::optional<TextPlace> find_directive(std::string_view text);
-
-// JSON writes a character beyond U+FFFF as two escapes, \ud83d\ude00, which YAML does not allow.
-// Replaces each pair by the one escape \U0001f600. Columns behind it in that line decrease by 2.
-std::string join_surrogates(std::string_view text);
 
 }  // namespace postchain

@@ -11,99 +11,48 @@
 #include <cstring>
 #include <filesystem>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <unordered_map>
 
 #include "chain/base/readable_file.h"
+#include "chain/base/stop.h"
 #include "config/reporter.h"
 #include "config/text_check.h"
 
 namespace postchain {
 namespace {
 
-// Thrown through yaml-cpp by Builder, to stop its recursion.
-struct TooDeep {
-    YAML::Mark mark;
-};
+size_t offset_of(const YAML::Mark& mark) {
+    return size_t(std::max(mark.pos, 0));
+}
 
-// Builds the tree from yaml-cpp's events.
-class Builder : public YAML::EventHandler {
+// Builds the tree from the events of a parser. Offsets are those of bytes in the text. Throws a
+// TextFault, through the parser, to stop it.
+class Builder {
   public:
-    Builder(std::string_view text, const PlaceIndex& places, int depth, Reporter& reporter)
-        : text_(text), places_(places), depth_(depth), reporter_(reporter) {}
+    Builder(const PlaceIndex& places, const TextLimits& limits, Reporter& reporter)
+        : places_(places), limits_(limits), reporter_(reporter) {}
 
     TextNode root;
 
-    void OnDocumentStart(const YAML::Mark&) override {}
-    void OnDocumentEnd() override {}
-
-    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-        TextNode node = start(mark, TextNode::Kind::null);
-        refuse_properties(mark, node, "?", anchor);
-        attach(std::move(node));
-    }
-
-    void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-        TextNode node = start(mark, TextNode::Kind::null);
-        reporter_.error(node, "", "aliases (*name) are not allowed; write the value again");
-        attach(std::move(node));
-    }
-
-    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                  const std::string& value) override {
-        TextNode node = start(mark, TextNode::Kind::scalar);
-        node.text = value;
-        node.quoted = tag != "?";  // "!" is yaml-cpp's tag of a quoted or block scalar
-        refuse_properties(mark, node, tag == "!" ? "?" : tag, anchor);
-        attach(std::move(node));
-    }
-
-    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                         YAML::EmitterStyle::value) override {
-        open(mark, TextNode::Kind::list, tag, anchor);
-    }
-    void OnSequenceEnd() override { close(); }
-
-    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                    YAML::EmitterStyle::value) override {
-        open(mark, TextNode::Kind::map, tag, anchor);
-    }
-    void OnMapEnd() override { close(); }
-
-  private:
-    struct Level {
-        TextNode node;
-        std::optional<TextNode> key;                 // map only: without its value so far
-        std::unordered_map<std::string, int> lines;  // lines of the keys so far
-    };
-
-    TextNode start(const YAML::Mark& mark, TextNode::Kind kind) const {
+    TextNode start(size_t offset, TextNode::Kind kind) {
+        const TextPlace place = places_.at(offset);
+        if (++nodes_ > limits_.nodes) throw TextFault{place, too_many_nodes(limits_.nodes)};
+        if (is_stopped()) throw TextFault{place, stopped_status().message()};
         TextNode node;
         node.kind = kind;
-        const TextPlace place = places_.at(size_t(std::max(mark.pos, 0)));
         node.line = place.line;
         node.column = place.column;
         return node;
     }
 
-    // A node with an explicit tag or anchor begins there.
-    void refuse_properties(const YAML::Mark& mark, const TextNode& node, const std::string& tag,
-                           YAML::anchor_t anchor) {
-        const bool bang =
-            mark.pos >= 0 && size_t(mark.pos) < text_.size() && text_[size_t(mark.pos)] == '!';
-        if (anchor != 0)
-            reporter_.error(node, "", "anchors (&name) are not allowed; write the value again");
-        if (tag != "?" || bang)
-            reporter_.error(node, "", "tags (!name) are not allowed; quote a string instead");
-    }
-
-    void open(const YAML::Mark& mark, TextNode::Kind kind, const std::string& tag,
-              YAML::anchor_t anchor) {
-        if (int(stack_.size()) >= depth_) throw TooDeep{mark};
+    void open(TextNode node) {
+        if (int(stack_.size()) >= limits_.depth)
+            throw TextFault{{node.line, node.column}, nested_too_deep(limits_.depth)};
         Level level;
-        level.node = start(mark, kind);
-        refuse_properties(mark, level.node, tag, anchor);
+        level.node = std::move(node);
         stack_.push_back(std::move(level));
     }
 
@@ -129,6 +78,14 @@ class Builder : public YAML::EventHandler {
         }
     }
 
+  private:
+    struct Level {
+        TextNode node;
+        std::optional<TextNode> key;                 // map only: without its value so far
+        std::unordered_map<std::string, int> lines;  // lines of the keys so far
+        size_t keys = 0;                             // those that count
+    };
+
     void add_entry(Level& level, TextNode key, TextNode value) {
         if (!key.is_scalar()) {
             reporter_.error(key, "", "a key is a word, not " + key.describe());
@@ -145,23 +102,103 @@ class Builder : public YAML::EventHandler {
                                    found->second));
             return;
         }
+        level.keys += !(limits_.frame_keys && is_whole(key.text));
+        if (level.keys > limits_.keys)
+            throw TextFault{{key.line, key.column},
+                            concat("more than ", limits_.keys, " keys in one map; remove some")};
         level.node.entries.push_back({std::move(key), std::move(value)});
     }
 
-    std::string_view text_;
+    static bool is_whole(std::string_view word) {
+        if (word.starts_with('-')) word.remove_prefix(1);
+        return !word.empty() && word.find_first_not_of("0123456789") == word.npos;
+    }
+
     const PlaceIndex& places_;
-    int depth_;
+    const TextLimits& limits_;
     Reporter& reporter_;
+    size_t nodes_ = 0;
     std::vector<Level> stack_;
 };
 
-// Records where a second document begins.
+// The events of yaml-cpp.
+class YamlEvents : public YAML::EventHandler {
+  public:
+    YamlEvents(std::string_view text, Builder& builder, Reporter& reporter)
+        : text_(text), builder_(builder), reporter_(reporter) {}
+
+    void OnDocumentStart(const YAML::Mark&) override {}
+    void OnDocumentEnd() override {}
+
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        TextNode node = start(mark, TextNode::Kind::null);
+        refuse_properties(mark, node, "?", anchor);
+        builder_.attach(std::move(node));
+    }
+
+    void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+        TextNode node = start(mark, TextNode::Kind::null);
+        reporter_.error(node, "", "aliases (*name) are not allowed; write the value again");
+        builder_.attach(std::move(node));
+    }
+
+    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  const std::string& value) override {
+        TextNode node = start(mark, TextNode::Kind::scalar);
+        node.text = value;
+        node.quoted = tag != "?";  // "!" is yaml-cpp's tag of a quoted or block scalar
+        refuse_properties(mark, node, tag == "!" ? "?" : tag, anchor);
+        builder_.attach(std::move(node));
+    }
+
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                         YAML::EmitterStyle::value) override {
+        open(mark, TextNode::Kind::list, tag, anchor);
+    }
+    void OnSequenceEnd() override { builder_.close(); }
+
+    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                    YAML::EmitterStyle::value) override {
+        open(mark, TextNode::Kind::map, tag, anchor);
+    }
+    void OnMapEnd() override { builder_.close(); }
+
+  private:
+    TextNode start(const YAML::Mark& mark, TextNode::Kind kind) {
+        return builder_.start(offset_of(mark), kind);
+    }
+
+    // A node with an explicit tag or anchor begins there.
+    void refuse_properties(const YAML::Mark& mark, const TextNode& node, const std::string& tag,
+                           YAML::anchor_t anchor) {
+        const bool bang =
+            mark.pos >= 0 && size_t(mark.pos) < text_.size() && text_[size_t(mark.pos)] == '!';
+        if (anchor != 0)
+            reporter_.error(node, "", "anchors (&name) are not allowed; write the value again");
+        if (tag != "?" || bang)
+            reporter_.error(node, "", "tags (!name) are not allowed; quote a string instead");
+    }
+
+    void open(const YAML::Mark& mark, TextNode::Kind kind, const std::string& tag,
+              YAML::anchor_t anchor) {
+        TextNode node = start(mark, kind);
+        refuse_properties(mark, node, tag, anchor);
+        builder_.open(std::move(node));
+    }
+
+    std::string_view text_;
+    Builder& builder_;
+    Reporter& reporter_;
+};
+
+// Refuses a second document where it begins.
 class SecondDocument : public YAML::EventHandler {
   public:
-    std::optional<YAML::Mark> mark;
-    void OnDocumentStart(const YAML::Mark& m) override {
-        mark = m;
-        throw TooDeep{m};  // stops reading
+    explicit SecondDocument(const PlaceIndex& places) : places_(places) {}
+
+    void OnDocumentStart(const YAML::Mark& mark) override {
+        throw TextFault{places_.at(offset_of(mark)),
+                        "text after the end of the document; a file has only one document"};
     }
     void OnDocumentEnd() override {}
     void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
@@ -174,65 +211,223 @@ class SecondDocument : public YAML::EventHandler {
     void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
                     YAML::EmitterStyle::value) override {}
     void OnMapEnd() override {}
+
+  private:
+    const PlaceIndex& places_;
+};
+
+// The parser of nlohmann_json says where a token ends, by the characters that it has taken. Between
+// two tokens are only spaces, commas and colons.
+class JsonEvents : public nlohmann::json_sax<nlohmann::json> {
+  public:
+    // Counts what the parser takes.
+    class Cursor {
+      public:
+        using iterator_category = std::input_iterator_tag;
+        using value_type = char;
+        using difference_type = std::ptrdiff_t;
+        using pointer = const char*;
+        using reference = const char&;
+
+        Cursor(const char* at, const char** taken) : at_(at), taken_(taken) {}
+        reference operator*() const { return *at_; }
+        Cursor& operator++() {
+            *taken_ = ++at_;
+            return *this;
+        }
+        bool operator==(const Cursor& other) const { return at_ == other.at_; }
+        bool operator!=(const Cursor& other) const { return at_ != other.at_; }
+
+      private:
+        const char* at_;
+        const char** taken_;
+    };
+
+    JsonEvents(std::string_view text, const PlaceIndex& places, Builder& builder)
+        : text_(text), places_(places), builder_(builder) {}
+
+    // Why the text is not JSON.
+    std::optional<TextFault> fault;
+
+    bool parse() {
+        const char* end = text_.data() + text_.size();
+        return nlohmann::json::sax_parse(Cursor(text_.data(), &taken_), Cursor(end, &taken_), this);
+    }
+
+    bool null() override { return plain(TextNode::Kind::null); }
+    bool boolean(bool) override { return plain(TextNode::Kind::scalar); }
+    bool number_integer(int64_t) override { return plain(TextNode::Kind::scalar); }
+    bool number_unsigned(uint64_t) override { return plain(TextNode::Kind::scalar); }
+    bool number_float(double, const std::string&) override { return plain(TextNode::Kind::scalar); }
+    bool string(std::string& value) override {
+        TextNode node = builder_.start(next_token(), TextNode::Kind::scalar);
+        node.text = std::move(value);
+        node.quoted = true;
+        builder_.attach(std::move(node));
+        return true;
+    }
+    bool key(std::string& value) override { return string(value); }
+    bool start_object(size_t) override { return open(TextNode::Kind::map); }
+    bool end_object() override { return close(); }
+    bool start_array(size_t) override { return open(TextNode::Kind::list); }
+    bool end_array() override { return close(); }
+    bool binary(nlohmann::json::binary_t&) override { return false; }  // not in a text
+    bool parse_error(size_t position, const std::string&,
+                     const nlohmann::json::exception& error) override {
+        constexpr int kOutOfRange = 406;  // nlohmann_json's number of this error
+        if (error.id == kOutOfRange)
+            fault = {places_.at(next_token()), "a number is too large for a double"};
+        else
+            fault = {places_.at(position > 0 ? position - 1 : 0), "not valid JSON from here on"};
+        return false;
+    }
+
+  private:
+    // The parser has looked at the character behind a number.
+    bool plain(TextNode::Kind kind) {
+        const size_t begin = next_token();
+        TextNode node = builder_.start(begin, kind);
+        if (kind == TextNode::Kind::scalar) {
+            const size_t end = text_.find_first_of(" \t\r\n,]}", begin);
+            node.text = text_.substr(begin, end - begin);
+        }
+        builder_.attach(std::move(node));
+        return true;
+    }
+    bool open(TextNode::Kind kind) {
+        builder_.open(builder_.start(next_token(), kind));
+        return true;
+    }
+    bool close() {
+        next_token();
+        builder_.close();
+        return true;
+    }
+
+    // The offset of the token that the parser has read.
+    size_t next_token() {
+        const size_t begin = text_.find_first_not_of(" \t\r\n,:", end_);
+        end_ = size_t(taken_ - text_.data());
+        return begin;
+    }
+
+    std::string_view text_;
+    const PlaceIndex& places_;
+    Builder& builder_;
+    const char* taken_ = text_.data();
+    size_t end_ = 0;  // of the last token
+};
+
+// Reads a text, whose faults become diagnostics of the tree.
+class TextReader {
+  public:
+    TextReader(std::string_view text, const std::string& file_name, StatusCode code,
+               const TextLimits& limits)
+        : text_(without_mark(text)),
+          limits_(limits),
+          reporter_(file_name, code, tree_.diagnostics) {}
+
+    TextTree json() {
+        read([&] {
+            check();
+            if (const auto fault = read_json()) throw *fault;
+        });
+        return std::move(tree_);
+    }
+
+    TextTree yaml_or_json() {
+        read([&] {
+            check();
+            const size_t first = text_.find_first_not_of(" \t\r\n");
+            if (first != text_.npos && (text_[first] == '{' || text_[first] == '[')) {
+                const auto fault = read_json();
+                if (!fault) return;
+                if (text_.size() > kMaxYamlBytes) throw *fault;
+                tree_.diagnostics.clear();
+            }
+            read_yaml();
+        });
+        return std::move(tree_);
+    }
+
+  private:
+    static std::string_view without_mark(std::string_view text) {
+        if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
+        return text;
+    }
+
+    template <class Read>
+    void read(const Read& steps) {
+        try {
+            steps();
+        } catch (const TextFault& fault) {
+            reporter_.add(Severity::error, fault.place.line, fault.place.column, "", fault.message);
+            tree_.root = TextNode();
+        }
+    }
+
+    void check() const {
+        if (text_.size() > limits_.bytes)
+            throw TextFault{{}, concat("larger than ", limits_.bytes, " bytes; shorten it")};
+        if (const auto bad = find_bad_character(text_)) throw *bad;
+    }
+
+    std::optional<TextFault> read_json() {
+        const PlaceIndex places(text_);
+        Builder builder(places, limits_, reporter_);
+        JsonEvents events(text_, places, builder);
+        if (!events.parse()) return events.fault;
+        tree_.root = std::move(builder.root);
+        return std::nullopt;
+    }
+
+    void read_yaml() {
+        if (text_.size() > kMaxYamlBytes)
+            throw TextFault{{},
+                            concat("larger than ", kMaxYamlBytes,
+                                   " bytes of YAML; shorten it, or write it as JSON")};
+        if (const auto large = find_large_flow(text_, limits_.depth, limits_.nodes)) throw *large;
+        if (const auto directive = find_directive(text_))
+            throw TextFault{*directive, "directives (%NAME) are not allowed; remove it"};
+        const PlaceIndex places(text_);
+        Builder builder(places, limits_, reporter_);
+        YamlEvents events(text_, builder, reporter_);
+        // yaml-cpp would read a final line end as the end of an open quote.
+        const size_t end = text_.find_last_not_of(" \t\r\n") + 1;
+        try {
+            std::istringstream in{std::string(text_.substr(0, end))};
+            YAML::Parser parser(in);
+            const bool any = parser.HandleNextDocument(events);
+            if ((!any || builder.root.is_null()) && !has_errors(tree_.diagnostics))
+                throw TextFault{{}, "is empty; write the file's first key"};
+            SecondDocument second(places);
+            parser.HandleNextDocument(second);
+        } catch (const YAML::Exception& error) {
+            throw TextFault{places.at(offset_of(error.mark)), "not YAML or JSON: " + error.msg};
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const std::exception& error) {  // from the standard library
+            throw TextFault{{}, std::string("cannot be read: ") + error.what()};
+        }
+        tree_.root = std::move(builder.root);
+    }
+
+    std::string_view text_;
+    const TextLimits& limits_;
+    TextTree tree_;
+    Reporter reporter_;
 };
 
 }  // namespace
 
-TextTree read_text_tree(std::string_view given, const std::string& file_name, StatusCode code,
+TextTree read_text_tree(std::string_view text, const std::string& file_name, StatusCode code,
                         const TextLimits& limits) {
-    TextTree tree;
-    Reporter reporter(file_name, code, tree.diagnostics);
-    std::string_view text = given;
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
-    const auto refuse = [&](const TextPlace& place, const std::string& message) {
-        reporter.add(Severity::error, place.line, place.column, "", message);
-        tree.root = TextNode();
-        return tree;
-    };
-    const auto too_deep = [&] { return concat("nested deeper than ", limits.depth, " levels"); };
+    return TextReader(text, file_name, code, limits).yaml_or_json();
+}
 
-    if (text.size() > limits.bytes)
-        return refuse({1, 1}, concat("larger than ", limits.bytes, " bytes; shorten it"));
-    if (const auto bad = find_bad_character(text)) return refuse(bad->place, bad->message);
-    if (const auto deep = find_deep_bracket(text, limits.depth)) return refuse(*deep, too_deep());
-    if (const auto directive = find_directive(text))
-        return refuse(*directive, "directives (%NAME) are not allowed; remove it");
-
-    const std::string joined_text = join_surrogates(text);
-    text = joined_text;
-    const PlaceIndex places(text);
-    const auto place_of = [&](const YAML::Mark& mark) {
-        return places.at(size_t(std::max(mark.pos, 0)));
-    };
-    Builder builder(text, places, limits.depth, reporter);
-    // yaml-cpp would read a final line end as the end of an open quote.
-    const size_t end = text.find_last_not_of(" \t\r\n") + 1;
-    try {
-        std::istringstream in{std::string(text.substr(0, end))};
-        YAML::Parser parser(in);
-        if (!parser.HandleNextDocument(builder) || builder.root.is_null()) {
-            if (!has_errors(tree.diagnostics))
-                return refuse({1, 1}, "is empty; write the file's first key");
-        }
-        SecondDocument second;
-        try {
-            parser.HandleNextDocument(second);
-        } catch (const TooDeep&) {
-        }
-        if (second.mark)
-            return refuse(place_of(*second.mark),
-                          "text after the end of the document; a file has only one document");
-    } catch (const TooDeep& deep) {
-        return refuse(place_of(deep.mark), too_deep());
-    } catch (const YAML::Exception& error) {
-        return refuse(place_of(error.mark), "not YAML or JSON: " + error.msg);
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& error) {  // from the standard library
-        return refuse({1, 1}, std::string("cannot be read: ") + error.what());
-    }
-    tree.root = std::move(builder.root);
-    return tree;
+TextTree read_json_tree(std::string_view text, const std::string& file_name, StatusCode code,
+                        const TextLimits& limits) {
+    return TextReader(text, file_name, code, limits).json();
 }
 
 const TextNode* TextNode::find(std::string_view key) const {

@@ -29,7 +29,7 @@ if [[ ${1:-} == --full ]]; then
         dpkg-dev file libogre-1.12-dev xvfb xdotool fonts-noto-core slurmctld slurmd slurm-client munge prometheus
         python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
         python3-mypy python3-pip python3-venv
-        chromium chromium-driver nginx-light caddy blender
+        chromium chromium-driver nginx-light caddy blender valgrind
         clang
     )
     # The sanitizers and libFuzzer of Debian's clang. Debian 12 has no package without a version.

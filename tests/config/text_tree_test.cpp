@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <cstdio>
 #include <thread>
 
+#include "chain/base/stop.h"
 #include "fake_passes.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
@@ -125,23 +127,140 @@ TEST(TextTree, RefusesWhatIsNotUtf8) {
 }
 
 TEST(TextTree, RefusesTooMuchText) {
-    const std::string line = "# comment comment comment comment\n";
-    std::string text;
-    while (text.size() <= (size_t(1) << 20)) text += line;
-    EXPECT_THAT(errors_of(text + "a: 1\n"),
+    const auto spaces = [](size_t bytes) { return std::string(bytes, ' '); };
+    EXPECT_THAT(errors_of(spaces((size_t(1) << 20) + 1)),
                 ElementsAre("t:1:1: error: larger than 1048576 bytes; shorten it"));
+    EXPECT_THAT(errors_of("a: 1" + spaces(kMaxYamlBytes - 4)), IsEmpty());
+    EXPECT_THAT(
+        errors_of("a: 1" + spaces(kMaxYamlBytes - 3)),
+        ElementsAre("t:1:1: error: larger than 262144 bytes of YAML; shorten it, or write it "
+                    "as JSON"));
+    EXPECT_THAT(errors_of("{\"a\": 1}" + spaces(kMaxYamlBytes)), IsEmpty());
+    // What is too large for YAML can be meant as JSON only.
+    EXPECT_THAT(errors_of("{a: 1}" + spaces(kMaxYamlBytes - 6)), IsEmpty());
+    EXPECT_THAT(errors_of("{a: 1}" + spaces(kMaxYamlBytes - 5)),
+                ElementsAre("t:1:2: error: not valid JSON from here on"));
 }
 
-TEST(TextTree, RefusesAMegabyteOfNesting) {
+// "k0: 1", "k1: 1" and so on, with `end` behind each.
+std::string entries(size_t count, const std::string& quote, const std::string& end) {
+    std::string text;
+    for (size_t i = 0; i < count; ++i)
+        text += concat(quote, "k", i, quote, ": 1", i + 1 < count ? end : "");
+    return text;
+}
+
+TEST(TextTree, LimitsTheKeysOfAMap) {
+    EXPECT_THAT(errors_of(entries(256, "", "\n")), IsEmpty());
+    EXPECT_THAT(errors_of(entries(257, "", "\n")),
+                ElementsAre("t:257:1: error: more than 256 keys in one map; remove some"));
+    EXPECT_THAT(errors_of("{" + entries(256, "\"", ",\n") + "}"), IsEmpty());
+    EXPECT_THAT(errors_of("{" + entries(257, "\"", ",\n") + "}"),
+                ElementsAre("t:257:1: error: more than 256 keys in one map; remove some"));
+    // Each map has its own.
+    EXPECT_THAT(errors_of("[{" + entries(256, "\"", ",") + "}, {" + entries(256, "\"", ",") + "}]"),
+                IsEmpty());
+}
+
+TEST(TextTree, FramesOfACameraAreNotCountedAsKeys) {
+    std::string frames;
+    for (int frame = -200; frame < 200; ++frame) frames += concat("\"", frame, "\": {},");
+    const std::string text = "{" + frames + entries(256, "\"", ",") + "}";
+    const TextLimits of_camera = {.frame_keys = true};
+    const auto errors = [&](const std::string& given, const TextLimits& limits) {
+        return texts(read_text_tree(given, "t", StatusCode::input, limits).diagnostics);
+    };
+    EXPECT_THAT(errors(text, of_camera), IsEmpty());
+    EXPECT_THAT(errors(text, {}), SizeIs(1));
+    for (const char* word : {"-", "1a", "1.5", "k"})
+        EXPECT_THAT(errors(text.substr(0, text.size() - 1) + ", \"" + word + "\": 1}", of_camera),
+                    ElementsAre(HasSubstr("more than 256 keys")))
+            << word;
+}
+
+TEST(TextTree, LimitsTheValues) {
+    const auto list = [](size_t items, const std::string& item) {
+        std::string text;
+        for (size_t i = 0; i + 1 < items; ++i) text += item + ",";
+        return text + item;
+    };
+    // With the map, its key and the list.
+    EXPECT_THAT(errors_of("{\"a\": [" + list(19'997, "1") + "]}"), IsEmpty());
+    EXPECT_THAT(errors_of("{\"a\": [" + list(19'998, "1") + "]}"),
+                ElementsAre("t:1:40003: error: more than 20000 values; shorten it"));
+    EXPECT_THAT(errors_of("a: [" + list(19'997, "x") + "]"), IsEmpty());
+    EXPECT_THAT(errors_of("a: [" + list(20'001, "x") + "]"),
+                ElementsAre(HasSubstr("more than 20000 values; shorten it")));
+    std::string block = "a:\n";
+    for (int i = 0; i < 19'997; ++i) block += "- x\n";
+    EXPECT_THAT(errors_of(block), IsEmpty());
+    EXPECT_THAT(errors_of(block + "- x\n"),
+                ElementsAre("t:19999:3: error: more than 20000 values; shorten it"));
+    // yaml-cpp would read the whole of these before its first event.
+    for (const char* item : {"a:", "{a}: 1", "[[[]]]"})
+        EXPECT_THAT(errors_of("[" + list(20'001, item) + "]"),
+                    ElementsAre(HasSubstr("more than 20000 values")))
+            << item;
+}
+
+TEST(TextTree, StopsWhenNobodyWaits) {
+    std::atomic<bool> stop = false;
+    const StopFlag scope(&stop);
+    for (const char* text : {"a: 1\n", "{\"a\": 1}"}) {
+        stop = false;
+        EXPECT_THAT(errors_of(text), IsEmpty());
+        stop = true;
+        EXPECT_THAT(errors_of(text), ElementsAre(HasSubstr("nobody waits"))) << text;
+    }
+}
+
+// Places, kinds and texts of values as they are written, by the parser of JSON.
+TEST(TextTree, JsonKeepsPlacesAndTexts) {
+    const TextTree tree = read_json_tree(
+        "{\"a\" :\t1.50,\n \"\xc3\xa9\\n\": [true ,null,-0,\"1\"] , \"b\":{\"c\":[]},\"d\":12}",
+        "t", StatusCode::usage);
+    ASSERT_THAT(texts(tree.diagnostics), IsEmpty());
+    const auto shown = [](const TextNode& node) {
+        return concat(node.line, ":", node.column, " ", node.describe());
+    };
+    std::vector<std::string> found;
+    for (const auto& [key, value] : tree.root.entries) {
+        found.push_back(shown(key));
+        found.push_back(shown(value));
+        for (const TextNode& item : value.items) found.push_back(shown(item));
+    }
+    EXPECT_THAT(found,
+                ElementsAre("1:2 'a' (quoted, so a string)", "1:8 '1.50'",
+                            "2:2 '\xc3\xa9\n' (quoted, so a string)", "2:9 a list", "2:10 'true'",
+                            "2:16 nothing", "2:21 '-0'", "2:24 '1' (quoted, so a string)",
+                            "2:31 'b' (quoted, so a string)", "2:35 a map",
+                            "2:44 'd' (quoted, so a string)", "2:48 '12'"));
+    EXPECT_EQ(shown(*tree.root.find("b")->find("c")), "2:40 a list");
+}
+
+TEST(TextTree, YamlIsNoJson) {
+    const auto errors = [](const std::string& text) {
+        return texts(read_json_tree(text, "t", StatusCode::usage).diagnostics);
+    };
+    EXPECT_THAT(errors("{\"a\": 1}"), IsEmpty());
+    EXPECT_THAT(errors("{\"a\":\n x}"), ElementsAre("t:2:2: error: not valid JSON from here on"));
+    EXPECT_THAT(errors("{\"a\": 1} 2"), ElementsAre("t:1:10: error: not valid JSON from here on"));
+    EXPECT_THAT(errors("{\"a\": 1e999}"),
+                ElementsAre("t:1:7: error: a number is too large for a double"));
+    EXPECT_THAT(errors("{\"a\": 1, \"a\": 2}"), ElementsAre(HasSubstr("duplicate key 'a'")));
+    EXPECT_THAT(errors(""), SizeIs(1));
+}
+
+TEST(TextTree, RefusesAQuarterMegabyteOfNesting) {
     const auto repeat = [](const std::string& what) {
         std::string text;
-        while (text.size() + what.size() <= (size_t(1) << 20)) text += what;
+        while (text.size() + what.size() <= kMaxYamlBytes) text += what;
         return text;
     };
     EXPECT_THAT(errors_of(repeat("[")), ElementsAre("t:1:33: error: nested deeper than 32 levels"));
     for (const char* what : {"[", "{", "[{", "{a: ", "{a: [", "- ", "? ", "[\n", "- - "})
         EXPECT_THAT(errors_of(repeat(what)), ElementsAre(HasSubstr("error:"))) << what;
-    // Brackets that find_deep_bracket() takes for quoted, and one level of indentation per line.
+    // Brackets that find_large_flow() takes for quoted, and one level of indentation per line.
     EXPECT_THAT(errors_of("[a ' , " + repeat("[").substr(20)), ElementsAre(HasSubstr("deeper")));
     std::string steps;
     for (int i = 0; i < 1000; ++i) steps += std::string(size_t(i), ' ') + "a:\n";

@@ -24,6 +24,7 @@ constexpr uint64_t kMaxBody = 8192;
 struct Behind {
     std::unique_ptr<Service> service = test::fake_service({});
     RequestThreads threads = {[] { return size_t(0); }, [] { return true; },
+                              [] { return std::chrono::milliseconds(0); },
                               [] { return std::string(); }};
     Api open{*service, {}, "0", threads};
     Api closed{*service,

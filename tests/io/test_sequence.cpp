@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <climits>
+
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
@@ -49,12 +51,15 @@ TEST(FrameRange, RefusesWhatIsNoRange) {
                              "--1", "1-2-3", "1-10x", "1x2",     "1-10y2",      "1 - 3",     " 1",
                              "+1",  "0x10",  "1.5",   "1-10x-2", "99999999999", "1000000000"})
         EXPECT_EQ(FrameRange::parse(text).status().code(), StatusCode::usage) << text;
-    for (const auto& [text, why] : {std::pair("1:10", "two things"),
-                                    {"1-10:2", "1-10x2"},
-                                    {"1-10x0", "step"},
-                                    {"10-1", "backwards"},
-                                    {"1-1000001", "more than 1000000"},
-                                    {"1-600000,600001-1200000", "more than"}})
+    for (const auto& [text, why] :
+         {std::pair("1:10", "two things"),
+          {"1-10:2", "1-10x2"},
+          {"1-10x0", "step"},
+          {"10-1", "backwards"},
+          {"1-1000001", "more than 1000000"},
+          {"1-600000,600001-1200000", "more than"},
+          // Each listing costs its frames, also of those that are listed already.
+          {"1-600000,1-600000", "more than"}})
         EXPECT_THAT(error_of(FrameRange::parse(text)), HasSubstr(why));
 }
 
@@ -128,6 +133,16 @@ TEST(InputSpec, OnePatternOrOnePerPlane) {
                              "color=A.exr,deep=B.exr", "color=A.exr,depth="})
         EXPECT_EQ(InputSpec::parse(text).status().code(), StatusCode::usage) << text;
     EXPECT_THAT(error_of(InputSpec::parse("colr=A.exr")), HasSubstr("motion_back="));
+}
+
+TEST(PathPattern, RefusesAPathThatTheSystemDoesNotTake) {
+    const std::string longest(PATH_MAX - 1, 'a');
+    EXPECT_TRUE(PathPattern::parse(longest).ok());
+    const std::string error = error_of(PathPattern::parse(longest + "a"));
+    EXPECT_THAT(error, HasSubstr("longer than 4095 bytes"));
+    EXPECT_LT(error.size(), 200u) << "it does not repeat the path";
+    EXPECT_THAT(error_of(InputSpec::parse("color=A.exr,depth=" + longest + "a")),
+                HasSubstr("input depth: path 'aaaa"));
 }
 
 FrameList list_of(const std::string& input, const char* range = nullptr) {

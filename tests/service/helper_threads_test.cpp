@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "chain/base/stop.h"
+
 namespace postchain::service {
 namespace {
 
@@ -113,6 +115,77 @@ TEST_F(Turns, ThreadsThatHangAreCounted) {
     open();
     for (int i = 0; i < 500 && threads_->hanging() > 0; ++i) std::this_thread::sleep_for(10ms);
     EXPECT_TRUE(threads_->alive());
+}
+
+// Runs until it is stopped.
+void compute_until(const std::atomic<bool>& stop) {
+    while (!stop) continue;
+}
+
+TEST_F(Turns, AThreadThatComputesDoesNotHang) {
+    begin(2, 100, 100ms);
+    const auto stop = std::make_shared<std::atomic<bool>>(false);
+    threads_->run([&] { compute_until(*stop); }, {"a", {}, stop});
+    add("b");  // it waits
+    wait_for(1);
+    for (int i = 0; i < 500 && threads_->hanging() == 0; ++i) std::this_thread::sleep_for(10ms);
+    // Many patiences later it is the only one still.
+    for (int i = 0; i < 30; ++i) {
+        ASSERT_LE(threads_->hanging(), 1u);
+        std::this_thread::sleep_for(10ms);
+    }
+    // The one that waits was replaced, the other one was not.
+    add("c");
+    wait_for(2);
+    EXPECT_TRUE(threads_->alive());
+    *stop = true;
+}
+
+TEST_F(Turns, TasksThatWaitBehindBusyThreadsAreCounted) {
+    begin(2, 100);
+    add("a");
+    wait_for(1);
+    EXPECT_EQ(threads_->stalled(), 0ms) << "a thread is free";
+    add("b");
+    wait_for(2);
+    EXPECT_EQ(threads_->stalled(), 0ms) << "no task waits";
+    add("c");
+    std::this_thread::sleep_for(50ms);
+    EXPECT_GE(threads_->stalled(), 50ms);
+    open();
+    wait_for(3);
+    for (int i = 0; i < 500 && threads_->stalled() > 0ms; ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_EQ(threads_->stalled(), 0ms);
+}
+
+TEST_F(Turns, TheEndStopsTasksThatCompute) {
+    begin(1, 100);
+    std::atomic<int> stopped = 0;
+    std::promise<void> begun;
+    for (int i = 0; i < 2; ++i) {
+        const auto stop = std::make_shared<std::atomic<bool>>(false);
+        threads_->run(
+            [&, i] {
+                if (i == 0) begun.set_value();
+                while (!is_stopped()) continue;
+                ++stopped;
+            },
+            {"a", {}, stop});
+    }
+    begun.get_future().wait();
+    EXPECT_EQ(threads_->end(), 0u);
+    EXPECT_EQ(stopped, 2) << "the one that ran and the one that waited";
+}
+
+TEST_F(Turns, ATaskAsksItsOwnFlag) {
+    begin(2, 100);
+    std::promise<bool> own, of_other;
+    const auto stop = std::make_shared<std::atomic<bool>>(true);
+    threads_->run([&] { own.set_value(is_stopped()); }, {"a", {}, stop});
+    EXPECT_TRUE(own.get_future().get());
+    threads_->run([&] { of_other.set_value(is_stopped()); }, {"b", {}, {}});
+    EXPECT_FALSE(of_other.get_future().get());
+    EXPECT_FALSE(is_stopped());
 }
 
 }  // namespace

@@ -195,7 +195,7 @@ TEST_F(RequestTest, AFaultNamesItsFileLineColumnAndKey) {
     const std::string files = R"({"input": "in.####.exr", "output": "out/o.####.exr",)";
     for (const auto& [body, place, path] : std::vector<std::array<std::string, 3>>{
              {"{\"input\": \"a.exr\",\n \"input\": \"b.exr\"}", "job:2:2", ""},
-             {"{\"chain\": \"fast\",\n \"priority\": 1e400}", "job:1:1", ""},
+             {"{\"chain\": \"fast\",\n \"priority\": 1e400}", "job:2:14", ""},
              {files + "\n \"chain\": \"fast\", \"set\": [\"fxaa.mode=directional\", 5]}",
               "job:2:52", "set[1]"},
              {files + "\n \"chain\": {\"postchain\": 1,\n \"passes\": [{\"fxaa\": {\"mod\": 1}}]}}",

@@ -35,7 +35,9 @@ std::string recovery_text(const DocumentState& state) {
 }
 
 Result<DocumentState> state_of_recovery(const std::string& text, const PassRegistry& registry) try {
-    const io::Json json = io::Json::parse(text);
+    const auto read = io::read_json(text, "recovery", io::kReportLimits);
+    if (!read.ok()) return not_one();
+    const io::Json& json = *read;
     ChainFile file = parse_chain(json.at("chain").get<std::string>(), "recovery", registry);
     RETURN_IF_ERROR(file.status());
     DocumentState state;

@@ -53,16 +53,26 @@ Result<std::string> camera_with_focus(const std::string& camera, const Camera& v
                 row.key != "focus_distance" && value != ParameterValue())
                 json[row.key] = io::json_of(value);
     } else {
-        json = io::Json::parse(camera, nullptr, false);
-        if (!json.is_object())
+        auto read = io::read_json(camera, "", io::kReportLimits);
+        if (!read.ok() || !read->is_object())
             return Status(StatusCode::input,
                           "the camera file is not JSON, so that its keys cannot be edited; "
                           "convert it to JSON");
+        json = std::move(*read);
     }
     io::Json& frames = json["frames"];
     if (!frames.is_object()) frames = io::Json::object();
-    for (const auto& [frame, distance] : focus)
-        frames[std::to_string(frame)]["focus_distance"] = distance;
+    std::map<std::string, io::Json*> given;
+    for (auto& [frame, values] : frames.items()) given[frame] = &values;
+    io::Json added = io::Json::object();
+    for (const auto& [frame, distance] : focus) {
+        const auto found = given.find(std::to_string(frame));
+        if (found != given.end())
+            (*found->second)["focus_distance"] = distance;
+        else
+            io::append(added, std::to_string(frame), {{"focus_distance", distance}});
+    }
+    for (auto& [frame, values] : added.items()) io::append(frames, frame, std::move(values));
     return io::json_text(json, 1) + "\n";
 }
 

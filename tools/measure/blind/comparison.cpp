@@ -98,7 +98,8 @@ std::string key_text(const Comparison& comparison) {
 Result<Comparison> comparison_from(const std::string& text, const std::string& file_name) {
     Comparison comparison;
     try {
-        const Json json = Json::parse(text);
+        const auto read = io::read_json(text, file_name, io::kReportLimits);
+        const Json json = read.ok() ? *read : Json();
         comparison.id = json.at("comparison").get<std::string>();
         comparison.images = json.at("images").get<std::string>();
         comparison.sides = json.at("sides").get<std::vector<std::string>>();

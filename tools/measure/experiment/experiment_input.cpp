@@ -194,12 +194,10 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
         found.why_not = "no ground truth was given, and there is no " + path + " to name a scene";
         return found;
     }
-    const auto json = io::Json::parse(*text, nullptr, false);
+    const TextNode root = read_text_tree(*text, path, StatusCode::input, io::kReportLimits).root;
     const auto word = [&](const char* key) {
-        const auto value = json.is_object() ? json.find(key) : json.end();
-        return json.is_object() && value != json.end() && value->is_string()
-                   ? value->get<std::string>()
-                   : std::string();
+        const TextNode* value = root.find(key);
+        return value && value->is_scalar() ? value->text : std::string();
     };
     scenes::SceneRequest request;
     request.name = word("scene");

@@ -71,11 +71,13 @@ bool is_result_file(std::string_view name) {
 
 // The images that report.json lists; empty if there is no such list.
 std::optional<std::set<std::string>> listed_pictures(const std::string& folder) {
-    const auto json = io::Json::parse(text_of_file(folder + "/report.json"), nullptr, false);
-    if (!json.is_object() || !json.contains("images") || !json["images"].is_array())
+    const std::string report = folder + "/report.json";
+    const auto json = io::read_json(text_of_file(report), report, io::kReportLimits);
+    if (!json.ok() || !json->is_object() || !json->contains("images") ||
+        !(*json)["images"].is_array())
         return std::nullopt;
     std::set<std::string> listed;
-    for (const auto& image : json["images"])
+    for (const auto& image : (*json)["images"])
         if (image.is_object() && image.contains("path") && image["path"].is_string())
             listed.insert(image["path"].get<std::string>());
     return listed;

@@ -15,9 +15,10 @@ namespace postchain::experiment {
 namespace {
 
 report::Json load(const std::string& path, const std::string& key) {
-    report::Json json = report::Json::parse(text_of_file(path), nullptr, false);
-    if (!json.is_object() || json.value("key", report::Json()) != key) return nullptr;
-    return json;
+    auto json = io::read_json(text_of_file(path), path, io::kReportLimits);
+    if (!json.ok() || !json->is_object() || json->value("key", report::Json()) != key)
+        return nullptr;
+    return std::move(*json);
 }
 
 Result<std::string> files_of(const Chain& chain, int frame, const ExperimentSettings& settings,

@@ -172,7 +172,8 @@ std::string text_of(const TaskResult& result) {
 
 std::optional<TaskResult> task_result_from(const std::string& text) {
     try {
-        const Json json = Json::parse(text);
+        const auto read = io::read_json(text, "", io::kReportLimits);
+        const Json json = read.ok() ? *read : Json();
         if (json.at("postchain_task") != 1) return std::nullopt;
         TaskResult result;
         result.made_from = json.at("made_from").get<std::vector<std::string>>();

@@ -165,15 +165,16 @@ std::optional<StoppedWalk> stopped_walk_of(const std::string& file) {
     for (std::string line; std::getline(lines, line); above += line + "\n") {
         if (const auto key = after(kWalkLine, line)) walk.key = *key;
         if (const auto point = after(kPointLine, line)) {
-            const auto json = io::Json::parse(*point, nullptr, false);
+            const auto json = io::read_json(*point, "");
+            if (!json.ok()) return std::nullopt;
             try {
                 Measured measured;
-                measured.times = {json.at("seconds").get<double>(),
-                                  json.at("spread_s").get<double>(), json.at("repeats").get<int>(),
-                                  json.at("doubt").get<std::string>()};
-                json.at("hdr_flip").get_to(measured.error);
-                walk.by_hash[json.at("chain_hash").get<uint64_t>()] = {
-                    std::move(measured), json.at("confirmed").get<bool>()};
+                measured.times = {
+                    json->at("seconds").get<double>(), json->at("spread_s").get<double>(),
+                    json->at("repeats").get<int>(), json->at("doubt").get<std::string>()};
+                json->at("hdr_flip").get_to(measured.error);
+                walk.by_hash[json->at("chain_hash").get<uint64_t>()] = {
+                    std::move(measured), json->at("confirmed").get<bool>()};
             } catch (const io::Json::exception&) {
                 return std::nullopt;
             }

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "chain/base/parameter.h"
+#include "chain/base/stop.h"
 #include "chain/base/text.h"
 
 namespace postchain::io {
@@ -37,7 +38,8 @@ bool is_exr(const std::string& name) {
 
 // Groups names by the form of their number: "f.9.exr" and "f.10.exr" have no padding and belong
 // together, "f.09.exr" and "f.9.exr" do not.
-void add_sequences(const std::string& folder, const std::vector<NameParts>& names,
+// `gaps`: how many missing numbers may still be listed.
+void add_sequences(const std::string& folder, const std::vector<NameParts>& names, size_t& gaps,
                    std::vector<FoundSequence>& found) {
     std::map<size_t, std::vector<NameParts>> by_width;
     // Padded to its width, or wider than any padding: the width of the shortest without a zero.
@@ -73,8 +75,8 @@ void add_sequences(const std::string& folder, const std::vector<NameParts>& name
         }
         std::sort(sequence.frames.begin(), sequence.frames.end());
         for (size_t i = 1; i < sequence.frames.size(); ++i)
-            for (int hole = sequence.frames[i - 1] + 1;
-                 hole < sequence.frames[i] && sequence.gaps.size() < kMaxFrames; ++hole)
+            for (int hole = sequence.frames[i - 1] + 1; hole < sequence.frames[i] && gaps > 0;
+                 ++hole, --gaps)
                 sequence.gaps.push_back(hole);
         const NameParts& one = members[0];
         sequence.pattern =
@@ -94,6 +96,7 @@ Result<std::vector<FoundSequence>> sequences_of(
     const std::string prefix = folder.ends_with('/') ? folder : folder + "/";
     std::error_code error;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        if (is_stopped()) return stopped_status();
         const std::string name = it->path().filename().string();
         std::error_code of_type;
         if (!wanted(name) || !it->is_regular_file(of_type)) continue;
@@ -108,7 +111,8 @@ Result<std::vector<FoundSequence>> sequences_of(
     if (error)
         return Status(StatusCode::input,
                       folder + ": cannot be read: " + error.message() + "; check its permissions");
-    for (const auto& [name, members] : groups) add_sequences(prefix, members, found);
+    size_t gaps = kMaxFrames;
+    for (const auto& [name, members] : groups) add_sequences(prefix, members, gaps, found);
     return found;
 }
 

@@ -12,7 +12,7 @@ namespace postchain::io {
 struct FoundSequence {
     std::string pattern;      // "DIR/shot.####.exr", as --input takes it; one file: its path
     std::vector<int> frames;  // on disk, ascending
-    std::vector<int> gaps;    // numbers missing between them, at most kMaxFrames
+    std::vector<int> gaps;    // numbers missing between them, at most kMaxFrames of a folder
 };
 
 // Sorted by name. The frame number is the last group of digits before the extension

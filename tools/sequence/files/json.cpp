@@ -1,7 +1,10 @@
 #include "tools/sequence/files/json.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
+
+#include "config/scalar.h"
 
 namespace postchain::io {
 namespace {
@@ -54,6 +57,44 @@ std::optional<ParameterValue> value_of(const Json& json) {
     return std::nullopt;
 }
 
+void append(Json& object, const std::string& key, Json value) {
+    // The object's own functions look the key up first.
+    static_cast<Json::object_t::Container&>(object.get_ref<Json::object_t&>())
+        .emplace_back(key, std::move(value));
+}
+
+Json json_of(const TextNode& node) {
+    if (node.is_map()) {
+        Json object = Json::object();
+        for (const TextEntry& entry : node.entries)
+            append(object, entry.key.text, json_of(entry.value));
+        return object;
+    }
+    if (node.is_list()) {
+        Json list = Json::array();
+        for (const TextNode& item : node.items) list.push_back(json_of(item));
+        return list;
+    }
+    const auto value = value_of(node);
+    if (!value.ok()) return node.text;
+    const auto* integer = std::get_if<int64_t>(&*value);
+    if (integer && *integer >= 0) return uint64_t(*integer);
+    // Above 2^63 a number is exact as an unsigned one alone.
+    uint64_t large = 0;
+    const char* end = node.text.data() + node.text.size();
+    const auto read = std::from_chars(node.text.data(), end, large);
+    const bool whole = read.ec == std::errc() && read.ptr == end;
+    if (whole && std::holds_alternative<double>(*value)) return large;
+    return json_of(*value);
+}
+
+Result<Json> read_json(std::string_view text, const std::string& file_name,
+                       const TextLimits& limits) {
+    const TextTree tree = read_json_tree(text, file_name, StatusCode::input, limits);
+    RETURN_IF_ERROR(status_of(tree.diagnostics));
+    return json_of(tree.root);
+}
+
 Json json_from(const JsonValue& value) {
     if (const auto* array = std::get_if<JsonArray>(&value.value)) {
         Json json = Json::array();
@@ -62,7 +103,7 @@ Json json_from(const JsonValue& value) {
     }
     if (const auto* object = std::get_if<JsonObject>(&value.value)) {
         Json json = Json::object();
-        for (const JsonMember& member : *object) json[member.key] = json_from(member.value);
+        for (const JsonMember& member : *object) append(json, member.key, json_from(member.value));
         return json;
     }
     const auto& scalar = std::get<ParameterValue>(value.value);

@@ -7,12 +7,14 @@
 #include <cctype>
 #include <cerrno>
 #include <charconv>
+#include <climits>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <set>
 #include <unordered_set>
 
+#include "chain/base/stop.h"
 #include "tools/sequence/files/folder_scan.h"
 
 namespace postchain::io {
@@ -96,6 +98,7 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
     }
     FrameRange range;
     std::unordered_set<int> seen;
+    uint64_t listed = 0;  // also what is listed twice
     std::string_view rest = text;
     while (true) {
         const size_t comma = rest.find(',');
@@ -125,7 +128,8 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
                                       "' runs backwards; write the smaller number first"));
         }
         const int64_t count = (int64_t(*last) - *first) / *step + 1;
-        if (uint64_t(count) + range.frames.size() > max_frames) {
+        listed += uint64_t(count);
+        if (listed > max_frames) {
             return usage_error(concat("frames '", text, "': more than ", std::to_string(max_frames),
                                       " frames; split the range"));
         }
@@ -176,6 +180,9 @@ Result<PathPattern> PathPattern::parse(std::string_view path) {
     pattern.text_ = path;
     const size_t slash = path.rfind('/');
     const std::string_view name = slash == std::string_view::npos ? path : path.substr(slash + 1);
+    if (path.size() >= PATH_MAX)
+        return usage_error(concat("path '", path.substr(0, 60), "...': longer than ", PATH_MAX - 1,
+                                  " bytes, which no system call takes; shorten it"));
     if (name.empty())
         return usage_error(concat("path '", path, "': no file name; add one, as shot.####.exr"));
     if (path.find('\0') != std::string_view::npos) return usage_error("path: has a zero byte");
@@ -261,6 +268,7 @@ std::map<int, std::string> PathPattern::discover() const {
     const size_t slash = text_.rfind('/');
     const std::string folder = slash == std::string::npos ? "" : text_.substr(0, slash + 1);
     for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
+        if (is_stopped()) break;
         const std::string name = it->path().filename().string();
         const std::optional<int> frame = match(name);
         if (!frame) continue;
@@ -292,7 +300,8 @@ std::string InputSpec::word_of(Role role) {
 
 Result<InputSpec> InputSpec::parse(std::string_view text) {
     const auto key_of = [](std::string_view item) -> std::optional<std::string_view> {
-        const size_t equals = item.find_first_of("=/.");
+        // No word is longer, and a text of commas is not searched to its end from each of them.
+        const size_t equals = item.substr(0, 64).find_first_of("=/.");
         if (equals == std::string_view::npos || equals == 0 || item[equals] != '=') return {};
         return item.substr(0, equals);
     };

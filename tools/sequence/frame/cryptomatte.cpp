@@ -35,7 +35,9 @@ std::optional<uint32_t> hex_number(const std::string& text) {
 
 // Parses a manifest; returns why it is invalid, or empty.
 std::string take_manifest(const std::string& text, Cryptomatte& to) {
-    const Json json = Json::parse(text, nullptr, false);
+    // A manifest may name any number of objects: read_json() limits them, and io::Json looks each
+    // up among all.
+    const auto json = nlohmann::json::parse(text, nullptr, false);
     if (!json.is_object()) return "its manifest is not a JSON object";
     for (const auto& [name, value] : json.items()) {
         const auto hash = value.is_string() ? hex_number(value.get<std::string>()) : std::nullopt;

@@ -39,8 +39,9 @@ std::string settings_of_record(const Record& record) {
 }
 
 Json sidecar_beside(const std::string& path) {
-    Json json = Json::parse(text_of_file(sidecar_path(path)), nullptr, false);
-    return json.is_object() ? json : Json();
+    const std::string sidecar = sidecar_path(path);
+    const auto json = io::read_json(text_of_file(sidecar), sidecar);
+    return json.ok() && json->is_object() ? *json : Json();
 }
 
 // Empty if the sidecar has none, or one that is no text: anyone may have written the file.

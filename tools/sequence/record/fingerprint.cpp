@@ -92,10 +92,11 @@ bool is_done(const std::string& output, const std::string& fingerprint,
     if (settings.preview && io::preview_provenance(io::preview_path(output)) !=
                                 preview_provenance_of(fingerprint, settings))
         return false;
-    const auto json = io::Json::parse(text_of_file(sidecar_path(output)), nullptr, false);
+    const std::string sidecar = sidecar_path(output);
+    const auto json = io::read_json(text_of_file(sidecar), sidecar);
     const auto sidecar_says = [&](const std::string& provenance, uint64_t bytes) {
-        return json.is_object() && json.value("work", io::Json()) == provenance &&
-               json.value("output_bytes", io::Json()) == bytes;
+        return json.ok() && json->is_object() && json->value("work", io::Json()) == provenance &&
+               json->value("output_bytes", io::Json()) == bytes;
     };
     const std::string made[] = {provenance_of(fingerprint, settings.strict),
                                 provenance_of(fingerprint, true)};

@@ -89,8 +89,15 @@ Result<Record> read_record(const std::string& path) {
     for (const auto& part : file->parts()) {
         const auto found = part.attributes.find(kRecordAttribute);
         if (found == part.attributes.end()) continue;
+        const auto damaged = [&](const std::string& why) {
+            return Status(StatusCode::input,
+                          concat(path, ": its attribute ", kRecordAttribute, " is damaged: ", why,
+                                 "; give chain and settings as options"));
+        };
+        const auto read = io::read_json(found->second, kRecordAttribute);
+        if (!read.ok()) return damaged(read.status().message());
         try {
-            const Json json = Json::parse(found->second);
+            const Json& json = *read;
             Record record;
             record.version = json.at("version").get<std::string>();
             record.work = json.at("work").get<std::string>();
@@ -107,9 +114,7 @@ Result<Record> read_record(const std::string& path) {
             }
             return record;
         } catch (const Json::exception& fault) {
-            return Status(StatusCode::input, concat(path, ": its attribute ", kRecordAttribute,
-                                                    " is damaged: ", fault.what(),
-                                                    "; give chain and settings as options"));
+            return damaged(fault.what());
         }
     }
     return Status(

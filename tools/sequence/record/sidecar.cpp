@@ -130,10 +130,10 @@ std::string sidecar_path(const std::string& output) {
 }
 
 bool is_sidecar(const std::string& path) {
-    const auto json = Json::parse(text_of_file(path), nullptr, false);
-    if (!json.is_object()) return false;
-    const auto work = json.find("work");
-    return work != json.end() && work->is_string() &&
+    const auto json = io::read_json(text_of_file(path), path);
+    if (!json.ok() || !json->is_object()) return false;
+    const auto work = json->find("work");
+    return work != json->end() && work->is_string() &&
            work->get_ref<const std::string&>().starts_with("postchain ");
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
+#include "chain/base/stop.h"
 #include "chain/plan/plan_print.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/layers_json.h"
@@ -157,6 +157,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         return Plan(std::move(plan));
     };
     for (int frame : list.frames) {
+        if (is_stopped()) return stopped_status();
         PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {},
                              {}};
         planned.plan = plan_of(frame, planned);
@@ -176,14 +177,16 @@ io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>&
 }
 
 Result<Calibration> read_calibration(const std::string& path) {
-    std::ifstream file(path);
-    if (!file)
+    const auto text = read_text_file(path, StatusCode::input);
+    if (!text.ok())
         return Status(StatusCode::input,
                       path + ": cannot be read; name the sidecar of a filtered frame");
+    const auto json = io::read_json(*text, path);
     try {
-        const Json json = Json::parse(file);
-        Calibration calibration = calibration_of(path, json);
-        if (calibration.pixels > 0) return calibration;
+        if (json.ok()) {
+            Calibration calibration = calibration_of(path, *json);
+            if (calibration.pixels > 0) return calibration;
+        }
     } catch (const Json::exception&) {
         // Reported below for every reason.
     }

@@ -70,6 +70,7 @@ Shared::Shared(const ServerSettings& given, Service& what)
       api(what, given.guard, given.version,
           {[this] { return pool.hanging() + disk_pool.hanging(); },
            [this] { return pool.alive() && disk_pool.alive(); },
+           [this] { return std::max(pool.stalled(), disk_pool.stalled()); },
            [this] {
                traffic.hanging.Set(double(pool.hanging() + disk_pool.hanging()));
                return prometheus::TextSerializer().Serialize(traffic.registry.Collect());
@@ -217,7 +218,7 @@ void Connection::work() {
                 answer(problem(500, "the request failed"));
             }
         },
-        {request_.share});
+        {request_.share, {}, request_.left});
     if (!taken) answer(problem(503, "the service is shutting down"));
 }
 
@@ -403,7 +404,7 @@ void Connection::send_source() {
                                   });
             });
         },
-        {request_.share});
+        {request_.share, {}, request_.left});
     if (!taken) abandon();
 }
 

@@ -42,8 +42,8 @@ Field<Job> time_field(const char* name, const char* description, int64_t Job::*m
 
 // The value of a stored JSON text; null if it is not JSON.
 Json parsed(const std::string& text) {
-    Json json = Json::parse(text, nullptr, false);
-    return json.is_discarded() ? Json() : json;
+    auto json = io::read_json(text, "", io::kReportLimits);
+    return json.ok() ? std::move(*json) : Json();
 }
 
 }  // namespace

@@ -526,13 +526,20 @@ constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src "
     "'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
+constexpr auto kStalled = std::chrono::seconds(10);
+
 Reply readiness(const Service& service, const RequestThreads& threads, const Call& call) {
     Health health = service.health();
     if (const size_t hanging = threads.hanging(); hanging > 0)
         health.why += concat(
             health.why.empty() ? "" : "; ", hanging,
             hanging == 1 ? " thread of requests hangs" : " threads of requests hang", " in a disk");
-    health.progress &= threads.alive();
+    const auto stalled = std::chrono::duration_cast<std::chrono::seconds>(threads.stalled());
+    if (stalled >= kStalled)
+        health.why += concat(health.why.empty() ? "" : "; ",
+                             "every thread of requests is busy, and the others have waited for ",
+                             stalled.count(), " s");
+    health.progress &= threads.alive() && stalled < kStalled;
     const bool ready =
         health.gl && health.disk && health.queue && health.progress && !health.draining;
     Json body = {{"ready", ready},

@@ -4,6 +4,7 @@
 //   header --admit()--> Match or refusal --body--> run() --> Reply
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <variant>
@@ -24,7 +25,9 @@ struct Admitted {
 // What the threads that run requests say of themselves. Called on any thread.
 struct RequestThreads {
     std::function<size_t()> hanging;
-    std::function<bool()> alive;           // some still take requests
+    std::function<bool()> alive;  // some still take requests
+    // How long requests have waited because every thread computes.
+    std::function<std::chrono::milliseconds()> stalled;
     std::function<std::string()> metrics;  // Prometheus text after the service's own
 };
 

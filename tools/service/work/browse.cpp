@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "config/chain_find.h"
-#include "config/scalar.h"
 #include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/json.h"
 
@@ -71,23 +70,8 @@ Json folder_json(const std::string& path, const Roots& roots) {
     return {{"name", fs::path(path).filename().string()}, {"path", roots.shown(path)}};
 }
 
-Json json_of(const TextNode& node) {
-    if (node.is_map()) {
-        Json object = Json::object();
-        for (const TextEntry& entry : node.entries) object[entry.key.text] = json_of(entry.value);
-        return object;
-    }
-    if (node.is_list()) {
-        Json list = Json::array();
-        for (const TextNode& item : node.items) list.push_back(json_of(item));
-        return list;
-    }
-    const auto value = value_of(node);
-    return value.ok() ? io::json_of(*value) : Json(node.text);
-}
-
 Json chain_json(const std::string& name, const std::string& text, const TextNode& root) {
-    return {{"name", name}, {"text", text}, {"chain", json_of(root)}};
+    return {{"name", name}, {"text", text}, {"chain", io::json_of(root)}};
 }
 
 }  // namespace
@@ -143,7 +127,7 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
 io::Json chain_values(const std::string& text) {
     const TextNode root = read_text_tree(text, "chain").root;
     const TextNode* passes = root.find("passes");
-    return passes && passes->is_list() ? json_of(root) : Json();
+    return passes && passes->is_list() ? io::json_of(root) : Json();
 }
 
 Answer<std::string> chains_of(const std::string& file, const Roots& roots) {

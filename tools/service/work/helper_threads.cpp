@@ -1,5 +1,8 @@
 #include "tools/service/work/helper_threads.h"
 
+#include <pthread.h>
+#include <time.h>
+
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
@@ -10,6 +13,8 @@
 #include <system_error>
 #include <vector>
 
+#include "chain/base/stop.h"
+
 namespace postchain::service {
 namespace {
 
@@ -17,6 +22,12 @@ using Clock = std::chrono::steady_clock;
 
 constexpr size_t kMaxLost = 16;
 constexpr auto kLastTasks = std::chrono::seconds(10);  // time for them at the end
+
+std::chrono::nanoseconds time_on_processor(clockid_t clock) {
+    timespec time = {};
+    ::clock_gettime(clock, &time);
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
 
 }  // namespace
 
@@ -30,6 +41,10 @@ struct HelperThreads::Inside {
     struct Helper {
         std::thread thread;
         std::optional<Clock::time_point> busy_since;
+        // When the task was last seen to compute, and the processor time of the thread then.
+        Clock::time_point seen;
+        std::chrono::nanoseconds used{0};
+        std::shared_ptr<std::atomic<bool>> stop;  // of its task
         bool lost = false;
         bool ended = false;
         std::string share;  // of its task
@@ -37,6 +52,7 @@ struct HelperThreads::Inside {
     struct Task {
         std::function<void()> work;
         std::function<void()> dropped;
+        std::shared_ptr<std::atomic<bool>> stop;
     };
     struct Share {
         std::deque<Task> tasks;
@@ -77,26 +93,34 @@ struct HelperThreads::Inside {
                 return share || (ends && waiting == 0);
             });
             if (!share) break;
-            auto task = std::move(share->tasks.front().work);
+            Task task = std::move(share->tasks.front());
             share->tasks.pop_front();
             --waiting;
             ++share->running;
             share->turn = ++turns;
-            self.busy_since = Clock::now();
+            self.busy_since = self.seen = Clock::now();
+            self.used = time_on_processor(CLOCK_THREAD_CPUTIME_ID);
+            self.stop = task.stop;
             lock.unlock();
-            try {
-                task();
-            } catch (...) {
-                // Tasks must not throw. If one does, the next one still runs.
-            }
-            task = nullptr;
+            run(task);
+            task = {};
             lock.lock();
             self.busy_since.reset();
+            self.stop.reset();
             // A thread that was replaced has given its place away already.
             if (!self.lost) leave(self.share);
         }
         self.ended = true;
         changed.notify_all();
+    }
+
+    static void run(const Task& task) {
+        const StopFlag scope(task.stop.get());
+        try {
+            task.work();
+        } catch (...) {
+            // Tasks must not throw. If one does, the next one still runs.
+        }
     }
 
     void leave(const std::string& name) {
@@ -129,8 +153,19 @@ struct HelperThreads::Inside {
         return Status();
     }
 
-    bool hangs(const Helper& helper) const {
-        return helper.busy_since && Clock::now() - *helper.busy_since > patience;
+    // Whether the thread waits. One that computes has a hundredth of the patience on a processor,
+    // even among a hundred others.
+    bool hangs(Helper& helper) const {
+        if (!helper.busy_since) return false;
+        clockid_t clock = 0;
+        if (::pthread_getcpuclockid(helper.thread.native_handle(), &clock) == 0) {
+            const auto used = time_on_processor(clock);
+            if (used - helper.used > patience / 100) {
+                helper.seen = Clock::now();
+                helper.used = used;
+            }
+        }
+        return Clock::now() - helper.seen > patience;
     }
 
     // Replaces threads that hang, if no other one is free. Requires the lock.
@@ -183,7 +218,7 @@ bool HelperThreads::run(std::function<void()> task, TaskTurn turn) {
             if (!dropped) return false;
         }
         Inside::Share& share = inside_->shares[turn.share];
-        share.tasks.push_back({std::move(task), std::move(turn.dropped)});
+        share.tasks.push_back({std::move(task), std::move(turn.dropped), std::move(turn.stop)});
         ++inside_->waiting;
         inside_->changed.notify_all();
     }
@@ -196,6 +231,18 @@ size_t HelperThreads::hanging() const {
     return size_t(std::ranges::count_if(inside_->helpers, [&](const auto& helper) {
         return !helper->ended && inside_->hangs(*helper);
     }));
+}
+
+std::chrono::milliseconds HelperThreads::stalled() const {
+    const std::lock_guard lock(inside_->mutex);
+    if (inside_->waiting == 0) return {};
+    Clock::time_point last;  // when a task was begun
+    for (const auto& helper : inside_->helpers) {
+        if (helper->ended || helper->lost) continue;
+        if (!helper->busy_since) return {};
+        last = std::max(last, *helper->busy_since);
+    }
+    return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - last);
 }
 
 bool HelperThreads::alive() const {
@@ -212,6 +259,12 @@ bool HelperThreads::alive() const {
 size_t HelperThreads::end() {
     std::unique_lock lock(inside_->mutex);
     inside_->ends = true;
+    const auto stop = [](const std::shared_ptr<std::atomic<bool>>& flag) {
+        if (flag) *flag = true;
+    };
+    for (const auto& helper : inside_->helpers) stop(helper->stop);
+    for (const auto& [name, share] : inside_->shares)
+        for (const Inside::Task& task : share.tasks) stop(task.stop);
     inside_->changed.notify_all();
     const auto all_ended = [&] {
         return std::ranges::all_of(inside_->helpers,

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "chain/base/printable.h"
+#include "chain/base/readable_file.h"
 #include "config/chain_file.h"
 #include "config/text_tree.h"
 #include "tools/measure/experiment/report_folder.h"
@@ -166,13 +167,12 @@ std::optional<WorkEnd> end_of_experiment(const Job& job, const JobRequest& reque
                                          const Roots& roots) {
     const std::string path = request.report_folder() + "/report.json";
     if (!made_after(path, job.created_ms)) return std::nullopt;
-    std::ifstream file(path, std::ios::binary);
-    const io::Json json = io::Json::parse(file, nullptr, false);
-    if (!json.is_object()) return std::nullopt;
+    const auto json = io::read_json(text_of_file(path), path, io::kReportLimits);
+    if (!json.ok() || !json->is_object()) return std::nullopt;
     WorkEnd end;
     end.exit_code = exit_code;
     if (job.kind != JobKind::study) {
-        end.verdict = verdict_of(json);
+        end.verdict = verdict_of(*json);
         std::ranges::replace(end.verdict, '\n', ' ');
         return end;
     }

@@ -1,15 +1,13 @@
 #include "tools/service/work/request_body.h"
 
-#include <tuple>
-
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "config/text_check.h"
-#include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_file.h"
 
 namespace postchain::service {
 namespace {
+
+constexpr size_t kMaxItems = 256;  // of a list; each may change every pass of a chain
 
 // The name of a shipped chain or profile, not of a file.
 bool is_word(const std::string& text) {
@@ -19,19 +17,10 @@ bool is_word(const std::string& text) {
 }  // namespace
 
 TextTree read_json_body(const std::string& text) {
-    TextTree tree = read_text_tree(text, kBodyFile, StatusCode::usage);
-    if (has_errors(tree.diagnostics)) return tree;
-    Reporter reporter(kBodyFile, StatusCode::usage, tree.diagnostics);
-    if (!tree.root.is_map())
-        reporter.error(tree.root, "", "a request is a JSON object, not " + tree.root.describe());
-    try {
-        std::ignore = io::Json::parse(text);
-    } catch (const io::Json::parse_error& error) {
-        const TextPlace place = place_at(text, error.byte > 0 ? error.byte - 1 : 0);
-        reporter.add(Severity::error, place.line, place.column, "", "not valid JSON from here on");
-    } catch (const io::Json::out_of_range&) {
-        reporter.error(tree.root, "", "a number is too large for a double");
-    }
+    TextTree tree = read_json_tree(text, kBodyFile, StatusCode::usage);
+    if (!has_errors(tree.diagnostics) && !tree.root.is_map())
+        Reporter(kBodyFile, StatusCode::usage, tree.diagnostics)
+            .error(tree.root, "", "a request is a JSON object, not " + tree.root.describe());
     return tree;
 }
 
@@ -100,6 +89,10 @@ std::vector<std::string> RequestBody::list(const char* key) {
     const TextNode* node = find(key);
     if (!node) return texts;
     if (!node->is_list()) fault(key, node->describe() + " is not a list of strings");
+    if (node->items.size() > kMaxItems) {
+        fault(node->items[kMaxItems], key, concat("more than ", kMaxItems, " items; remove some"));
+        return texts;
+    }
     for (size_t i = 0; i < node->items.size(); ++i) {
         const TextNode& item = node->items[i];
         if (!is_string(item) || has_zero(item.text))

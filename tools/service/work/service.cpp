@@ -324,7 +324,8 @@ void Service::State::show(const User& user, const ImageWanted& wanted,
         if (left && *left) return done(Problem{Problem::Kind::unavailable, "the client has left"});
         done(answer(make));
     };
-    if (!thumbnails.run(work, {wanted.share, [done, busy] { done(busy); }})) throw busy;
+    if (!thumbnails.run(work, {wanted.share, [done, busy] { done(busy); }, wanted.left}))
+        throw busy;
 }
 
 Job Service::State::change(const User& user, const std::string& id, const std::string& why_not,

@@ -17,7 +17,7 @@ namespace {
 
 // Room for a matrix per frame of about ten thousand frames.
 constexpr TextLimits kCameraLimits = {
-    .bytes = size_t(64) << 20, .nodes = 2'000'000, .frame_keys = true};
+    .bytes = size_t(64) << 20, .nodes = 250'000, .frame_keys = true};
 
 // The letters and digits of a key, in lower case: "focalLength_mm" -> "focallengthmm".
 std::string letters_of(const std::string& key) {
@@ -214,7 +214,7 @@ class CameraParser {
                 reporter_.error(key, path, concat("frame ", *number, " is already given"));
             } else if (!value.is_map()) {
                 reporter_.error(value, path, value.describe() + "; a frame is a map of values");
-            } else {
+            } else if (!value.entries.empty()) {
                 CameraFile::Frame& frame = file_.frames[*number];
                 for (const auto& [name, v] : value.entries)
                     if (!lens(name, path + "." + name.text, v, frame.camera, frame.sensor_fit,

@@ -57,8 +57,14 @@ PlaceIndex::PlaceIndex(std::string_view text) : text_(text), marks_(1) {
 }
 
 TextPlace PlaceIndex::at(size_t offset) const {
-    const size_t mark = std::min(offset / kStride, marks_.size() - 1);
-    return place_at(text_, offset, mark * kStride, marks_[mark]);
+    if (offset < last_ || offset - last_ > kStride) {
+        const size_t mark = std::min(offset / kStride, marks_.size() - 1);
+        last_ = mark * kStride;
+        last_place_ = marks_[mark];
+    }
+    last_place_ = place_at(text_, offset, last_, last_place_);
+    last_ = offset;
+    return last_place_;
 }
 
 std::optional<TextFault> find_bad_character(std::string_view text) {

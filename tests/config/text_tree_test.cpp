@@ -197,10 +197,10 @@ TEST(TextTree, LimitsTheValues) {
     EXPECT_THAT(errors_of(block + "- x\n"),
                 ElementsAre("t:19999:3: error: more than 20000 values; shorten it"));
     // yaml-cpp would read the whole of these before its first event.
-    for (const char* item : {"a:", "{a}: 1", "[[[]]]"})
-        EXPECT_THAT(errors_of("[" + list(20'001, item) + "]"),
-                    ElementsAre(HasSubstr("more than 20000 values")))
-            << item;
+    EXPECT_THAT(errors_of("[" + list(20'001, "a:") + "]"),
+                ElementsAre("t:1:60001: error: more than 20000 values; shorten it"));
+    EXPECT_THAT(errors_of("[" + list(7'000, "[[x]]") + "]"),
+                ElementsAre("t:1:39998: error: more than 20000 values; shorten it"));
 }
 
 TEST(TextTree, StopsWhenNobodyWaits) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
 
 #include "config/camera_file.h"
 #include "config/chain_file.h"
@@ -162,10 +163,10 @@ class Cases {
         add("PATCH /v1/jobs/{id}", documents(),
             [this](const std::string& text) { (void)service::read_priority(text, roots_); });
         const Json schema = service::job_schema(reader_->run_table());
+        std::set<std::string> keys = {"kind"};  // most belong to several kinds
         for (const Json& kind : schema.at("oneOf"))
             for (const auto& [key, value] : kind.at("properties").items())
-                if (key != "kind")
-                    add_key(kind.at("properties").at("kind").at("const").get<std::string>(), key);
+                if (keys.insert(key).second) add_key(kind.at("title").get<std::string>(), key);
         for (const char* key : {"chain", "input", "camera", "frames"}) {
             add_key("plan", key);
             add_key("preview", key);

@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "chain/base/stop.h"
+
 namespace postchain::service {
 
 namespace {
@@ -237,6 +239,8 @@ void Service::input_image(const User&, const std::string&, int, const ImageWante
 
 Answer<std::string> Service::browse(const User&, const std::string& folder) const {
     if (folder == "slow") std::this_thread::sleep_for(state_->settings.picture);
+    while (folder == "endless" && !is_stopped())
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return "{\"folder\": \"" + folder + "\"}";
 }
 

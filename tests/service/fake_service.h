@@ -10,8 +10,9 @@
 namespace postchain::service::test {
 
 struct FakeSettings {
-    std::chrono::milliseconds frame{0};    // per frame; 0 = jobs wait forever
-    std::chrono::milliseconds picture{0};  // per image, and to read the folder "slow"
+    std::chrono::milliseconds frame{0};  // per frame; 0 = jobs wait forever
+    std::chrono::milliseconds picture{
+        0};  // per image, and to read the folder "slow"; "endless" takes until nobody waits
     size_t max_queue = 1000;
     size_t picture_bytes = 64;
     size_t event_bytes = 0;  // padding of each event

@@ -81,6 +81,36 @@ class Departed(Clients):
         self.assertLess(time.monotonic() - start, AT_ONCE_S)
 
 
+class Endless(Clients):
+    settings = ["trust_own=1", "working=1000"]
+
+    def endless(self):
+        return self.send("GET /v1/browse?folder=endless HTTP/1.1\r\nHost: localhost\r\n")
+
+    def test_work_that_was_answered_503_ends(self):
+        clients = [self.endless() for _ in range(40)]
+        for client in clients:
+            status, headers, body = parse(read_all(client))
+            self.assertEqual((status, headers["retry-after"]), (503, "60"))
+            self.assertIn(b"took longer than 1 s", body)
+        # Every thread is free again.
+        self.assertEqual(self.server.ask("GET", "/v1/browse?folder=x")[0], 200)
+
+
+class Busy(Clients):
+    settings = ["trust_own=1"]
+
+    def test_it_is_not_ready_while_every_thread_is_busy(self):
+        head = "GET /v1/browse?folder=endless HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: 192.0.2."
+        clients = [self.send(f"{head}{i}\r\n") for i in range(40)]
+        wait_until(lambda: self.server.ask("GET", "/readyz")[0] == 503)
+        why = self.server.get("/readyz")["why"]
+        self.assertRegex(why, r"every thread of requests is busy, and the others have waited for 1\d s")
+        for client in clients:
+            client.close()
+        wait_until(lambda: self.server.ask("GET", "/readyz")[0] == 200)
+
+
 class Connections(Attacked):
     settings = ["max_connections=40", "max_connections_per_address=20"]
 

@@ -191,6 +191,25 @@ TEST_F(RequestTest, TextsThatAreNoJob) {
     }
 }
 
+TEST_F(RequestTest, ListsHaveALimit) {
+    const auto sets = [](size_t count) {
+        json list = json::array();
+        for (size_t i = 0; i < count; ++i) list.push_back("camera.f_stop=2");
+        return list;
+    };
+    taken(with("set", sets(256)));
+    EXPECT_THAT(refused(with("set", sets(257))).detail,
+                HasSubstr("set: more than 256 items; remove some"));
+}
+
+TEST_F(RequestTest, ABodyHasALimitOfKeys) {
+    json body = whole_;
+    while (body.size() < 257) body[concat("key", body.size())] = 1;
+    const Problem problem = refused(body);
+    ASSERT_EQ(problem.diagnostics.size(), 1u) << problem.detail;
+    EXPECT_THAT(problem.detail, HasSubstr("more than 256 keys in one map"));
+}
+
 TEST_F(RequestTest, AFaultNamesItsFileLineColumnAndKey) {
     const std::string files = R"({"input": "in.####.exr", "output": "out/o.####.exr",)";
     for (const auto& [body, place, path] : std::vector<std::array<std::string, 3>>{

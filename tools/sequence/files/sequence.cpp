@@ -305,6 +305,10 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         if (equals == std::string_view::npos || equals == 0 || item[equals] != '=') return {};
         return item.substr(0, equals);
     };
+    constexpr size_t kLongest = 5 * (PATH_MAX + 16);  // a word and a path for each plane
+    if (text.size() > kLongest)
+        return usage_error(
+            concat("input '", text.substr(0, 60), "...': longer than five paths; shorten it"));
     InputSpec spec;
     if (!key_of(text)) {
         ASSIGN_OR_RETURN(PathPattern pattern, PathPattern::parse(text));

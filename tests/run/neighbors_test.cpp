@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "config/profile.h"
 #include "tests/run/fixture.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/source/frame_plan.h"
@@ -170,6 +171,17 @@ TEST_F(NeighborsTest, PlanesAreSharedAndMemoryIsFlat) {
     ASSERT_TRUE(summary.ok());
     EXPECT_EQ(summary->frames_decoded, 40u);
     EXPECT_LE(most, kFramesInFlight + 1);
+    // The reader keeps a frame only for neighbors.
+    for (const bool kept : {false, true}) {
+        SequenceReader reader(settings_.source, settings_.input, [&](const FrameHeader&) {
+            return kept ? chain_.required() | chain_.optional() : RoleSet();
+        });
+        const auto inputs = reader.open(2, {{Role::color, in(2)}});
+        ASSERT_TRUE(inputs.ok()) << inputs.status().message();
+        const auto frame = reader.read(*inputs);
+        ASSERT_TRUE(frame.ok()) << frame.status().message();
+        EXPECT_EQ(frame->planes.at(Role::color).use_count(), kept ? 2 : 1);
+    }
 }
 
 // Vectors are per frame of the renderer, whatever the step between files.
@@ -373,6 +385,80 @@ TEST_F(NeighborsTest, AWrongPixelOfANeighborIsAnErrorUnderStrict) {
     for (int n : {2, 3, 4}) {
         EXPECT_EQ(reports_.at(n).status.code(), StatusCode::health) << n;
         EXPECT_THAT(reports_.at(n).status.message(), HasSubstr("in.0003.exr: 1 non-finite"));
+    }
+}
+
+// Depths next to 0 have the largest inverse that a float holds: the pass adds those of both
+// neighbors.
+TEST_F(NeighborsTest, AResultThatIsNotFiniteIsAnErrorUnderStrict) {
+    for (const int n : {1, 2, 3}) {
+        test::Planes planes = test::make_planes(kWidth, kHeight, n);
+        planes.depth.at(5, 7) = 1e-45f;
+        test::write_frame(in(n), planes);
+    }
+    settings_.overflow = io::HalfOverflow::clamp;
+    go();
+    for (const int n : {1, 2, 3}) {
+        EXPECT_EQ(reports_.at(n).outcome, Outcome::written) << reports_.at(n).status.message();
+        EXPECT_EQ(reports_.at(n).output_nonfinite, n == 2 ? 1u : 0u) << n;
+    }
+    settings_.strict = true;
+    go();
+    for (const int n : {1, 3}) EXPECT_EQ(reports_.at(n).outcome, Outcome::written) << n;
+    EXPECT_EQ(reports_.at(2).status.code(), StatusCode::health);
+    EXPECT_THAT(reports_.at(2).status.message(), HasSubstr("o.0002.exr: 1 non-finite output"));
+
+    // Also if only its division by a small alpha makes it so.
+    settings_.source.profile =
+        parse_profile(
+            "profile: 1\nname: own\ncolor: [{channels: [[R, G, B, A]], unpremultiplied: true}]\n",
+            "own.yaml")
+            .profile;
+    ImageF before(8, 8, 4), color(8, 8, 4, 1);
+    for (size_t i = 0; i < color.pixels(); ++i) {
+        before.data[4 * i + 3] = 5 - 0x1p-20f;  // leaves an alpha of 2^-22
+        color.data[4 * i] = i == 9 ? 1e33f : 1;
+    }
+    for (const auto& [n, image] : {std::pair(1, before), {2, color}})
+        ASSERT_TRUE(
+            io::write_planes_exr(in(n), image, {"R", "G", "B", "A"}, io::OnExisting::overwrite)
+                .ok());
+    chain("before", false);
+    frames("2");
+    for (const bool strict : {false, true}) {
+        settings_.strict = strict;
+        go();
+        EXPECT_EQ(reports_.at(2).status.code(), strict ? StatusCode::health : StatusCode::ok)
+            << reports_.at(2).status.message();
+        EXPECT_EQ(reports_.at(2).output_nonfinite, 1u);
+    }
+}
+
+// A neighbor is read with the layers that it has. As a frame it fails without one that is named.
+TEST_F(NeighborsTest, OneWithoutANamedLayerFailsAsAFrame) {
+    FrameFile light;
+    for (const char* channel : {"light.R", "light.G", "light.B"})
+        light.mattes[channel] = ImageF(kWidth, kHeight, 1, 0.5f);
+    write({1, 2}, light);
+    write({3});
+    settings_.source.layers.aovs = "light";
+    go();
+    expect(2, "", "");
+    EXPECT_EQ(reports_.at(3).status.code(), StatusCode::usage);
+}
+
+TEST_F(NeighborsTest, OneThatChangesMeanwhileFailsTheFrame) {
+    for (const int changed : {1, 3}) {
+        write({1, 2, 3});
+        frames("2");
+        const auto touch = [&](FrameStep step, int, bool begins) {
+            if (begins && step == FrameStep::filter)
+                fs::last_write_time(in(changed), fs::file_time_type::clock::now());
+        };
+        const auto summary =
+            run_sequence(chain_, settings_, test::executor(), "renderer", {.steps = touch});
+        ASSERT_TRUE(summary.ok()) << summary.status().message();
+        EXPECT_THAT(summary->first_failure.message(), HasSubstr(in(changed) + ": was changed"));
     }
 }
 

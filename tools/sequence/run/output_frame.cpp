@@ -55,6 +55,14 @@ std::vector<io::FilteredLayer> layers_to_write(const SourceFrame& source, const 
     return layers;
 }
 
+// Pixels of an output with NaN or Inf in color or in a layer.
+uint64_t count_nonfinite(const ImageF& color, const std::vector<io::FilteredLayer>& layers) {
+    uint64_t count = count_nonfinite(color);
+    for (const io::FilteredLayer& layer : layers)
+        if (!layer.ids) count += count_nonfinite(*layer.image);
+    return count;
+}
+
 // The images to write: all but the color of the frame's first view.
 std::vector<io::FilteredLayer> all_to_write(FrameInFlight& frame, std::deque<ImageF>& images) {
     std::vector<io::FilteredLayer> all = layers_to_write(*frame.source, frame.filtered, images);
@@ -135,27 +143,24 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Pix
     return report;
 }
 
-// Writes the frame's color `result`, of its window, linear and premultiplied, in the format of the
-// path's extension; modifies it. `layers` as in io::write_filtered(); a new EXR can only have added
-// ones.
-Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source, ImageF& result,
-                                    const std::vector<io::FilteredLayer>& layers,
-                                    const RunSettings& settings, const io::OutputFiles& files,
-                                    io::WriteOptions options) {
-    ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
+// Converts the frame's color `result`, of its window, linear and premultiplied, to the convention
+// of the file at `path`. Returns its encoding if that is an image other than an EXR.
+Result<std::optional<io::ImageEncoding>> to_output_convention(const std::string& path,
+                                                              const SourceFrame& source,
+                                                              ImageF& result,
+                                                              const RunSettings& settings) {
     const io::InputFrame& input = source.input;
     const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::image_format_of(path)) {
-        if (picture_of(color_file))
-            return with_notes(write_new_exr(path, source, result, layers, options), color_file,
-                              source.input.assignment.at(Role::color).channels.size());
-        if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
-        return io::write_filtered(path, source.input, result, options, layers);
+        if (stored_unassociated && !picture_of(color_file))
+            to_file_convention(result, source.conversion, stored_color(input));
+        return std::optional<io::ImageEncoding>();
     }
-    const RoleChannels& color = input.assignment.at(Role::color);
-    ASSIGN_OR_RETURN(const auto encoding,
-                     io::image_encoding(path, color_file, color.channels.size(), settings.picture));
+    ASSIGN_OR_RETURN(
+        auto encoding,
+        io::image_encoding(path, color_file, input.assignment.at(Role::color).channels.size(),
+                           settings.picture));
     if (encoding.unassociated) {
         ConvertOptions unassociated;
         unassociated.unpremultiplied = true;
@@ -163,9 +168,30 @@ Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source
             result, unassociated,
             stored_unassociated ? stored_color(input) : ImageF(result.width, result.height, 4));
     }
-    const ImageF shown = io::placed(result, input.window, input.display_window);
-    auto report = io::write_picture(path, shown, encoding, color_file.path(), color.part, options);
-    return with_notes(std::move(report), color_file, color.channels.size());
+    return std::optional(std::move(encoding));
+}
+
+// Writes color, converted by to_output_convention(), in the format of the path's extension.
+// `layers` as in io::write_filtered(); a new EXR can only have added ones.
+Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source,
+                                    const ImageF& result,
+                                    const std::optional<io::ImageEncoding>& encoding,
+                                    const std::vector<io::FilteredLayer>& layers,
+                                    const io::OutputFiles& files, io::WriteOptions options) {
+    ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
+    const io::InputFrame& input = source.input;
+    const io::PixelFile& color_file = input.files.color_file();
+    const RoleChannels& color = input.assignment.at(Role::color);
+    if (encoding) {
+        const ImageF shown = io::placed(result, input.window, input.display_window);
+        auto report =
+            io::write_picture(path, shown, *encoding, color_file.path(), color.part, options);
+        return with_notes(std::move(report), color_file, color.channels.size());
+    }
+    if (picture_of(color_file))
+        return with_notes(write_new_exr(path, source, result, layers, options), color_file,
+                          color.channels.size());
+    return io::write_filtered(path, source.input, result, options, layers);
 }
 
 Status write_preview(const FrameReport& report, const RunSettings& settings,
@@ -239,16 +265,16 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
                    FrameInFlight& frame) {
     const auto start = Clock::now();
     FrameReport& report = frame.report;
-    report.output_nonfinite =
-        count_nonfinite(frame.filtered.color) + count_nonfinite(frame.filtered.layers);
-    for (const FilteredView& view : frame.other_views)
-        report.output_nonfinite += count_nonfinite(view.color) + count_nonfinite(view.layers);
+    ImageF& color = frame.filtered.color;
+    std::deque<ImageF> images;
+    const auto layers = all_to_write(frame, images);
+    ASSIGN_OR_RETURN(const auto encoding,
+                     to_output_convention(report.output, *frame.source, color, settings));
+    report.output_nonfinite = count_nonfinite(color, layers);
     if (report.output_nonfinite > 0 && settings.strict)
         return Status(StatusCode::health,
                       concat(report.output, ": ", report.output_nonfinite,
                              " non-finite output pixels under --strict; not written"));
-    std::deque<ImageF> images;
-    const auto layers = all_to_write(frame, images);
     io::WriteOptions options =
         write_options(report, settings, record_text(chain, settings, report));
     // Image, preview and sidecar are replaced together. The old sidecar is set aside first, so
@@ -264,8 +290,8 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
             return lock->set_aside(sidecar);
         return Status();
     };
-    ASSIGN_OR_RETURN(report.write, write_image(report.output, *frame.source, frame.filtered.color,
-                                               layers, settings, files, std::move(options)));
+    ASSIGN_OR_RETURN(report.write, write_image(report.output, *frame.source, color, encoding,
+                                               layers, files, std::move(options)));
     if (const uint64_t clamped = report.write.overflow_pixels)
         report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
                                          largest_text(report.output)));
@@ -274,8 +300,7 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
                                          " result pixels are non-finite: Inf clamped to "
                                          "the channel's largest value, NaN to 0"));
     report.write_ms = milliseconds_since(start);
-    if (settings.preview)
-        RETURN_IF_ERROR(write_preview(report, settings, files, frame.filtered.color));
+    if (settings.preview) RETURN_IF_ERROR(write_preview(report, settings, files, color));
     return settings.sidecar ? write_sidecar(report, settings, files) : Status();
 }
 
@@ -290,7 +315,8 @@ Result<io::WriteReport> write_view(const std::string& path, const FrameHeader& h
     const auto layers = layers_to_write(source, view, images);
     io::WriteOptions options = write_options(report, settings, "");
     options.attributes.clear();
-    return write_image(path, source, view.color, layers, settings, files, std::move(options));
+    ASSIGN_OR_RETURN(const auto encoding, to_output_convention(path, source, view.color, settings));
+    return write_image(path, source, view.color, encoding, layers, files, std::move(options));
 }
 
 }  // namespace postchain::sequence

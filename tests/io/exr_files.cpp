@@ -12,6 +12,7 @@
 #include <OpenImageIO/deepdata.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
+#include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 #include <half.h>
@@ -290,6 +291,7 @@ std::vector<float> oiio_flattened(const std::string& path, const std::string& ch
     std::vector<float> values;
     for (OIIO::ImageBuf::ConstIterator<float> pixel(flat); !pixel.done(); ++pixel)
         values.push_back(pixel[index]);
+    OIIO::ImageCache::create()->close_all();
     return values;
 }
 

@@ -9,7 +9,7 @@
 #include "chain/base/status.h"
 #include "tools/sequence/exr/deep_pixel.h"
 
-namespace postchain::io {
+namespace postchain::io::test_deep_pixel {
 namespace {
 
 using testing::AllOf;
@@ -88,6 +88,14 @@ TEST(DeepPixel, SlicesOfOneSurfaceBelongTogether) {
     // A gap of more than 5 %.
     EXPECT_THAT(composite({at(3, .6), at(3.16, 1)}, true).weights, ElementsAre(0, 1));
     EXPECT_THAT(composite({at(3, .6), at(3.14, 1), at(5, 1)}, true).weights, ElementsAre(0, 0, 1));
+    // A volume is as deep as its back, whether it is the surface or follows it, and whatever ends
+    // before it.
+    EXPECT_THAT(composite({{3, 5, .6}, at(5.1, .5), at(8, 1)}, true).weights, ElementsAre(0, 0, 1));
+    EXPECT_THAT(
+        composite({at(3, .6), {3.1, 5, .5}, at(3.2, .1), at(5.1, .5), at(8, 1)}, true).weights,
+        ElementsAre(0, 0, 0, 0, 1));
+    EXPECT_THAT(composite({at(3, .6), {3.1, 5, .5}, at(5.3, 1)}, true).weights,
+                ElementsAre(0, 0, 1));
 }
 
 TEST(DeepPixel, WithNothingBehindASurfaceIsShownAgain) {
@@ -111,6 +119,9 @@ TEST(DeepPixel, VolumesThatOverlapMixByDensity) {
     EXPECT_THAT(inside.weights[1], DoubleNear(.5, 1e-12));
     // Light without opacity, spread over a volume: its near half is seen before the surface.
     EXPECT_THAT(composite({{1, 3, 0}, at(2, 1)}).weights[0], DoubleNear(.5, 1e-12));
+    // Where one of two ends, the light goes on with the density of the other, also of a later one.
+    EXPECT_THAT(composite({{1, 2, .5}, {1, 3, .75}, at(4, 1)}).weights[2], DoubleNear(.125, 1e-12));
+    EXPECT_THAT(composite({{1, 3, .75}, {2, 3, .5}, at(4, 1)}).weights[2], DoubleNear(.125, 1e-12));
     // Volumes that touch are one after the other.
     EXPECT_THAT(composite({{1, 2, .5}, {2, 3, .5}}).weights, ElementsAre(1, .5));
 }
@@ -183,4 +194,4 @@ TEST(DeepPixel, ValuesThatMeanNothingDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_deep_pixel

@@ -11,7 +11,7 @@
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 
-namespace postchain::io {
+namespace postchain::io::test_deep_reader {
 namespace {
 
 using test::bytes_of_file;
@@ -133,17 +133,22 @@ using V = std::vector<float>;
 TEST(DeepReader, ShowsWhatIsBehind) {
     const TempFolder folder;
     std::vector<test::FileChannel> channels = kAlphaRedDepth;
+    channels.push_back({"ZBack", Imf::FLOAT});
     channels.push_back({"motion.x", Imf::FLOAT});
     // An edge before a wall; a wall before another, from back to front; a wall; nothing.
-    const std::string path = write_row(
-        folder, channels,
-        {{{.75F, 3, 1, 10}, {1, 8, 4, -1}}, {{1, 5, 9, 2}, {1, 6, 4, 3}}, {{1, 7, 4, 1}}, {}});
+    const std::string path = write_row(folder, channels,
+                                       {{{.75F, 3, 1, 1, 10}, {1, 8, 4, 4, -1}},
+                                        {{1, 5, 9, 9, 2}, {1, 6, 4, 4, 3}},
+                                        {{1, 7, 4, 4.5F, 1}},
+                                        {}});
     const auto front = read(path), behind = read(path, true);
     ASSERT_TRUE(front.ok() && behind.ok());
-    const std::tuple<const char*, V, V> expected[] = {{"R", {5, 6, 7, 0}, {8, 5, 7, 0}},
-                                                      {"A", {1, 1, 1, 0}, {1, 1, 1, 0}},
-                                                      {"Z", {1, 4, 4, 1e10F}, {4, 9, 4, 1e10F}},
-                                                      {"motion.x", {10, 3, 1, 0}, {-1, 2, 1, 0}}};
+    const std::tuple<const char*, V, V> expected[] = {
+        {"R", {5, 6, 7, 0}, {8, 5, 7, 0}},
+        {"A", {1, 1, 1, 0}, {1, 1, 1, 0}},
+        {"Z", {1, 4, 4, 1e10F}, {4, 9, 4, 1e10F}},
+        {"ZBack", {1, 4, 4.5F, 1e10F}, {4, 9, 4.5F, 1e10F}},
+        {"motion.x", {10, 3, 1, 0}, {-1, 2, 1, 0}}};
     for (const auto& [channel, shown, hidden] : expected) {
         EXPECT_EQ(values_of(*front, channel), shown) << channel;
         EXPECT_EQ(values_of(*behind, channel), hidden) << channel;
@@ -245,4 +250,4 @@ TEST(DeepReader, ImpossibleSizesAreRefusedBeforeTheyAreAllocated) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_deep_reader

@@ -229,6 +229,26 @@ TEST_F(ExrWriter, ColorThatDoesNotFitIsRefusedOrClampedNeverInf) {
     }
 }
 
+// A layer in a part of its own is refused like color.
+TEST_F(ExrWriter, ALayerThatDoesNotFitIsRefusedWhereverItIs) {
+    FilePart light{.name = "light", .channels = {{"A"}, {"B"}, {"G"}, {"R"}}};
+    FilePart color = light;
+    color.name = "color";
+    for (FilePart* part : {&light, &color}) part->data = part->display = {{0, 0}, {12, 8}};
+    for (const float value : {70000.f, -70000.f, kInf, kNan})
+        for (const bool first : {false, true}) {
+            write_file(in, first ? std::vector{light, color} : std::vector{color, light});
+            InputFrame frame = read_ok(in, first ? 1 : 0);
+            const ImageF same = new_color(frame);
+            ImageF layer = same;
+            layer.at(5, 3, 1) = value;
+            const std::vector<FilteredLayer> layers = {
+                {.part = first ? 0 : 1, .channels = kRgba, .image = &layer}};
+            const auto refused = write_filtered(out, frame, same, {}, layers);
+            EXPECT_THAT(test::error_of(refused), HasSubstr("1 pixels of color do not fit"));
+        }
+}
+
 ImageF color_of(const std::string& path) {
     return must(must(ExrFile::open(path)).read_channels(0, kRgba));
 }

@@ -3,10 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/image/contact_sheet.h"
+#include "tools/sequence/image/image_writer.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/image/transfer.h"
 
@@ -129,6 +133,44 @@ TEST(Preview, UnwritablePathIsAnError) {
     const TempFolder folder;
     EXPECT_EQ(write_png_preview(folder.path("none/p.png"), ImageF(1, 1, 3)).code(),
               StatusCode::output);
+}
+
+// Of a value that does not fit, above and below.
+TEST(ImageWriter, RefusesOrCountsWhatDoesNotFit) {
+    const TempFolder folder;
+    const std::string path = folder.path("o.png");
+    for (const float value : {1.5f, -0.1f, std::numeric_limits<float>::infinity(),
+                              -std::numeric_limits<float>::infinity(), NAN}) {
+        ImageF color(3, 2, 4, 0.5f);
+        color.at(1, 1, 2) = value;
+        const ImageEncoding encoding = {.format = image_format_of(path)};
+        const auto write = [&](HalfOverflow overflow) {
+            return write_picture(path, color, encoding, "", 0, {.overflow = overflow});
+        };
+        EXPECT_THAT(test::error_of(write(HalfOverflow::refuse)),
+                    testing::HasSubstr("1 pixels do not fit"));
+        EXPECT_THAT(folder.names(), testing::IsEmpty());
+        const WriteReport report = test::must(write(HalfOverflow::clamp));
+        EXPECT_EQ(report.overflow_pixels, std::isfinite(value) ? 1u : 0u) << value;
+        EXPECT_EQ(report.nonfinite_pixels, std::isfinite(value) ? 0u : 1u) << value;
+        const ImageF back = test::must(test::must(ImageFile::open(path)).read_channels(0, {"B"}));
+        EXPECT_EQ(back.at(1, 1), value > 1 ? 1 : 0) << value;
+        std::filesystem::remove(path);
+    }
+}
+
+// Its pixels are kept until the whole image has been read.
+TEST(ImageFile, KeepsItsPixelsOnlyBetweenReadsOfRows) {
+    const TempFolder folder;
+    const std::string path = folder.path("i.png");
+    test::must(
+        write_picture(path, ImageF(3, 4, 4, 0.5f), {.format = image_format_of(path)}, "", 0, {}));
+    auto rows = test::must(ImageFile::open(path)), whole = test::must(ImageFile::open(path));
+    test::must(rows.read_part(0, {"R"}, Window{0, 0, 2, 1}));
+    test::must(whole.read_part(0, {"R"}));
+    std::filesystem::remove(path);
+    EXPECT_TRUE(rows.read_part(0, {"R"}, Window{0, 2, 2, 3}).ok());
+    EXPECT_FALSE(whole.read_part(0, {"R"}, Window{0, 2, 2, 3}).ok());
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 #include <ImfChromaticities.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <half.h>
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 
 #include "tests/support/status.h"
 
@@ -18,6 +20,33 @@ using test::must;
 using test::oiio_attributes;
 using test::oiio_channels;
 using test::OiioChannel;
+
+namespace {
+
+std::vector<std::string> open_files() {
+    std::vector<std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+        std::error_code ignored;
+        files.push_back(std::filesystem::read_symlink(entry, ignored).string());
+    }
+    return files;
+}
+
+// Every test closes the files that it opens, also those that it cannot read or write.
+class ClosedFiles : public testing::EmptyTestEventListener {
+    void OnTestStart(const testing::TestInfo&) override { before_ = open_files(); }
+    void OnTestEnd(const testing::TestInfo&) override {
+        EXPECT_THAT(open_files(), testing::UnorderedElementsAreArray(before_));
+    }
+    std::vector<std::string> before_;
+};
+
+const bool files_are_watched = [] {
+    testing::UnitTest::GetInstance()->listeners().Append(new ClosedFiles);
+    return true;
+}();
+
+}  // namespace
 
 InputFrame read_ok(const std::string& path, int part, const std::vector<std::string>& color) {
     return must(read_frame(must(open_frame({{Role::color, path}}, 1)),

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "chain/frame/layers.h"
 #include "tests/support/status.h"
 
 namespace postchain {
@@ -168,6 +169,20 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     EXPECT_TRUE(converted(Role::motion, ImageF(2, 2, 2)).health.motion_all_zero);
 }
 
+// What is true of color is true of each layer, here the second of two.
+constexpr Role kColorAndLayers[] = {Role::color, Role::layers};
+
+Converted converted_as(Role role, const ImageF& image, const ConvertOptions& options = {}) {
+    if (role == Role::color) return converted(role, image, options);
+    Converted made;
+    made.frame = frame_of(image.width, image.height);
+    const ImageF plain(image.width, image.height, 4, 0.25f);
+    made.planes = {{Role::color, plain}, {Role::layers, stack_planes({plain, image})}};
+    made.health = test::must(convert_frame(made.planes, made.frame, options));
+    made.planes[role] = plane_of_stack(made.planes[role], 1, image.height);
+    return made;
+}
+
 TEST(Convert, NonFiniteColorByPolicy) {
     ImageF color(2, 2, 4, 0.25f);
     color.at(1, 0, 1) = kNan;
@@ -175,19 +190,20 @@ TEST(Convert, NonFiniteColorByPolicy) {
     color.at(1, 1, 0) = -kInf;
     color.at(1, 1, 1) = 2e34f;  // no mean of such values fits a float
     color.at(1, 1, 2) = 1e34f;
-    for (auto policy : {NonfiniteColor::zero, NonfiniteColor::clamp}) {
-        const Converted made = converted(Role::color, color, {.nonfinite_color = policy});
-        const ImageF& result = made.planes.at(Role::color);
-        const float large = policy == NonfiniteColor::clamp ? 65504.0f : 0.0f;
-        EXPECT_EQ(result.at(1, 0, 1), 0.0f);
-        EXPECT_EQ(result.at(0, 1, 2), large);
-        EXPECT_EQ(result.at(1, 1, 0), -large);
-        EXPECT_EQ(result.at(1, 1, 1), large);
-        EXPECT_EQ(result.at(1, 1, 2), 1e34f);
-        EXPECT_EQ(result.at(0, 0, 0), 0.25f);
-        EXPECT_EQ(made.health.nonfinite_color, 3u);
-        EXPECT_EQ(made.health.first_nonfinite, (std::array<int, 2>{1, 0}));
-    }
+    for (auto policy : {NonfiniteColor::zero, NonfiniteColor::clamp})
+        for (const Role role : kColorAndLayers) {
+            const Converted made = converted_as(role, color, {.nonfinite_color = policy});
+            const ImageF& result = made.planes.at(role);
+            const float large = policy == NonfiniteColor::clamp ? 65504.0f : 0.0f;
+            EXPECT_EQ(result.at(1, 0, 1), 0.0f);
+            EXPECT_EQ(result.at(0, 1, 2), large);
+            EXPECT_EQ(result.at(1, 1, 0), -large);
+            EXPECT_EQ(result.at(1, 1, 1), large);
+            EXPECT_EQ(result.at(1, 1, 2), 1e34f);
+            EXPECT_EQ(result.at(0, 0, 0), 0.25f);
+            EXPECT_EQ(made.health.nonfinite_color, 3u);
+            EXPECT_EQ(made.health.first_nonfinite, (std::array<int, 2>{1, 0}));
+        }
 }
 
 // A product with alpha that does not fit is replaced too; where alpha is 0 there is no light.
@@ -199,6 +215,11 @@ TEST(Convert, UnpremultipliedColorIsMultiplied) {
     };
     EXPECT_EQ(multiplied({0.5f, 1.0f, 2.0f, 0.25f}).values(Role::color),
               (std::vector<float>{0.125f, 0.25f, 0.5f, 0.25f}));
+    // A layer by the alpha of color, which is 0.25 here.
+    EXPECT_EQ(converted_as(Role::layers, image_of(1, 1, {0.5f, 1.0f, 2.0f, 1.0f}),
+                           {.unpremultiplied = true})
+                  .values(Role::layers),
+              (std::vector<float>{0.125f, 0.25f, 0.5f, 1.0f}));
     const Converted large = multiplied({3e30f, kInf, 2.0f, 1e6f, kInf, 1.0f, 2.0f, 0.0f});
     EXPECT_EQ(large.values(Role::color),
               (std::vector<float>{65504, 65504, 2e6f, 1e6f, 0, 0, 0, 0}));
@@ -226,16 +247,21 @@ TEST(Convert, BoundsOfColor) {
     EXPECT_TRUE(bounds_of(zeros).one_color);
     zeros.at(1, 0, 2) = -0.0f;
     EXPECT_FALSE(bounds_of(zeros).one_color);
-    // Largest half, the next float, a third, smallest subnormal half, half of that, one and a half.
+    // Largest half, the next float, the next with the bits of a half, a third, smallest subnormal
+    // half, half of that, one and a half.
     const std::pair<float, bool> values[] = {
-        {65504.0f, true},  {65505.0f, false},   {1.0f / 3, false},      {0x1p-24f, true},
-        {0x1p-25f, false}, {0x1.8p-24f, false}, {-0x1.ffcp-15f, false}, {0x1.ff8p-15f, true},
-        {-2049.0f, false}, {-2048.0f, true}};
-    for (const auto& [value, half] : values) {
-        ImageF one(2, 1, 4, 1.0f);
-        one.at(1, 0, 3) = value;
-        EXPECT_EQ(bounds_of(one).color_is_half, half) << value;
-    }
+        {65504.0f, true},     {65505.0f, false}, {65536.0f, false},      {-65504.0f, true},
+        {-65536.0f, false},   {1.0f / 3, false}, {0x1p-24f, true},       {0x1p-25f, false},
+        {0x1.8p-24f, false},  {-0x1p-24f, true}, {-0x1.ffcp-15f, false}, {0x1.ff8p-15f, true},
+        {-0x1.8p-24f, false}, {-2049.0f, false}, {-2048.0f, true}};
+    for (const auto& [value, half] : values)
+        for (const Role role : kColorAndLayers) {
+            ImageF one(2, 1, 4, 1.0f);
+            one.at(1, 0, 3) = value;
+            const FrameBounds bounds = converted_as(role, one).frame.bounds;
+            EXPECT_EQ(role == Role::color ? bounds.color_is_half : bounds.layers_are_half, half)
+                << value;
+        }
 }
 
 TEST(Convert, OnlyWhatIsThereIsKnown) {

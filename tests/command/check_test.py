@@ -76,6 +76,13 @@ class Check(unittest.TestCase):
         self.assertEqual(lines[1][:5], ["2", "1", "2", "2", "1"])
         self.assertEqual(lines[2][:5], ["8", "0", "0", "0", "0"])
         self.assertIn("bad/o.####.exr: damaged: 3-4", table)
+        # An image other than an EXR is compared with its sidecar.
+        shutil.copytree(self.path / "png", self.path / "bad_png")
+        cut = self.path / "bad_png/o.0003.png"
+        cut.write_bytes(cut.read_bytes()[:-40])
+        states, frames = self.states("bad_png/o.####.png", code=1)
+        self.assertEqual({n: states[n] for n in states if states[n] != "whole"}, {3: "damaged"})
+        self.assertIn("another size than its sidecar says", frames[2]["why"])
         # The settings that are meant may be those of few frames.
         states, _ = self.states("bad/o.####.exr", "--like", "bad/o.0007.exr", code=1)
         self.assertEqual([n for n in states if states[n] == "whole"], [7])

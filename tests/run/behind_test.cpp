@@ -76,6 +76,21 @@ TEST_F(BehindTest, FindingsInItsPixelsAreWarnings) {
     EXPECT_TRUE(report.status.ok()) << report.status.message();
     EXPECT_THAT(report.warnings,
                 ::testing::Contains(HasSubstr("the first non-finite pixel is (30, 20)")));
+    settings_.strict = true;
+    EXPECT_THAT(failure(), HasSubstr("nan.0002.exr: 1 non-finite pixels under --strict"));
+}
+
+TEST_F(BehindTest, ThatChangesMeanwhileFailsTheFrame) {
+    behind_of_frame_2();
+    const auto touch = [&](FrameStep step, int, bool begins) {
+        if (begins && step == FrameStep::filter)
+            std::filesystem::last_write_time(at("behind.0002.exr"),
+                                             std::filesystem::file_time_type::clock::now());
+    };
+    const auto summary =
+        run_sequence(chain_, settings_, test::executor(), "renderer", {.steps = touch});
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_THAT(summary->first_failure.message(), HasSubstr("behind.0002.exr: was changed"));
 }
 
 TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {

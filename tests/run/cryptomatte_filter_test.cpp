@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/gpu.h"
+
 namespace postchain::sequence {
 namespace {
 
@@ -67,6 +69,45 @@ TEST(CryptomatteFilter, CoverageStandsInItsSlot) {
     EXPECT_EQ(moved.at(0, 0, 0), 0);
     EXPECT_EQ(moved.at(1, 0, 0), 1);
     EXPECT_EQ(moved.at(2, 0, 0), 0.25f);
+}
+
+// Id 5 is in the frame, at its upper left. Id 7 is in the frame before, at the upper left of a data
+// window that is elsewhere: they share a plane only if they are apart in the display window.
+TEST(CryptomatteFilter, BoxesOfANeighborAreInTheFramesWindow) {
+    const Chain chain = test::chain_of("echo");
+    const Window window = {0, 0, 99, 99};
+    const auto of = [](CryptoId id, const Window& its) {
+        FrameCryptomattes one = {its, {"object"}, {RankedCoverage(100, 100, 2)}};
+        one.ranks[0].ids[0] = id;
+        one.ranks[0].coverages[0] = 1;
+        return std::make_shared<const FrameCryptomattes>(one);
+    };
+    SourceFrame frame;
+    frame.input.window = window;
+    frame.cryptomattes = of(5, window);
+    frame.planes = shared({{Role::color_before, ImageF()}});
+    FramePlan plan;
+    plan.passes.emplace_back();
+    for (const auto& [x, y, slots] : {std::tuple(0, 0, 2u),
+                                      {2, 0, 2u},
+                                      {0, 2, 2u},
+                                      {-2, -2, 2u},
+                                      {50, 0, 1u},
+                                      {0, 50, 1u},
+                                      {0, -50, 1u},
+                                      {-50, 0, 1u}}) {
+        frame.neighbor_cryptomattes[Neighbor::before] = of(7, {x, y, x + 99, y + 99});
+        const auto runs = coverage_runs(chain, plan, frame, {});
+        ASSERT_EQ(runs.size(), 1u);
+        EXPECT_EQ(runs[0].slots.size(), slots) << x << " " << y;
+    }
+    // What a neighbor has on both sides of the frame is one box, which is not apart from id 5.
+    const auto far = of(7, {-50, -50, 49, 49});
+    auto both = *far;
+    both.ranks[0].ids.back() = 7;
+    both.ranks[0].coverages.back() = 1;
+    frame.neighbor_cryptomattes[Neighbor::before] = std::make_shared<const FrameCryptomattes>(both);
+    EXPECT_EQ(coverage_runs(chain, plan, frame, {})[0].slots.size(), 2u);
 }
 
 TEST(CryptomatteFilter, MemoryIsBounded) {

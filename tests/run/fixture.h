@@ -22,6 +22,14 @@ class SequenceTest : public testing::Test {
         settings_.output = *io::PathPattern::parse(at("out/o.####.exr"));
         settings_.version = "test";
     }
+    // A run closes every file, also those that it cannot read or write.
+    ~SequenceTest() override {
+        std::error_code ignored;
+        for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd"))
+            EXPECT_FALSE(
+                std::filesystem::read_symlink(entry, ignored).string().starts_with(folder_.path()))
+                << std::filesystem::read_symlink(entry, ignored);
+    }
 
     std::string at(const std::string& name) const { return folder_.path(name); }
     std::string in(int frame) const { return settings_.input.color().format(frame); }

@@ -6,15 +6,19 @@
 
 #include <filesystem>
 
+#include "config/profile.h"
 #include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
+#include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence::frame_layers_test {
 namespace {
 
+using test::must;
 using ::testing::ElementsAre;
 using ::testing::Pair;
 using ::testing::UnorderedElementsAre;
@@ -117,6 +121,18 @@ TEST_F(FrameLayersTest, AMatteIsAChannelThatColorCovers) {
     EXPECT_TRUE(found().ok());  // plain.frame and the like are not in the file
 }
 
+// The shares of each pixel sum to 1, also if a pass has made one of them negative.
+TEST(FillMask, IsTakenFromTheTopOfTheLayers) {
+    ImageF layers(3, 2, 4, 7);
+    layers.data = {-0.25f, 0.5f, 1.5f, 0, 2, 0, 0, 0, -1, -1, 0, 0,
+                   7,      7,    7,    7, 7, 7, 7, 7, 7,  7,  7, 7};
+    const ImageF mask = take_fill_mask(layers, 1);
+    EXPECT_EQ(mask.data, (std::vector<float>{0, 0.25f, 0.75f, 0, 1, 0, 0, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(layers, ImageF(3, 1, 4, 7));
+    take_fill_mask(layers, 1);
+    EXPECT_TRUE(layers.empty());
+}
+
 // A frame with three light groups whose sum is color, and a cryptomatte of four objects.
 class LayersOfARun : public SequenceTest {
   protected:
@@ -182,6 +198,41 @@ TEST_F(LayersOfARun, AFilteredCryptomatteIsBlurredAndItsCoveragesSumToOne) {
     ASSERT_TRUE(last_frame().status.ok());
     EXPECT_EQ(matte(out(2), "ball"), ball);
     for (const float value : matte(out(2), "wall").data) ASSERT_EQ(value, 0);
+}
+
+// A layer is stored like color, premultiplied or not: one that equals color equals it afterwards.
+TEST_F(SequenceTest, ALayerIsWrittenInTheConventionOfColor) {
+    ImageF stored(24, 16, 7);
+    for (int y = 0; y < stored.height; ++y)
+        for (int x = 0; x < stored.width; ++x) {
+            const bool edge = 2 * x + y > 30;
+            for (int c = 0; c < 3; ++c)
+                stored.at(x, y, c) = stored.at(x, y, 4 + c) = edge ? 0.1f : 0.3f * float(c + 1);
+            stored.at(x, y, 3) = edge ? 0.5f : 1;
+        }
+    ASSERT_TRUE(io::write_planes_exr(at("in.0001.exr"), stored,
+                                     {"R", "G", "B", "A", "light.R", "light.G", "light.B"})
+                    .ok());
+    chain_ = test::chain_of("fxaa");
+    settings_.on_existing = io::OnExisting::overwrite;
+    settings_.source.layers.aovs = "light";
+    for (const char* unassociated : {"true", "false"}) {
+        const ProfileFile own = parse_profile(
+            concat("profile: 1\nname: own\ncolor: [{channels: [[R, G, B, A]], unpremultiplied: ",
+                   unassociated, "}]\n"),
+            "own.yaml");
+        ASSERT_TRUE(own.status().ok()) << own.status().message();
+        settings_.source.profile = own.profile;
+        ASSERT_TRUE(last_frame().status.ok());
+        auto file = io::ExrFile::open(out(1));
+        ASSERT_TRUE(file.ok());
+        const auto color = file->read_channels(0, {"R", "G", "B"}),
+                   layer = file->read_channels(0, {"light.R", "light.G", "light.B"});
+        ASSERT_TRUE(color.ok() && layer.ok());
+        EXPECT_LT(test::largest_difference(*layer, *color), 1e-6) << unassociated;
+        const auto before = must(io::ExrFile::open(in(1))).read_channels(0, {"R", "G", "B"});
+        EXPECT_GT(test::largest_difference(*color, *before), 0.01) << unassociated;
+    }
 }
 
 }  // namespace

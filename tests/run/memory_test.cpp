@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/command/frames.h"
+#include "tools/sequence/exr/worker_pool.h"
 #include "tools/sequence/source/control_group.h"
 
 namespace postchain::sequence {
@@ -51,6 +52,27 @@ TEST(Memory, OfAFrameByItsChannels) {
     // Written back: also all nine channels as stored, the result, and the result as stored.
     EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::all, 30),
               pixels * (16 + 16 + 36 + 16 + 16));
+}
+
+// Each thread flattens a chunk of its own.
+TEST(Memory, OfADeepFrameByItsChunks) {
+    test::TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    test::FilePart part{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
+                        .compression = Imf::ZIPS_COMPRESSION};
+    uint64_t bytes[2];
+    for (const bool deep : {false, true}) {
+        part.deep = deep;
+        part.samples = [](int, int, size_t) { return std::vector<float>(3, 1); };
+        test::write_file(path, {part});
+        const auto header = open_source_frame({}, {{Role::color, path}}, 1);
+        ASSERT_TRUE(header.ok()) << header.status().message();
+        const uint64_t chunk = header->files.color_file().parts()[0].flattening_bytes;
+        EXPECT_EQ(chunk > 0, deep);
+        bytes[deep] = frame_bytes(*header, {Role::color}, io::Keep::nothing, 9) -
+                      chunk * io::WorkerPool::shared().slots();
+    }
+    EXPECT_EQ(bytes[0], bytes[1]);
 }
 
 TEST(Memory, WhatIsTooMuchIsRefused) {

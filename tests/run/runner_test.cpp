@@ -1,6 +1,9 @@
 // The runner in this process: overlap, stopping, exceptions, foreign locales.
 
+#include <ImfMultiView.h>
+#include <ImfStandardAttributes.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -14,9 +17,12 @@
 
 #include "config/chain_file.h"
 #include "passes/registry.h"
+#include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
+#include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/runner.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {
 namespace {
@@ -261,6 +267,102 @@ class PatientJob final : public FrameJob {
   private:
     int last_;
 };
+
+// Fails frame 2 before it is filtered, 3 then and 4 when it is written.
+class FailingJob final : public FrameJob {
+  public:
+    io::Keep keep() const override { return io::Keep::nothing; }
+    RoleSet planes(const FrameHeader&) const override { return {}; }
+    Result<bool> begin(const FrameTask& task, const FrameInputs&, FrameReport&) override {
+        return task.frame != 1;
+    }
+    Status prepare(const SourceFrame&, FrameReport& report) override {
+        return status_of(report, 2);
+    }
+    Status process(FrameInFlight& frame, const Upcoming&) override {
+        return status_of(frame.report, 3);
+    }
+    Status write(FrameInFlight& frame) override { return status_of(frame.report, 4); }
+
+  private:
+    static Status status_of(const FrameReport& report, int failing) {
+        return report.frame == failing ? Status(StatusCode::internal, "meant to") : Status();
+    }
+};
+
+// The limit is one frame's memory: if a part of it did not come back, the next frame would wait
+// forever, and the alarm ends the test.
+TEST_F(RunnerTest, TheMemoryOfAFrameComesBackHoweverItEnds) {
+    test::write_sequence(at(""), {1, 2, 3, 4, 5, 6, 7});
+    fs::resize_file(in(5), fs::file_size(in(5)) - 200);  // fails while it is read
+    settings_.on_error = ErrorPolicy::keep_going;
+    auto header = open_source_frame(settings_.source, {{Role::color, in(1)}}, 1);
+    ASSERT_TRUE(header.ok()) << header.status().message();
+    settings_.source.max_memory =
+        frame_bytes(*header, {Role::color}, io::Keep::nothing, header->window.height());
+    std::vector<int> gaps;
+    auto tasks = plan_tasks(settings_, false, gaps);
+    ASSERT_TRUE(tasks.ok()) << tasks.status().message();
+    ListFeed feed(std::move(*tasks), settings_);
+    FailingJob job;
+    ::alarm(120);
+    const auto summary = walk_sequence(job, settings_, feed, {});
+    ::alarm(0);
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_EQ(summary->skipped, 1u);
+    EXPECT_EQ(summary->failed, 4u);
+    EXPECT_EQ(summary->written, 2u);
+}
+
+// Both eyes in one file: each is filtered as it is alone, and its memory and faults count.
+TEST_F(RunnerTest, EveryViewIsFilteredAsAlone) {
+    const auto write = [&](std::optional<size_t> nan_in) {
+        test::FilePart part{.data = {{0, 0}, {23, 15}}, .display = {{0, 0}, {23, 15}}};
+        for (const char* name : {"B", "G", "R", "right.B", "right.G", "right.R"})
+            part.channels.push_back({name});
+        part.edit = [](Imf::Header& header) { Imf::addMultiView(header, {"left", "right"}); };
+        const test::FilePart noise = part;
+        if (nan_in)
+            part.bits = [=](size_t channel, int x, int y) {
+                return channel == nan_in && x == 3 && y == 4
+                           ? 0x7e00u
+                           : test::sample_bits(noise, channel, x, y);
+            };
+        test::write_file(in(1), {part});
+    };
+    const auto filtered = [&](const char* view, const std::string& prefix) {
+        settings_.source.view = view;
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        auto file = io::ExrFile::open(out(1));
+        EXPECT_TRUE(file.ok());
+        auto color = file->read_channels(0, {prefix + "R", prefix + "G", prefix + "B"});
+        EXPECT_TRUE(color.ok()) << color.status().message();
+        return std::move(*color);
+    };
+    chain("postchain: 1\npasses: [fxaa]\n");
+    settings_.on_existing = io::OnExisting::overwrite;
+    write(std::nullopt);
+    const ImageF left = filtered("all", ""), right = filtered("all", "right.");
+    EXPECT_EQ(filtered("left", ""), left);
+    EXPECT_NE(filtered("right", ""), left);
+    EXPECT_EQ(filtered("right", "right."), right);
+    EXPECT_NE(filtered("left", "right."), right);
+    // One fits, and two do not.
+    settings_.source.view = "left";
+    settings_.source.max_memory = 1 << 10;
+    while (last_frame().status.code() == StatusCode::memory) settings_.source.max_memory *= 2;
+    EXPECT_TRUE(last_frame().status.ok());
+    settings_.source.view = "all";
+    EXPECT_EQ(last_frame().status.code(), StatusCode::memory);
+    settings_.source.max_memory = 0;
+    settings_.strict = true;
+    EXPECT_TRUE(last_frame().status.ok());
+    for (const size_t channel : {size_t(1), size_t(4)}) {
+        write(channel);
+        EXPECT_EQ(last_frame().status.code(), StatusCode::health) << channel;
+    }
+}
 
 TEST_F(RunnerTest, AFrameThatIsProcessedKnowsTheNextOne) {
     test::write_sequence(at(""), {1, 2, 3, 4, 5});

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "chain/frame/behind.h"
 #include "tools/sequence/source/camera_motion.h"
 #include "tools/sequence/source/reduced_frame.h"
 #include "tools/sequence/source/surface_edges.h"
@@ -223,6 +224,39 @@ TEST(Reduced, DepthIsThatOfTheMiddle) {
     depth.data = {1, 3, 5, 7, 9};
     EXPECT_EQ(middle_reduced(depth, 1, 1).data, (std::vector<float>{5}));
     EXPECT_EQ(middle_reduced(depth, 2, 1).data, (std::vector<float>{3, 7}));
+}
+
+// Motion is in pixels of the smaller frame. Its width is halved, its height is 4/7.
+TEST(Reduced, MotionIsInItsPixels) {
+    SourceFrame source;
+    source.description.width = source.description.display_width = 10;
+    source.description.height = source.description.display_height = 7;
+    source.description.bounds.max_speed_px = source.description.bounds.max_speed_back_px = 14;
+    ImageF motion(10, 7, 2), behind(10, kBehindPlanes * 7, 4, 14);
+    for (size_t i = 0; i < motion.pixels(); ++i) {
+        motion.data[2 * i] = 10;
+        motion.data[2 * i + 1] = 14;
+    }
+    source.planes = shared({{Role::motion, motion},
+                            {Role::motion_back, motion},
+                            {Role::motion_after, motion},
+                            {Role::behind, behind}});
+    reduce_frame(source, 0.5);
+    EXPECT_EQ(source.description.width, 5);
+    EXPECT_EQ(source.description.height, 4);
+    EXPECT_FLOAT_EQ(float(source.description.bounds.max_speed_px), 8);
+    EXPECT_FLOAT_EQ(float(source.description.bounds.max_speed_back_px), 8);
+    for (const Role role : {Role::motion, Role::motion_back, Role::motion_after}) {
+        EXPECT_FLOAT_EQ(source.planes.at(role)->at(4, 3, 0), 5) << name_of(role);
+        EXPECT_FLOAT_EQ(source.planes.at(role)->at(4, 3, 1), 8) << name_of(role);
+    }
+    // Its color, its inverse depth, and its motion forward and backward.
+    const ImageF& reduced = *source.planes.at(Role::behind);
+    for (int c = 0; c < 4; ++c) {
+        EXPECT_FLOAT_EQ(reduced.at(4, 3, c), 14);
+        EXPECT_FLOAT_EQ(reduced.at(4, 7, c), 14);
+        EXPECT_FLOAT_EQ(reduced.at(4, 11, c), c % 2 == 0 ? 7 : 8);
+    }
 }
 
 // Between two surfaces at the same distance, the one with more coverage wins.

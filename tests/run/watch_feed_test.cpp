@@ -78,6 +78,7 @@ TEST_F(WatchFeedTest, OnlyCompleteFilesAreTakenAndTheOthersAreNamed) {
         ASSERT_TRUE(fed);
         EXPECT_EQ(fed->task.frame, frame);
         EXPECT_TRUE(fed->missing.ok()) << fed->missing.message();
+        EXPECT_EQ(feed_->waits_for(), "");
     }
     EXPECT_TRUE(waited) << "a file is complete at its second look at the earliest";
     for (const int frame : {2, 3, 4, 5}) {

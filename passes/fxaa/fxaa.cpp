@@ -168,12 +168,12 @@ class FxaaPass final : public PlainPass {
         return guarantees;
     }
 
-    // The walk along an edge; the texels gathered at its end, and the other side of the edge.
-    // Directional: lumas up to two pixels away.
+    // The lumas along an edge, which the last step of a walk does not read. Directional: lumas up
+    // to two pixels away.
     Reach reach() const override {
         if (parameters_.mode == Mode::directional) return {2, 1};
         const std::vector<double>& steps = preset_steps(parameters_.preset);
-        return {std::accumulate(steps.begin(), steps.end(), 0.0) + 3, 1};
+        return {std::ceil(std::accumulate(steps.begin(), steps.end() - 1, 0.0)), 1};
     }
 
     // No setting of the parameters is the identity by itself: thresholds of 1 still let full

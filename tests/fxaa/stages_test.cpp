@@ -207,7 +207,9 @@ TEST(Filter, EveryPresetWalksItsSteps) {
     EXPECT_EQ(row->allowed.size(), kSteps.size());
     const double h = 49.0 / 729 * 0.75;
     for (const auto& [preset, steps] : kSteps) {
-        const ImageF out = run(stored_settings({{"preset", int64_t(preset)}}), jog_image());
+        const SettingList settings = stored_settings({{"preset", int64_t(preset)}});
+        const ImageF out = run(settings, jog_image());
+        int farthest = 0;
         double total = 0;
         for (const double step : steps) total += step;
         // k pixels west of the jog: the line's luma is 0.5 up to x = 39, 0.75 at 39.5
@@ -224,7 +226,9 @@ TEST(Filter, EveryPresetWalksItsSteps) {
             }
             const double expected = std::max(0.5 - found / (found + total), h);
             EXPECT_NEAR(out.at(40 - k, 4), expected, 1e-6) << "preset " << preset << ", k " << k;
+            if (expected > h) farthest = k;
         }
+        EXPECT_EQ(fxaa_chain(settings).reach({}).depends_px, farthest) << "preset " << preset;
     }
 }
 

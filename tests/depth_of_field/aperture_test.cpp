@@ -122,6 +122,20 @@ TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {
     }
 }
 
+// In the corners the barrel is shifted by all of cats_eye, whatever the shape of the pixels.
+TEST(Aperture, TheBarrelCutsTheCornersOfTheDisplay) {
+    FrameDescription frame;
+    frame.display_width = 640;
+    frame.display_height = 360;
+    // Corners in shorter sides of a pixel.
+    for (const auto& [aspect, x, y] :
+         {std::tuple(1.0, 320.0, 180.0), {2.0, 640.0, 180.0}, {0.5, 320.0, 360.0}}) {
+        frame.pixel_aspect = aspect;
+        const Aperture aperture{.cats_eye = 0.8, .axes = lens::pixel_axes(frame)};
+        EXPECT_NEAR(lens::barrel_per_px(aperture, frame) * std::hypot(x, y), 0.8, 1e-12) << aspect;
+    }
+}
+
 // In a corner the barrel's circle is shifted by all of cats_eye: two circles at distance d share
 // the area 2 acos(d/2) - d/2 sqrt(4 - d^2), and no light is lost.
 TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {

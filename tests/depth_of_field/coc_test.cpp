@@ -118,6 +118,44 @@ TEST(circle_of_confusion, largest_radius_bounds_every_depth) {
     }
 }
 
+// Between the recorded depths no circle is wider than it is said to be, and beyond each one is.
+TEST(circle_of_confusion, sharp_depths_are_those_of_both_sides) {
+    const double radius = 0.5;
+    for (const CocSource source : {CocSource::lens, CocSource::planes, CocSource::range})
+        for (const auto& [near_fraction, far_fraction] :
+             {std::pair{0.05, 0.05}, {0.05, 0.0}, {0.0, 0.05}, {0.05, 0.002}, {0.002, 0.05}}) {
+            Parameters parameters;
+            parameters.coc = source;
+            parameters.near_blurry = 1;
+            parameters.near_sharp = 3;
+            parameters.far_sharp = 5;
+            parameters.far_blurry = 9;
+            parameters.max_near_fraction = near_fraction;
+            parameters.max_far_fraction = far_fraction;
+            const FrameDescription frame = frame_1920(50, 2.8, 5);
+            const CircleOfConfusion coc = *circle_of_confusion(parameters, frame);
+            const auto distance = [&](const std::string& key) {
+                for (const UsedValue& value : lens::used_values(parameters, coc, frame, radius))
+                    if (value.key == key && value.value != ParameterValue())
+                        return std::get<double>(value.value);
+                return double(INFINITY);
+            };
+            const auto radius_at = [&](double d) { return std::abs(coc.radius_px(1 / d)); };
+            const double from = distance("sharp_from"), to = distance("sharp_to");
+            SCOPED_TRACE(
+                concat(int(source), " ", near_fraction, " ", far_fraction, ": ", from, " to ", to));
+            EXPECT_LT(from, to);
+            EXPECT_LE(radius_at(std::max(from, 1e-3)), radius * (1 + 1e-9));
+            EXPECT_LE(radius_at(to), radius * (1 + 1e-9));
+            if (from > 0) {
+                EXPECT_GT(radius_at(from / 1.001), radius);
+            }
+            if (std::isfinite(to)) {
+                EXPECT_GT(radius_at(to * 1.001), radius);
+            }
+        }
+}
+
 // ------------------------------------------------------------------------------ on the GPU
 
 ImageF coc_of(const std::vector<float>& inverse_depths, Settings settings) {

@@ -39,18 +39,34 @@ TEST(Gather, UniformMotion) {
     expect_pixel(out, 2, 0, {0}, 0);
 }
 
+// A bright pixel at the middle of each border, towards which everything moves.
 TEST(Gather, BorderSkipsOrClamps) {
-    Spot frame;
-    frame.set_gray(0, 1, 1);
-    // (1, 1): the left tap at x = -1. skip: center 4, right (3, 1) dark 3, total: receives no
-    // light.
-    expect_pixel(gathered(frame), 1, 1, {0});
-    // clamp: the tap moves to (0, 1): 3 / 10.01875.
-    const ImageF clamped = gathered(frame, {{"border", "clamp"}});
-    expect_pixel(clamped, 1, 1, {3 / 10.01875});
-    // (0, 1) itself: skip loses the left tap, clamp moves it to the pixel itself.
-    expect_pixel(gathered(frame), 0, 1, {1 - 3 / 7.01875});
-    expect_pixel(clamped, 0, 1, {1 - 3 / 10.01875});
+    for (const bool rows : {false, true})
+        for (const bool far : {false, true}) {
+            SCOPED_TRACE(rows ? far ? "bottom" : "top" : far ? "right" : "left");
+            BlurFrame frame(rows ? 3 : 9, rows ? 9 : 3);
+            frame.set_all_half_velocities(rows ? 0 : 4, rows ? 4 : 0);
+            // The pixel so many pixels away from the border.
+            const auto at = [&](int distance) {
+                const int along = far ? 8 - distance : distance;
+                return std::pair(rows ? 1 : along, rows ? along : 1);
+            };
+            const auto expect = [&](const ImageF& image, int distance, double value) {
+                const auto [x, y] = at(distance);
+                expect_pixel(image, x, y, {value});
+            };
+            const auto [x, y] = at(0);
+            frame.set_gray(x, y, 1);
+            const ImageF skipped = gathered(frame);
+            const ImageF clamped = gathered(frame, {{"border", "clamp"}});
+            // 1 px away: the outer tap lies 1 px beyond the border. skip: center 4 and inner tap 3,
+            // both dark. clamp: the outer tap moves to the bright pixel.
+            expect(skipped, 1, 0);
+            expect(clamped, 1, 3 / 10.01875);
+            // The bright pixel: skip loses the outer tap, clamp moves it to the pixel itself.
+            expect(skipped, 0, 1 - 3 / 7.01875);
+            expect(clamped, 0, 1 - 3 / 10.01875);
+        }
 }
 
 TEST(Gather, DepthByHand) {

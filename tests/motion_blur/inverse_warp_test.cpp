@@ -230,6 +230,29 @@ TEST(InverseWarp, SlowFramesReturnEveryBitUnlessOneHalfIsFast) {
     EXPECT_FALSE(equal_bits(blurred(warp(), frame), frame.color()));
 }
 
+// Streaks are half as long before and after the frame, or whole on one side of it.
+TEST(InverseWarp, IsLeftOutIfItsLongestStreakIsShort) {
+    const struct {
+        ShutterPosition position;
+        double forward, back;  // px per frame
+        bool left_out;
+    } cases[] = {
+        {ShutterPosition::center, 1.9, 1.9, true},  {ShutterPosition::center, 2.1, 1.9, false},
+        {ShutterPosition::center, 1.9, 2.1, false}, {ShutterPosition::start, 0.9, 0.9, true},
+        {ShutterPosition::start, 1.1, 1.1, false},  {ShutterPosition::end, 0.9, 0.9, true},
+        {ShutterPosition::end, 1.1, 1.1, false},
+    };
+    for (const auto& [position, forward, back, left_out] : cases) {
+        BlurFrame frame(20, 10);
+        set_motion(frame, 9, 5, forward, back);
+        frame.color() = noise_image(20, 10, 4, 3);
+        FrameDescription description = describe(frame.planes);
+        description.camera.shutter_position = position;
+        EXPECT_EQ(must(make_plan(warp(), description)).passes[0].elided, left_out)
+            << shutter_position_names()[size_t(position)] << " " << forward << " " << back;
+    }
+}
+
 // Surfaces of many blocks reach each block.
 TEST(InverseWarp, FindsWhatReachesABlockFromFarAway) {
     BlurFrame frame(2400, 3);

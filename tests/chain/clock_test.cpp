@@ -83,6 +83,18 @@ TEST(Clock, TimesAreDifferencesOfTimestamps) {
     EXPECT_EQ(times->intervals[2].name, "blur.gather");
 }
 
+TEST(Clock, TimesOfOnePassAndNameAreSummed) {
+    const std::vector<Times::Interval> measured = {
+        {0, "fxaa", 1}, {1, "fxaa", 2}, {1, "fxaa.luma", 4}, {0, "fxaa", 8}};
+    Times times;
+    for (int again = 0; again < 2; ++again) {
+        times.add_up(measured);
+        EXPECT_THAT(milliseconds_of(times), ElementsAre(1 + 8, 2, 4));
+        EXPECT_EQ(times.intervals.at(1).pass, 1);
+        EXPECT_EQ(times.intervals.back().name, "fxaa.luma");
+    }
+}
+
 TEST(Clock, TheNewestFinishedSequenceCounts) {
     const Queries queries;
     gl::Clock clock(gl::Device{});

@@ -47,6 +47,22 @@ TEST(DepthAt, IsTheMedianAround) {
     EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), {0.5, 0.5}), 0.25);
 }
 
+// As far to each side.
+TEST(DepthAt, IsTheMedianOfASquare) {
+    const struct {
+        const char* side;
+        bool (*is_near)(int x, int y);
+    } cases[] = {{"left", [](int x, int) { return x < 10; }},
+                 {"right", [](int x, int) { return x > 10; }},
+                 {"top", [](int, int y) { return y < 10; }},
+                 {"bottom", [](int, int y) { return y > 10; }}};
+    for (const auto& [side, is_near] : cases) {
+        const ImageF depth = test::make_image(
+            21, 21, 1, [&](int x, int y, int) { return is_near(x, y) ? 4 : 0.25; });
+        EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), {0.5, 0.5}), 0.25) << side;
+    }
+}
+
 TEST(DepthAt, SkyIsInfinitelyFar) {
     const ImageF sky(8, 8, 1, 0);
     EXPECT_EQ(inverse_depth_at(sky, frame_of(sky, 8), {0.5, 0.5}), 0);

@@ -1,14 +1,18 @@
 // The executor with plans made by hand: results, reuse, errors, observers, times.
 #include "chain/gl/executor.h"
 
+#include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <utility>
 
+#include "chain/gl/image_reads.h"
 #include "chain/pass/planner.h"
 #include "chain/pass/work_list.h"
+#include "chain/plan/bands.h"
 #include "tests/chain/executor_support.h"
+#include "tests/guest/gl_calls.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
 
@@ -142,6 +146,16 @@ TEST_F(Execute, TextureAboveTheLimitIsAnErrorThatNamesIt) {
     EXPECT_TRUE(executor_->filter(two_steps(4, 4), in).ok()) << "works again afterwards";
 }
 
+TEST_F(Execute, StepWithMoreUnitsThanThereAreIsAnError) {
+    for (const Access access : {Access::sample_nearest, Access::read, Access::list}) {
+        Plan plan = two_steps(4, 4);
+        plan.steps[0].bindings.push_back({gl::kMaxUnits, 0, access});
+        const Status status = executor_->run(plan, {}).status();
+        EXPECT_EQ(status.code(), StatusCode::internal);
+        EXPECT_THAT(status.message(), HasSubstr("a step uses more than"));
+    }
+}
+
 TEST_F(Execute, MissingInputIsAnError) {
     EXPECT_EQ(executor_->filter(two_steps(4, 4), {}).status().code(), StatusCode::internal);
     EXPECT_EQ(executor_->run(two_steps(4, 4), {}).status().code(), StatusCode::internal);
@@ -157,6 +171,123 @@ TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
     const FramePlanes out = must(executor_->filter(must(make_plan(Chain(), frame)), in));
     EXPECT_TRUE(test::equal_bits(out.at(Role::color), in.at(Role::color)));
     EXPECT_EQ(executor_->counters().texture_allocations, before.texture_allocations);
+}
+
+// What an executor leaves behind. Devices that behave like GPUs have their own calls of GL.
+class ExecutorObjects : public Execute {
+  protected:
+    static std::unique_ptr<Executor> executor_on(bool software) {
+        gl::Device device = gl::describe_current();
+        device.software = software;
+        return make_executor({.frames_kept = 1}, device);
+    }
+    // Runs that need no texture of an earlier size, until those are free.
+    static uint64_t alive_after_small_runs(Executor& executor) {
+        for (int again = 0; again < 3; ++again)
+            must(executor.filter(two_steps(7, 3), FramePlanes{{Role::color, ImageF(7, 3, 4, 1)}}));
+        return executor.counters().textures_alive;
+    }
+};
+
+TEST_F(ExecutorObjects, GoWithIt) {
+    for (const bool software : {true, false}) {
+        test::GlCalls::start();
+        {
+            const auto own = executor_on(software);
+            own->set_timing(true, true);
+            const FramePlanes in = {{Role::color, test::noise_image(33, 17, 4, 7)}};
+            must(own->filter(two_steps(33, 17), in));
+            Plan plan = two_steps(33, 17);
+            plan.steps[0].uniforms.resize(1 << 14);
+            must(own->filter(plan, in));
+            must(own->filter(sorted(33, 17), in));
+            must(own->run(counted(uint64_t(kBandTaps)), {}));
+            own->forget_rates();
+            plan.steps[0].program.defines["block"] = "?";
+            EXPECT_FALSE(own->filter(plan, in).ok()) << "it does not compile";
+        }
+        test::GlCalls::stop();
+        EXPECT_EQ(test::GlCalls::objects(), 0) << (software ? "software" : "GPU");
+    }
+}
+
+// Queries of bands are used again.
+TEST_F(ExecutorObjects, ALaterRunMakesNone) {
+    const auto own = executor_on(false);
+    const FramePlanes in = {{Role::color, test::noise_image(33, 17, 4, 7)}};
+    const auto run = [&] {
+        must(own->filter(two_steps(33, 17), in));
+        must(own->filter(sorted(33, 17), in));
+    };
+    run();
+    test::GlCalls::start();
+    for (int again = 0; again < 3; ++again) run();
+    const auto calls = test::GlCalls::stop();
+    for (const char* name : {"glCreateQueries", "glCreateBuffers", "glCreateTextures"})
+        EXPECT_FALSE(calls.contains(name)) << name;
+}
+
+// A texture that was taken before another one failed is free again.
+TEST_F(ExecutorObjects, ATextureAboveTheLimitKeepsNoOther) {
+    for (const size_t large : {1u, 2u}) {
+        const auto own = executor_on(true);
+        Plan plan = two_steps(20, 10);
+        plan.textures[large].width = 1 << 20;
+        EXPECT_FALSE(own->filter(plan, FramePlanes{{Role::color, ImageF(20, 10, 4, 1)}}).ok());
+        EXPECT_EQ(alive_after_small_runs(*own), 3u) << large;
+    }
+}
+
+// Also if the planes before it were uploaded.
+TEST_F(ExecutorObjects, AFailedUploadKeepsNoTexture) {
+    const ImageF color = test::noise_image(20, 10, 4, 3), depth(20, 10, 1, 1), odd(20, 11, 1, 1);
+    for (const bool first : {false, true}) {
+        const auto own = executor_on(true);
+        Plan plan = two_steps(20, 10);
+        const PlanTexture second = {
+            {Format::r32f, 20, 10}, "input.inverse_depth", true, Role::inverse_depth, 0, 1};
+        plan.textures.push_back(second);
+        plan.reads.add(Role::inverse_depth);
+        if (first) {  // the plane that fails comes before the other
+            std::swap(plan.textures[0], plan.textures[3]);
+            plan.steps[0].bindings[0].texture = 3;
+        }
+        const FramePlanes wrong[] = {{{Role::color, color}},
+                                     {{Role::inverse_depth, depth}},
+                                     {{Role::color, color}, {Role::inverse_depth, odd}}};
+        for (const FramePlanes& planes : wrong) EXPECT_FALSE(own->filter(plan, planes).ok());
+        must(own->filter(plan, FramePlanes{{Role::color, color}, {Role::inverse_depth, depth}}));
+        EXPECT_EQ(alive_after_small_runs(*own), 3u);
+    }
+}
+
+// Planes of a next run are uploaded ahead: it comes, does not come, or another one comes.
+TEST_F(ExecutorObjects, PlanesUploadedAheadKeepNoTexture) {
+    test::gl_faults().late_fences = true;
+    const auto planes_of = [](int width, int height) {
+        return SharedPlanes{
+            {Role::color, std::make_shared<const ImageF>(test::noise_image(width, height, 4, 7))}};
+    };
+    const Plan now = two_steps(7, 3), next = two_steps(40, 20), other = two_steps(30, 21);
+    const SharedPlanes of_now = planes_of(7, 3), of_next = planes_of(40, 20),
+                       of_other = planes_of(30, 21);
+    for (const char* what : {"comes", "does not come", "another is expected"}) {
+        SCOPED_TRACE(what);
+        const auto own = executor_on(false);
+        const auto expect = [&](const Plan& plan, const SharedPlanes& planes) {
+            const ExpectScope scope(*own, [&] { return NextRun{&plan, &planes}; });
+            must(own->filter(now, of_now));
+        };
+        expect(next, of_next);
+        EXPECT_EQ(own->counters().textures_alive, 4u) << "nothing was uploaded ahead";
+        if (what == std::string("comes"))
+            EXPECT_EQ(must(own->filter(next, of_next)), must(executor_->filter(next, of_next)));
+        else if (what == std::string("another is expected"))
+            expect(other, of_other);
+        own->forget_expected();
+        EXPECT_EQ(alive_after_small_runs(*own), 3u);
+    }
+    test::gl_faults().late_fences = false;
 }
 
 TEST_F(Execute, TimesEveryPassAndNamesTheirSource) {

@@ -126,6 +126,18 @@ TEST(Camera, OverlayTakesOnlyWhatIsSet) {
     }
 }
 
+// It is in meters: the unit that is stated last makes it a distance.
+TEST(Camera, AnyOtherFocusReplacesThatOfTheMetadata) {
+    Camera metadata, unit, own;
+    metadata.focus_distance = metadata.metadata_focus_m = 2;
+    unit.meters_per_unit = 0.5;
+    own.focus_distance = 7;
+    EXPECT_EQ(metadata.overlaid_by(unit).focus_distance, 4);
+    EXPECT_EQ(metadata.overlaid_by(own).focus_distance, 7);
+    EXPECT_EQ(metadata.overlaid_by(own).overlaid_by(unit).focus_distance, 7);
+    EXPECT_EQ(own.overlaid_by(metadata).overlaid_by(unit).focus_distance, 4);
+}
+
 struct Words {
     std::string name;
     std::string folder = "out";

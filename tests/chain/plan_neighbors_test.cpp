@@ -32,6 +32,10 @@ TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
               (std::map<Neighbor, std::string>{
                   {Neighbor::before,
                    "before stands after blur, which that frame's color has not been through"}}));
+    EXPECT_TRUE(plan_of(chain_of({"blur_before"}), {}, f).missing_neighbors.empty());
+    EXPECT_EQ(
+        plan_of(chain_of({"blur_before", "before"}), {}, f).missing_neighbors[Neighbor::before],
+        "before stands after blur_before, which that frame's color has not been through");
     // As precise as the frame's own, whatever the bounds of the frame's color say.
     f.bounds.color_is_half = true;
     const Plan half = plan_of(chain_of({"before"}), {.precision = Precision::fp16}, f);

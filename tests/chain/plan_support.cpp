@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/support/status.h"
 
 namespace postchain::test {
@@ -127,6 +129,19 @@ class Blur : public Copy {
     Reach reach() const override { return {20, 20}; }
 };
 
+class BlursBefore : public ReadsBefore {
+    Reach reach() const override { return {20, 20}; }
+};
+
+// A step with a block that write_uniforms() does not fill.
+class Forgets : public Copy {
+    struct Block {
+        static constexpr const char* kName = "Block";
+        std::array<float, 4> values;
+    };
+    void add_inputs(PassPlanner&, Step& step) const override { step.take_uniforms<Block>(); }
+};
+
 template <class P>
 PassType type_of(const char* name) {
     return {name, name, "test", &off_table(), [] { return std::make_unique<P>(); }, {}};
@@ -135,10 +150,11 @@ PassType type_of(const char* name) {
 }  // namespace
 
 const PassRegistry& small_passes() {
-    static const PassRegistry made({type_of<Copy>("copy"), type_of<Blur>("blur"),
-                                    type_of<MakesHint>("makes"), type_of<CarriesHint>("carries"),
-                                    type_of<ReadsHint>("reads"), type_of<Spare>("spare"),
-                                    type_of<ReadsBefore>("before")});
+    static const PassRegistry made(
+        {type_of<Copy>("copy"), type_of<Blur>("blur"), type_of<MakesHint>("makes"),
+         type_of<CarriesHint>("carries"), type_of<ReadsHint>("reads"), type_of<Spare>("spare"),
+         type_of<ReadsBefore>("before"), type_of<BlursBefore>("blur_before"),
+         type_of<Forgets>("forgets")});
     return made;
 }
 

@@ -1,6 +1,6 @@
 // Small passes for the planner's tests, each with one parameter, `off`: copy, blur (it moves color
 // by 20 px), makes, carries and reads (FXAA's hint), spare (a step that nothing reads), before
-// (reads the frame before).
+// (reads the frame before), blur_before (both), forgets (to fill a uniform block).
 #pragma once
 
 #include <initializer_list>

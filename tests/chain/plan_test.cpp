@@ -61,6 +61,27 @@ TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
                                          .saving = {28800, 2, 3}}));
 }
 
+// Neither a hint of an earlier pass nor the frame's own stands in for one that was not made.
+TEST(Planner, APassThatIsLeftOutLeavesNoEarlierHint) {
+    FrameDescription hinted = frame();
+    hinted.planes.add(Role::hint);
+    const struct {
+        std::initializer_list<const char*> passes;
+        size_t off;
+        FrameDescription frame;
+        bool hint;
+    } cases[] = {{{"makes", "makes"}, 1, frame(), false},
+                 {{"makes", "makes"}, 0, frame(), true},
+                 {{"makes", "copy"}, 1, frame(), true},
+                 {{"makes"}, 0, hinted, false},
+                 {{"copy"}, 0, hinted, true}};
+    for (const auto& [passes, off, given, hint] : cases) {
+        const Plan plan =
+            plan_of(with_off(chain_of(passes), off), {.outputs = {Role::color, Role::hint}}, given);
+        EXPECT_EQ(plan.outputs.contains(Role::hint), hint) << *passes.begin() << " off: " << off;
+    }
+}
+
 TEST(Planner, RulesCanBeSwitchedOffTogetherOrByName) {
     const Chain chain = with_off(chain_of({"copy"}), 0);
     EXPECT_TRUE(plan_of(chain).steps.empty());
@@ -123,6 +144,12 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     EXPECT_EQ(off.elisions[0].rule, kRuleConfiguration);
 }
 
+TEST(Planner, ABlockThatNobodyFillsIsAnError) {
+    const Status status = make_plan(chain_of({"copy", "forgets"}), frame()).status();
+    EXPECT_EQ(status.code(), StatusCode::internal);
+    EXPECT_EQ(status.message(), "passes[1].forgets: step first: write_uniforms() sets no Block");
+}
+
 // Planes that were not decoded are listed, and the saving of an elided pass counts its work on
 // them.
 TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
@@ -147,6 +174,40 @@ TEST(Planner, ElisionsNameTheirPass) {
     for (const auto& elision : plan.elisions)
         if (elision.kind != ElisionKind::plane) items.push_back(item_text(elision, plan));
     EXPECT_THAT(items, ElementsAre("copy", "passes[0].spare.spare", "passes[2].spare.spare"));
+}
+
+// Of two passes in a row, in either order.
+TEST(Guarantees, OfAChainAreThoseOfAllItsPasses) {
+    Guarantees one, other;
+    one.keeps_constants = other.keeps_constants = true;
+    one.convex = 0.25;
+    other.convex = 0.5;
+    one.lattice_px = 6;
+    other.lattice_px = 4;
+    one.symmetries = {Symmetry::mirror, Symmetry::shift};
+    other.symmetries = {Symmetry::flip, Symmetry::shift};
+    one.light = Light::kept;
+    other.light = Light::not_more;
+    one.driven_by = {Role::motion};
+    other.driven_by = {Role::color};
+    Guarantees nothing;
+    nothing.light = Light::any;
+    for (const bool swapped : {false, true}) {
+        const Guarantees both = swapped ? other.then(one) : one.then(other);
+        EXPECT_TRUE(both.keeps_constants);
+        EXPECT_EQ(both.convex, 0.75);
+        EXPECT_EQ(both.lattice_px, 12);
+        EXPECT_EQ(both.symmetries, std::set{Symmetry::shift});
+        EXPECT_EQ(both.light, Light::not_more);
+        EXPECT_EQ(both.driven_by, (RoleSet{Role::color, Role::motion}));
+        const Guarantees none = swapped ? nothing.then(one) : one.then(nothing);
+        EXPECT_FALSE(none.keeps_constants);
+        EXPECT_FALSE(none.convex);
+        EXPECT_EQ(none.lattice_px, 0);
+        EXPECT_TRUE(none.symmetries.empty());
+        EXPECT_EQ(none.light, Light::any);
+        EXPECT_TRUE(none.driven_by.empty()) << "a pass that always acts";
+    }
 }
 
 TEST(Fact, IsASentence) {

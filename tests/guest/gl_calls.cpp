@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -12,6 +14,7 @@ namespace {
 bool counting = false, silent = false;
 GlFaults faults;
 GLbitfield newest_barrier = 0;
+int64_t alive = 0;
 
 // Compared as types, because with sanitizers a comparison of addresses is not a constant
 // expression.
@@ -19,6 +22,36 @@ template <auto*>
 struct Variable;
 template <auto* kVariable, auto* kOther>
 constexpr bool is_same = std::is_same_v<Variable<kVariable>, Variable<kOther>>;
+
+// Objects that a call makes, less those that it deletes.
+template <auto* kVariable, class... A>
+int64_t made_by(A... arguments) {
+    [[maybe_unused]] const std::tuple given(arguments...);
+    const auto deleted = [](GLsizei count, const GLuint* names) {
+        return std::count_if(names, names + count, [](GLuint name) { return name != 0; });
+    };
+    if constexpr (is_same<kVariable, &epoxy_glCreateBuffers> ||
+                  is_same<kVariable, &epoxy_glCreateSamplers>) {
+        return std::get<0>(given);
+    } else if constexpr (is_same<kVariable, &epoxy_glCreateTextures> ||
+                         is_same<kVariable, &epoxy_glCreateQueries>) {
+        return std::get<1>(given);
+    } else if constexpr (is_same<kVariable, &epoxy_glCreateProgram> ||
+                         is_same<kVariable, &epoxy_glCreateShader> ||
+                         is_same<kVariable, &epoxy_glFenceSync>) {
+        return 1;
+    } else if constexpr (is_same<kVariable, &epoxy_glDeleteBuffers> ||
+                         is_same<kVariable, &epoxy_glDeleteSamplers> ||
+                         is_same<kVariable, &epoxy_glDeleteTextures> ||
+                         is_same<kVariable, &epoxy_glDeleteQueries>) {
+        return -deleted(std::get<0>(given), std::get<1>(given));
+    } else if constexpr (is_same<kVariable, &epoxy_glDeleteProgram> ||
+                         is_same<kVariable, &epoxy_glDeleteShader> ||
+                         is_same<kVariable, &epoxy_glDeleteSync>) {
+        return std::get<0>(given) ? -1 : 0;
+    }
+    return 0;
+}
 
 // Replaces the function in one of epoxy's variables.
 template <auto* kVariable>
@@ -30,6 +63,7 @@ struct Counted<kVariable> {
 
     static R call(A... arguments) {
         count += counting;
+        alive += made_by<kVariable>(arguments...);
         if constexpr (is_same<kVariable, &epoxy_glMemoryBarrier>)
             newest_barrier = std::get<0>(std::tuple(arguments...));
         if (silent) return R();
@@ -50,8 +84,19 @@ struct Counted<kVariable> {
                 *value = GL_LOSE_CONTEXT_ON_RESET;
                 return;
             }
+        } else if constexpr (is_same<kVariable, &epoxy_glClientWaitSync>) {
+            if (faults.late_fences && std::get<2>(std::tuple(arguments...)) == 0)
+                return GL_TIMEOUT_EXPIRED;
         } else if constexpr (is_same<kVariable, &epoxy_glGetGraphicsResetStatus>) {
             if (faults.is_lost) return GL_UNKNOWN_CONTEXT_RESET;
+        } else if constexpr (is_same<kVariable, &epoxy_glGetString>) {
+            if (const GLenum name = std::get<0>(std::tuple(arguments...)); name == faults.renamed) {
+                static std::string other;
+                faults.renamed = 0;
+                other = std::string(reinterpret_cast<const char*>(glGetString(name))) + "'";
+                faults.renamed = name;
+                return reinterpret_cast<const GLubyte*>(other.c_str());
+            }
         }
         // The first call of a function makes epoxy look it up by its variable.
         const struct Again {
@@ -173,6 +218,11 @@ void GlCalls::start() {
     FUNCTIONS(CLEAR)
 #undef CLEAR
     counting = true;
+    alive = 0;
+}
+
+int64_t GlCalls::objects() {
+    return alive;
 }
 
 std::map<std::string, uint64_t> GlCalls::stop() {

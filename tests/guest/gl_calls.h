@@ -1,4 +1,4 @@
-// Counts the guest's GL calls. libepoxy calls GL through a variable for each function. Each
+// Counts the library's GL calls. libepoxy calls GL through a variable for each function. Each
 // function that the library uses is replaced by one that counts and forwards.
 #pragma once
 
@@ -15,6 +15,8 @@ class GlCalls {
   public:
     static void start();
     static std::map<std::string, uint64_t> stop();
+    // Objects made since start(), less those deleted.
+    static int64_t objects();
     // The bits of the newest glMemoryBarrier.
     static uint32_t last_barrier();
     // All functions that are counted.
@@ -33,6 +35,8 @@ struct GlFaults {
     bool refuses_storage = false;  // glTextureStorage2D fails as if memory had run out
     bool tells_loss = false;       // the context claims to report its loss
     bool is_lost = false;
+    bool late_fences = false;  // none has passed before it is waited for
+    unsigned renamed = 0;      // the string of this name, such as GL_VERSION, has a letter more
 };
 GlFaults& gl_faults();
 

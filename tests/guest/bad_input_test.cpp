@@ -69,17 +69,22 @@ using F = pc_frame&;
 constexpr pc_result kInput = PC_ERROR_INPUT, kChain = PC_ERROR_CHAIN, kArgument = PC_ERROR_ARGUMENT;
 
 TEST_F(BadInput, Textures) {
-    const HostTexture small(GL_R32F, kWidth / 2, kHeight / 2);
-    refused(kInput, "depth: a frame of 48x32", [&](F f) { f.depth = small; });
-    refused(kInput, "output", [](F f) { f.output.x = 1; });
-    refused(kInput, "motion", [](F f) { f.motion.y = -1; });
-    refused(kInput, "motion", [](F f) { f.motion.x = std::numeric_limits<int32_t>::max(); });
+    const HostTexture narrow(GL_R32F, kWidth / 2, kHeight), low(GL_R32F, kWidth, kHeight / 2);
+    for (const HostTexture* small : {&narrow, &low})
+        refused(kInput, "depth: a frame of 48x32", [&](F f) { f.depth = *small; });
+    for (const auto place : {&pc_texture::x, &pc_texture::y}) {
+        refused(kInput, "output", [&](F f) { f.output.*place = 1; });
+        refused(kInput, "motion", [&](F f) { f.motion.*place = -1; });
+        refused(kInput, "motion", [&](F f) { f.motion.*place = INT32_MAX; });
+    }
     refused(kInput, "color: a frame of 49x32", [](F f) { f.width = kWidth + 1; });
+    refused(kInput, "color: a frame of 48x33", [](F f) { f.height = kHeight + 1; });
     refused(kInput, "color: name 0", [](F f) { f.color.name = 0; });
     refused(kInput, "motion", [](F f) { f.motion.name = 0; });
     refused(kInput, "depth", [](F f) { f.depth.name = 0; });
     refused(kInput, "the frame is 0x0", [](F f) { f.color.width = f.color.height = 0; });
     refused(kInput, "-3x", [](F f) { f.width = -3; });
+    refused(kInput, "x-3", [](F f) { f.height = -3; });
     refused(kInput, "depth: its size is 0x0", [](F f) { f.depth.width = f.depth.height = 0; });
     refused(kInput, "the frame is 1048576x1048576; this device's limit is ", [](F f) {
         for (pc_texture* texture : {&f.color, &f.depth, &f.motion, &f.output})
@@ -191,6 +196,7 @@ TEST_F(BadInput, Chains) {
                  "pc_chain_set_aperture");
     EXPECT_EQ(pc_chain_set_number(c, 0, "shutter_angle_deg", 90), PC_OK);
     expect_error(pc_chain_set_number(c, 0, "shutter_frames", 0.5), kChain, "shutter_angle_deg");
+    EXPECT_EQ(pc_chain_set_number(c, 0, "shutter_angle_deg", 120), PC_OK) << "it was set";
     EXPECT_EQ(pc_chain_unset(c, 0, "shutter_angle_deg"), PC_OK);
     const std::vector<float> dark(128 * 128, 0.0f);
     EXPECT_EQ(pc_chain_set_aperture(c, dark.data()), kInput);
@@ -198,6 +204,7 @@ TEST_F(BadInput, Chains) {
 
 TEST_F(BadInput, MemoryThatIsRefused) {
     const auto large = canonical_frame(200, 100);
+    const uint64_t before = count(guest_).texture_bytes;
     gl_faults().refuses_storage = true;
     pc_texture result = {};
     expect_error(pc_run(guest_.get(), chain_.get(), &large.frame, &result), PC_ERROR_MEMORY,
@@ -205,6 +212,8 @@ TEST_F(BadInput, MemoryThatIsRefused) {
     EXPECT_EQ(result.name, large.frame.color.name);
     gl_faults().refuses_storage = false;
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "GL's refusal does not stay";
+    run(guest_, chain_, frame_);
+    EXPECT_EQ(count(guest_).texture_bytes, before) << "what was refused counts";
     run(guest_, chain_, large.frame);
 
     // Memory of the process: every operator new of the next call fails.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "chain/guest/followed_depths.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
@@ -176,6 +177,20 @@ TEST(Focus, ManyChainsInTurnAreFollowed) {
         const double quarter = 0.05 + 0.25 * (0.25 - 0.05);
         expect_focus(filtered(guest, chains[0], frame), at_distance(guest, frame, quarter));
     }
+}
+
+// The chain that ran longest ago makes room for a new one.
+TEST(Focus, OneMoreChainThanCanBeFollowed) {
+    guest::FollowedChains chains;
+    const guest::Depths places = {{{0.5, 0.5}, 0}};
+    const auto most = uint64_t(guest::FollowedChains::kMost);
+    const auto knows = [&](uint64_t chain) { return chains.find(chain, places, 1).known; };
+    for (uint64_t chain = 1; chain <= most; ++chain) chains.find(chain, places, 1).known = true;
+    EXPECT_TRUE(knows(1)) << "it ran";
+    EXPECT_FALSE(knows(most + 1)) << "new";
+    EXPECT_TRUE(knows(1));
+    EXPECT_TRUE(knows(3));
+    EXPECT_FALSE(knows(2)) << "it ran longest ago";
 }
 
 // A chain that focuses at a place is prepared like any other.

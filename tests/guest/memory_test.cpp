@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
 namespace postchain::test::memory_test {
@@ -50,6 +51,65 @@ TEST(Memory, WhatNoFrameUsesIsFreed) {
         settle(guest, one.before, host.frame);
         EXPECT_EQ(count(guest).texture_bytes, before) << "and back";
     }
+}
+
+// The plan of an earlier revision serves a later one only for frames of its size.
+TEST(Memory, APlanForOtherSizesIsNotUsedForANewRevision) {
+    const auto small = canonical_frame(40, 24), large = canonical_frame(80, 48);
+    for (const auto* first : {&small, &large}) {
+        const auto& then = first == &small ? large : small;
+        const int width = then.test.description.width, height = then.test.description.height;
+        const auto guest = instance(), fresh = instance();
+        const auto made = chain("fxaa");
+        prepare_and_run(guest, made, first->frame);
+        set(made, 0, "subpix", 0.3);
+        const ImageF found = read(prepare_and_run(guest, made, then.frame), width, height);
+        const ImageF expected = read(prepare_and_run(fresh, made, then.frame), width, height);
+        expect_equal(found, expected);
+        run(guest, made, then.frame, 10);
+        EXPECT_EQ(count(guest).texture_bytes, count(fresh).texture_bytes);
+    }
+}
+
+// A long list of chains, each of which runs once: the plans that ran longest ago go.
+TEST(Memory, PlansOfManyChainsAreNotAllKept) {
+    constexpr size_t kMost = 64;
+    const auto host = canonical_frame(8, 8);
+    make_host_context();
+    auto info = pc::create_info();
+    info.keep_frames = 10 * kMost;
+    const pc::Instance guest = pc::create(info);
+    std::vector<pc::Chain> chains;
+    gl_faults().silent_dispatches = true;
+    for (size_t i = 0; i < kMost + 4; ++i) {
+        chains.push_back(chain("fxaa"));
+        prepare_and_run(guest, chains.back(), host.frame);
+    }
+    const auto plans_made_for = [&](const pc::Chain& made) {
+        const uint64_t before = count(guest).plans_made;
+        test::run(guest, made, host.frame);
+        return count(guest).plans_made - before;
+    };
+    EXPECT_EQ(plans_made_for(chains[8]), 0u);
+    EXPECT_EQ(plans_made_for(chains.front()), 1u) << "its plan was kept";
+    EXPECT_EQ(plans_made_for(chains.back()), 0u);
+    gl_faults().silent_dispatches = false;
+}
+
+// Neither textures, nor programs, buffers, queries and fences.
+TEST(Memory, NoObjectOutlivesItsInstance) {
+    const auto host = canonical_frame(40, 24), large = canonical_frame(80, 48);
+    const auto small = chain("fxaa"), focused_chain = focused(0.5, 0.5), papers = paper_chain();
+    GlCalls::start();
+    {
+        const auto guest = instance();
+        EXPECT_EQ(pc_set_timing(guest.get(), 2), PC_OK);
+        for (const auto* made : {&small, &focused_chain, &papers})
+            for (const auto* frame : {&host.frame, &large.frame})
+                prepare_and_run(guest, *made, *frame);
+    }
+    GlCalls::stop();
+    EXPECT_EQ(GlCalls::objects(), 0);
 }
 
 // Two views in turn: neither is freed, and none is made again.

@@ -205,6 +205,21 @@ TEST(Prepared, TheMessageNamesTheMember) {
     run(guest, own, cut);
 }
 
+// A frame at a cut and one that follows another are prepared together.
+TEST(Prepared, TheFirstFrameOfAShotMakesNothing) {
+    const auto host = canonical_frame(kSide, kSide);
+    const auto made = chain("motion_blur,fxaa");
+    pc_frame cut = host.frame;
+    cut.flags |= PC_CAMERA_CUT;
+    for (const bool cut_first : {false, true}) {
+        const auto guest = instance();
+        prepare(guest, made, cut_first ? cut : host.frame);
+        const pc_counters before = count(guest);
+        run(guest, made, cut_first ? host.frame : cut);
+        expect_nothing_made(before, count(guest));
+    }
+}
+
 // The textures of whole numbers that the current program reads.
 std::vector<GLuint> whole_textures() {
     std::vector<GLuint> found;

@@ -76,12 +76,33 @@ TEST(ProgramCache, DamagedBytesAreCompiledAgain) {
         Store store = good;
         for (auto& [key, bytes] : store) damage(bytes);
         const auto guest = instance_with(&store);
+        GlCalls::start();
         const ImageF found = read(prepare_and_run(guest, made, host.frame), kWidth, kHeight);
+        EXPECT_EQ(GlCalls::stop().count("glProgramBinary"), 0u) << "a driver may trust its bytes";
         EXPECT_TRUE(equal_bits(found, expected));
         EXPECT_EQ(count(guest).programs_loaded, 0u);
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
         EXPECT_EQ(store, good) << "stored again";
     }
+}
+
+// A driver may take a binary of an earlier version of it, and run it wrongly.
+TEST(ProgramCache, BinariesOfAnotherDriverAreNotUsed) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto made = chain("fxaa");
+    Store store;
+    prepare(instance_with(&store), made, host.frame);
+    const size_t programs = store.size();
+    for (const unsigned name : {GL_VENDOR, GL_RENDERER, GL_VERSION}) {
+        gl_faults().renamed = name;
+        const auto other = instance_with(&store), again = instance_with(&store);
+        gl_faults().renamed = 0;
+        prepare(other, made, host.frame);
+        EXPECT_EQ(count(other).programs_loaded, 0u);
+        prepare(again, made, host.frame);
+        EXPECT_EQ(count(again).programs_loaded, programs) << "stored for itself";
+    }
+    EXPECT_EQ(store.size(), 4 * programs);
 }
 
 // pc_prepare() dispatches each program once, and writes no texture of the host.

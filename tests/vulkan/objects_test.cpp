@@ -142,6 +142,21 @@ TEST(Objects, FramesOfAnySizeMakeNone) {
         ADD_FAILURE() << name << " " << number << " times";
 }
 
+// A frame at a cut and one that follows another are prepared together.
+TEST(Objects, TheFirstFrameOfAShotMakesNone) {
+    Subject subject;
+    const auto made = chain("motion_blur");
+    for (const uint32_t first : {0u, uint32_t(PC_CAMERA_CUT)}) {
+        const auto vulkan = vk_instance(counted_info());
+        subject.frame.frame.flags = subject.canonical.frame.flags | first;
+        prepare(vulkan, made, subject.frame.vk);
+        calls = {};
+        subject.frame.frame.flags ^= PC_CAMERA_CUT;
+        EXPECT_EQ(run(vulkan, made, subject.frame.vk), PC_OK) << pc_error();
+        EXPECT_TRUE(calls.made.empty()) << calls.made.begin()->first;
+    }
+}
+
 TEST(Objects, ImagesChangeTheirLayoutOnce) {
     Subject subject;
     const auto vulkan = vk_instance(counted_info());

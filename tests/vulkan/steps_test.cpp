@@ -26,6 +26,16 @@ bool conflict(VkAccessFlags a, VkAccessFlags b) {
     return ((a | b) & kWrites) != 0;
 }
 
+// Every stage in which commands of the chain have such an access.
+VkPipelineStageFlags stages_of(VkAccessFlags access) {
+    VkPipelineStageFlags stages = 0;
+    if (access & (VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT))
+        stages |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    if (access & VK_ACCESS_INDIRECT_COMMAND_READ_BIT) stages |= VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+    if (access & VK_ACCESS_TRANSFER_WRITE_BIT) stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+    return stages;
+}
+
 // A render graph: it knows the uses of each resource since its last barrier, over all runs.
 class Graph {
   public:
@@ -142,6 +152,7 @@ TEST(Steps, AreListedWithTheirUses) {
                       1);
             if (resource.view) of_host[resource.name] |= use.access;
             launched |= (use.access & VK_ACCESS_INDIRECT_COMMAND_READ_BIT) != 0;
+            EXPECT_EQ(use.stages, stages_of(use.access)) << dispatch.name << " " << resource.name;
             auto& before = last[handle_of(resource)];
             // Steps that write one texture together write different pixels of it.
             const bool together = use.access == VK_ACCESS_SHADER_WRITE_BIT &&

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 #include <new>
+#include <unordered_set>
 
 #include "config/reporter.h"
 #include "config/scalar.h"
@@ -205,12 +206,13 @@ class CameraParser {
                                    node.describe() +
                                        "; frames is a list of frame numbers, or a "
                                        "map from frame number to values");
+        std::unordered_set<int> given;
         for (const auto& [key, value] : node.entries) {
             const std::string path = "frames." + key.text;
             const Result<int> number = frame_number(key);
             if (!number.ok()) {
                 reporter_.error(key, path, "'" + key.text + "' is not a frame number");
-            } else if (file_.frames.contains(*number)) {
+            } else if (!given.insert(*number).second) {
                 reporter_.error(key, path, concat("frame ", *number, " is already given"));
             } else if (!value.is_map()) {
                 reporter_.error(value, path, value.describe() + "; a frame is a map of values");

@@ -16,7 +16,7 @@ from pathlib import Path
 # A quadratic step takes four times the instructions for twice the text. The rest is for tables that grow at once.
 MOST_FOR_TWICE = 2.5
 FIXED = 300_000  # instructions that a case may take whatever its size
-MOST = 500_000_000
+MOST = 700_000_000
 
 
 def counts(program, what, names=()):
@@ -50,7 +50,8 @@ def main():
               if c["twice"] > MOST_FOR_TWICE * c["once"] + FIXED]
     # What grows faster would take hours with a whole megabyte. The others take less than the most expensive ones.
     if not faults:
-        most = sorted(doubled, key=lambda name: doubled[name]["twice"])[-40:]
+        requests = [name for name in doubled if not name.startswith("report:")]  # a report has higher limits
+        most = sorted(requests, key=lambda name: doubled[name]["twice"])[-40:]
         whole = counts(program, "whole", most)
         assert sorted(whole) == sorted(most), "each case runs"
         faults = [f"{name}: {c['whole']} instructions for 1 MiB" for name, c in whole.items() if c["whole"] > MOST]

@@ -40,7 +40,10 @@ TEST(FrameRange, TakesNumbersRangesAndStepsInTheirOrderAndEachFrameOnce) {
                                                     {"-1-1", {-1, 0, 1}},
                                                     {"-4-4x4", {-4, 0, 4}},
                                                     {"5-5", {5}},
-                                                    {"9,1-3,2-4,1001", {9, 1, 2, 3, 4, 1001}}};
+                                                    {"9,1-3,2-4,1001", {9, 1, 2, 3, 4, 1001}},
+                                                    {"1-3,3-4", {1, 2, 3, 4}},
+                                                    {"3-4,1-3", {3, 4, 1, 2}},
+                                                    {"1-3,4-5", {1, 2, 3, 4, 5}}};
     for (const auto& [text, frames] : cases) EXPECT_EQ(frames_of(text), frames) << text;
     EXPECT_EQ(frames_of("1-1000000").size(), 1000000u);
     EXPECT_EQ(frames_of("-999999999-999999999x999999999").size(), 3u);

@@ -83,6 +83,18 @@ std::optional<Token> token_at(std::string_view name, size_t at, bool& blank_padd
     return Token{at, end - at, std::max(digits, 1)};
 }
 
+struct Listed {
+    int first, last, step;
+};
+
+// Whether a frame may be in two items.
+bool overlap(std::vector<Listed> items) {
+    std::ranges::sort(items, {}, &Listed::first);
+    for (size_t i = 1; i < items.size(); ++i)
+        if (items[i].first <= items[i - 1].last) return true;
+    return false;
+}
+
 }  // namespace
 
 bool is_digit(char c) {
@@ -96,9 +108,8 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
                    "': a colon means two things (a range here, a step there); write 1-10 for a "
                    "range and 1-10x2 for every second frame"));
     }
-    FrameRange range;
-    std::unordered_set<int> seen;
-    uint64_t listed = 0;  // also what is listed twice
+    std::vector<Listed> items;
+    uint64_t listed = 0;
     std::string_view rest = text;
     while (true) {
         const size_t comma = rest.find(',');
@@ -127,21 +138,24 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
             return usage_error(concat("frames '", text, "': '", item,
                                       "' runs backwards; write the smaller number first"));
         }
-        const int64_t count = (int64_t(*last) - *first) / *step + 1;
-        listed += uint64_t(count);
+        items.push_back({*first, *last, *step});
+        // A frame counts as often as it is listed, since each time costs the same.
+        listed += uint64_t((int64_t(*last) - *first) / *step + 1);
         if (listed > max_frames) {
             return usage_error(concat("frames '", text, "': more than ", std::to_string(max_frames),
                                       " frames; split the range"));
         }
-        // A single item has no duplicates.
-        const bool only = range.frames.empty() && comma == std::string_view::npos;
-        for (int64_t i = 0; i < count; ++i) {
-            const int frame = int(*first + i * *step);
-            if (only || seen.insert(frame).second) range.frames.push_back(frame);
-        }
-        if (comma == std::string_view::npos) return range;
+        if (comma == std::string_view::npos) break;
         rest.remove_prefix(comma + 1);
     }
+    FrameRange range;
+    range.frames.reserve(listed);
+    std::unordered_set<int> seen;
+    const bool may_repeat = overlap(items);
+    for (const Listed& item : items)
+        for (int64_t frame = item.first; frame <= item.last; frame += item.step)
+            if (!may_repeat || seen.insert(int(frame)).second) range.frames.push_back(int(frame));
+    return range;
 }
 
 Result<Chunk> Chunk::parse(std::string_view text) {

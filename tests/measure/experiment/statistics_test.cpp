@@ -47,6 +47,24 @@ TEST(PairedInterval, NoneBelowTwoAndNoWidthForEqualOnes) {
     EXPECT_EQ(equal.interval->high, 0.25);
 }
 
+TEST(Probabilities, DoNotDependOnTheSign) {
+    for (const double sign : {1.0, -1.0}) {
+        // Mean 3, error 1, one degree: 1/2 + atan(t) / pi.
+        const Paired paired = paired_interval({2 * sign, 4 * sign});
+        EXPECT_NEAR(difference_probability(paired), 1 - 2 * std::atan(3) / std::numbers::pi, 1e-12);
+        EXPECT_NEAR(equivalence_probability(paired, 1), 0.5 + std::atan(2) / std::numbers::pi,
+                    1e-12);
+        EXPECT_NEAR(equivalence_probability(paired, 5), 0.5 - std::atan(2) / std::numbers::pi,
+                    1e-12);
+        const Paired equal = paired_interval({3 * sign, 3 * sign});
+        EXPECT_EQ(difference_probability(equal), 0);
+        EXPECT_EQ(equivalence_probability(equal, 2), 1);
+        EXPECT_EQ(equivalence_probability(equal, 3), 0.5);
+        EXPECT_EQ(equivalence_probability(equal, 4), 0);
+    }
+    EXPECT_EQ(difference_probability(paired_interval({0, 0})), 1);
+}
+
 TEST(TileSums, BorderTilesAreSmaller) {
     // 5x3 pixels in tiles of 2: 3 across, 2 down; b - a = 1 everywhere except 11 at (4, 2).
     const ImageF a(5, 3, 1, 2.0f);
@@ -95,6 +113,20 @@ TEST(Bootstrap, FramesAreDrawnApartAndWeighTheSame) {
     EXPECT_NEAR(bootstrap.interval()->low, 0.2, 1e-12);
     EXPECT_NEAR(bootstrap.interval()->high, 0.2, 1e-12);
     EXPECT_EQ(bootstrap.frames(), 2);
+}
+
+TEST(Bootstrap, EveryFrameHasItsOwnDraws) {
+    const auto width = [](const std::vector<std::pair<int, std::vector<double>>>& frames) {
+        TileBootstrap bootstrap(1, 1000);
+        for (const auto& [frame, means] : frames) bootstrap.add(frame, tiles_of(means));
+        return bootstrap.interval()->high - bootstrap.interval()->low;
+    };
+    const std::vector<double> up = {1, 2, 3, 4, 5, 6}, down = {6, 5, 4, 3, 2, 1};
+    const double one = width({{1, up}});
+    // With the draws of frame 1, frame 2 would be as far above the mean as frame 1 is below.
+    EXPECT_GT(width({{1, up}, {2, down}}), 0.5 * one);
+    EXPECT_LT(width({{1, up}, {2, up}}), 0.9 * one);
+    EXPECT_EQ(width({{1, up}, {2, down}}), width({{2, down}, {1, up}}));
 }
 
 TEST(Bootstrap, DrawsTheSameForEveryMetric) {

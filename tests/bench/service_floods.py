@@ -35,7 +35,7 @@ def request(line, user=None, body="", accept="*/*"):
 
 
 PREVIEW = ('{"chain": "best", "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "frame": 2}')
-IMAGE = "GET /v1/image?input=shots/sharp.%23%23%23%23.exr&frame=2&side=9999"
+IMAGE = "GET /v1/image?input=shots/sharp.%23%23%23%23.exr&frame=2&side=4096"
 # Its reply is an EXR of 3840 x 2160 pixels.
 LARGE_PREVIEW = '{"chain": "paper", "input": "large/sharp.####.exr", "camera": "large/camera.json", "frame": 1}'
 HUGE_IMAGE = "/v1/image?input=huge.%23%23%23%23.exr&frame=1&side=320"

@@ -35,11 +35,11 @@ std::vector<int> size_of(const Picture& picture) {
 TEST_F(Results, ALargeImageIsReadInStrips) {
     fs::create_directories(root("wide"));
     test::write_sequence(root("wide"), {1}, 16384, 300);
-    const auto image = [&](uint64_t max_memory, uint64_t& need) {
+    const auto image = [&](uint64_t max_memory, uint64_t& need, int side = 400) {
         sequence::SourceSettings source;
         source.max_memory = max_memory;
         const auto made =
-            image_of(root("wide/in.0001.exr"), 1, source, {.type = kValues, .side = 400},
+            image_of(root("wide/in.0001.exr"), 1, source, {.type = kValues, .side = side},
                      [&](uint64_t bytes) { need = bytes; });
         EXPECT_TRUE(made.ok()) << made.status().message();
         return made.ok() ? *made : "";
@@ -47,19 +47,23 @@ TEST_F(Results, ALargeImageIsReadInStrips) {
     uint64_t whole = 0, strip = 0;
     EXPECT_EQ(image(uint64_t(1) << 30, whole), image(uint64_t(200) << 20, strip));
     EXPECT_LT(strip, whole);
+    // A pixel of the reply: 16 bytes of color, 6 of halves, and these packed in both processes.
+    uint64_t large = 0;
+    image(uint64_t(1) << 30, large, 4096);
+    EXPECT_EQ(large - whole, 34u * (4096 * 75 - 400 * 7));
 }
 
 TEST_F(Results, ImagesPreviewsAndJobsShareTheMemory) {
     max_memory_ = 40'000;
     open();
-    // 24 x 16 pixels: four floats as stored, and as a plane.
+    // 24 x 16 pixels: four floats as stored, and as a plane; 34 bytes of the reply.
     const auto input = [&](auto done) {
         service_->input_image(user(), "in.####.exr", 1, {}, std::move(done));
     };
     const Problem large = no_picture(input);
     EXPECT_EQ(large.kind, Problem::Kind::invalid);
-    EXPECT_THAT(large.detail, HasSubstr("in.0001.exr: needs 12.0 KiB of memory; images of this "
-                                        "service may need 9.8 KiB"));
+    EXPECT_THAT(large.detail, HasSubstr("in.0001.exr: needs 24.8 KiB of memory; images of this "
+                                        "service may need 9.8 KiB; request a smaller side"));
     const Problem preview = no_picture(previewing(
         R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr", "frame": 1})"));
     EXPECT_THAT(preview.detail, HasSubstr("9.8 KiB"));

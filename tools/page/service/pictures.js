@@ -10,6 +10,7 @@ const kCacheBytes = 512 * 2 ** 20;
 const kMinGap = 150;      // ms between two previews of a chain
 const kPatience = 400;      // ms until a newer preview ends one that runs
 const kDraftPixels = 480;   // longer side, while a slider moves
+const kMostPixels = 4096;   // longer side of an image of the service
 const kLevels = [0.125, 0.25, 0.5, 1];
 
 // The viewer asks again if it still wants the picture.
@@ -65,15 +66,10 @@ export class Pictures {
 
     /** The part of the frame's size that the screen shows. */
     scale() {
-        const { model } = this.page;
-        if (this.drafts && !model.subject?.job)
-            return Math.min(this.#level(), kLevels.findLast(
-                (v) => v * Math.max(model.width, model.height) <= kDraftPixels) ?? kLevels[0]);
-        return this.#level();
-    }
-    #level() {
-        const { viewer } = this.page;
-        return kLevels.find((v) => v >= Math.min(viewer?.scale() ?? 1, 1) * 0.99) ?? 1;
+        const { model, viewer } = this.page;
+        const most = this.drafts && !model.subject?.job ? kDraftPixels : kMostPixels;
+        return Math.min(kLevels.find((v) => v >= Math.min(viewer?.scale() ?? 1, 1) * 0.99) ?? 1,
+            kLevels.findLast((v) => v * Math.max(model.width, model.height) <= most) ?? kLevels[0]);
     }
 
     #name(kind, variant, frame, map) {

@@ -108,8 +108,9 @@ void RowShrinker::add(const ImageF& rows) {
 
 void RowShrinker::finish_row() {
     const size_t channels = size_t(small_.channels);
+    std::vector<double> sums(channels);
     for (int x = 0; x < small_.width; ++x) {
-        std::vector<double> sums(channels);
+        std::ranges::fill(sums, 0.0);
         each_covered(from_width_, small_.width, x, [&](int column, double share) {
             for (size_t c = 0; c < channels; ++c)
                 sums[c] += share * means_[size_t(column) * channels + c];

@@ -137,6 +137,8 @@ Json parameters_of(const Route& route) {
         Json schema = {{"type", "string"}};
         if (!query.words.empty()) schema["enum"] = query.words;
         if (!query.pattern.empty()) schema["pattern"] = "^" + query.pattern + "$";
+        if (const auto& range = query.integer)
+            schema = {{"type", "integer"}, {"minimum", range->least}, {"maximum", range->most}};
         parameters.push_back({{"name", query.name},
                               {"in", "query"},
                               {"description", query.description},

@@ -54,6 +54,11 @@ std::string fault_of(const Route& route, const std::string& name, const std::str
         return name + " is not one of " + joined(found->words, ", ");
     if (!found->pattern.empty() && !std::regex_match(value, std::regex(found->pattern)))
         return name + " is not valid; expected: " + found->description;
+    if (const auto& range = found->integer) {
+        const auto number = number_of<int64_t>(value);
+        if (!number || *number < range->least || *number > range->most)
+            return concat(name, " is not an integer in ", range->least, "..", range->most);
+    }
     return "";
 }
 

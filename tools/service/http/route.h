@@ -2,7 +2,10 @@
 // made from its rows.
 #pragma once
 
+#include <charconv>
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -31,7 +34,20 @@ struct QueryParameter {
     std::string description;
     std::vector<std::string> words = {};  // the values it may have; empty = any
     std::string pattern = {};             // instead of words: a regular expression
+    struct Range {
+        int64_t least, most;
+    };
+    std::optional<Range> integer = {};  // instead of words
 };
+
+// The whole text as a number.
+template <class T>
+std::optional<T> number_of(const std::string& text) {
+    T value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
 
 struct Route {
     std::string method = "GET";  // HEAD is GET without a body

@@ -1,6 +1,5 @@
 #include "tools/service/http/routes.h"
 
-#include <charconv>
 #include <limits>
 #include <optional>
 
@@ -26,14 +25,6 @@ Reply json_reply(int status, const std::string& text) {
     return reply;
 }
 
-template <class T>
-std::optional<T> number_of(const std::string& text) {
-    T value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
-}
-
 // The reply to an answer: its problem, or what `made` returns for its value.
 template <class T, class Made>
 Reply reply_to(const Answer<T>& answer, const Made& made) {
@@ -53,7 +44,9 @@ ImageWanted image_wanted(const Call& call) {
 
 std::vector<QueryParameter> image_queries() {
     return {{"type", "png: 8 bits; values: half floats for a page", {"png", "values"}},
-            {"side", "largest width and height, 1 to 99999; default 320", {}, "[1-9][0-9]{0,4}"}};
+            {.name = "side",
+             .description = concat("largest width and height; default ", ImageWanted().side),
+             .integer = {{1, kLargestImageSide}}}};
 }
 
 std::function<void(Answer<Picture>)> image_to(const Respond& respond) {
@@ -74,7 +67,7 @@ Reply job_reply(int status, const Answer<Job>& answer) {
 }
 
 // --------------------------------------------------------------- jobs: submission, list, changes
-constexpr size_t kJobs = 50, kMaxJobs = 500;  // per reply
+constexpr int kJobs = 50, kMaxJobs = 500;  // per reply
 
 Reply submit(Service& service, const Call& call) {
     const std::string* key = call.request.header("Idempotency-Key");
@@ -89,13 +82,10 @@ Reply submit(Service& service, const Call& call) {
 }
 
 Reply list(const Service& service, const Call& call) {
-    const std::string limit = call.query("limit");
-    const auto most = limit.empty() ? std::optional(kJobs) : number_of<size_t>(limit);
-    if (!most || *most < 1 || *most > kMaxJobs)
-        return problem(400, concat("limit is not an integer in 1..", kMaxJobs));
+    const size_t most = number_of<size_t>(call.query("limit")).value_or(kJobs);
     auto answer = service.jobs({call.query("state"), call.query("owner"), call.query("search"),
-                                call.query("before"), *most + 1});
-    return reply_to(answer, [most = *most](std::vector<Job> jobs) {
+                                call.query("before"), most + 1});
+    return reply_to(answer, [most](std::vector<Job> jobs) {
         const bool more = jobs.size() > most;
         if (more) jobs.pop_back();
         Json list = Json::array();
@@ -139,7 +129,9 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       "words that all occur in a job's id, kind, state, owner, message, input, "
                       "output, camera, chains or study; case does not matter"},
                      {"before", "a job's id: only older jobs", {}, "[1-9][0-9]{0,18}"},
-                     {"limit", "maximum number of jobs, 1 to 500; default 50", {}, "[0-9]{1,9}"}},
+                     {.name = "limit",
+                      .description = concat("maximum number of jobs; default ", kJobs),
+                      .integer = {{1, kMaxJobs}}}},
          .schema = "Jobs"});
     routes.push_back({.path = "/v1/jobs/{id}",
                       .operation = "getJob",
@@ -188,7 +180,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
 }
 
 // --------------------------------------------- results: frames, events, images, reports, outputs
-constexpr size_t kFrames = 1000, kMaxFrames = 5000;  // per reply
+constexpr int kFrames = 1000, kMaxFrames = 5000;  // per reply
 constexpr const char* kNoFrame = "the frame is not a number";
 constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is not the number of an event";
 
@@ -246,14 +238,10 @@ Reply all_events(const Service& service, const Call& call) {
 }
 
 Reply frames(const Service& service, const Call& call) {
-    const std::string limit = call.query("limit"), start = call.query("from");
-    const auto most = limit.empty() ? std::optional(kFrames) : number_of<size_t>(limit);
-    const auto from = start.empty() ? std::optional(size_t(0)) : number_of<size_t>(start);
-    if (!most || *most < 1 || *most > kMaxFrames)
-        return problem(400, concat("limit is not an integer in 1..", kMaxFrames));
-    if (!from) return problem(400, "from is not the place of a frame");
-    return reply_to(service.frames(call.values[0], *from, *most + 1),
-                    [most = *most, from = *from](std::vector<JobFrame> frames) {
+    const size_t most = number_of<size_t>(call.query("limit")).value_or(kFrames);
+    const size_t from = number_of<size_t>(call.query("from")).value_or(0);
+    return reply_to(service.frames(call.values[0], from, most + 1),
+                    [most, from](std::vector<JobFrame> frames) {
                         const bool more = frames.size() > most;
                         if (more) frames.pop_back();
                         Json list = Json::array();
@@ -335,9 +323,12 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
          .operation = "listFrames",
          .summary = "Frames of a job, in its order",
          .handle = read(frames),
-         .queries =
-             {{"from", "how many frames to leave out before; default 0", {}, "[0-9]{1,9}"},
-              {"limit", "maximum number of frames, 1 to 5000; default 1000", {}, "[0-9]{1,9}"}},
+         .queries = {{.name = "from",
+                      .description = "how many frames to leave out before; default 0",
+                      .integer = {{0, 999'999'999}}},
+                     {.name = "limit",
+                      .description = concat("maximum number of frames; default ", kFrames),
+                      .integer = {{1, kMaxFrames}}}},
          .schema = "Frames"});
     routes.push_back({.path = "/v1/jobs/{id}/frames/{n}",
                       .operation = "getFrame",

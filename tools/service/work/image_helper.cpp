@@ -28,7 +28,7 @@ using io::Json;
 constexpr auto kLongestImage = std::chrono::seconds(60);
 constexpr rlim_t kCpuSeconds = 60;
 constexpr int kKeptBytes = 1 << 29;
-constexpr size_t kMaxReply = size_t(1) << 30;
+constexpr size_t kMaxReply = size_t(kLargestImageSide) * kLargestImageSide * 8;
 constexpr size_t kNeedBytes = 1 + sizeof(uint64_t);  // "n" and the bytes of a frame
 constexpr const char* kNoVersion = "";               // of metadata, which images do not have
 
@@ -117,7 +117,10 @@ Result<std::string> image_by_helper(const std::string& program, const ShownFrame
                                                     ? std::string("took too long")
                                                     : std::string("crashed"),
                                                 "; the file is damaged or too large"));
-    if (reply[0] == 'k') return reply.substr(1);
+    if (reply[0] == 'k') {
+        reply.erase(0, 1);
+        return reply;
+    }
     const Json fault = Json::parse(reply.substr(1), nullptr, false);
     if (!fault.is_object()) return Status(StatusCode::internal, "the process for images failed");
     return Status(StatusCode(fault.value("code", int(StatusCode::internal))),
@@ -134,19 +137,20 @@ int run_image_helper(const PassRegistry& registry) {
     // A line; what follows it is the answer of the service.
     std::string text;
     for (char c = 0; ::read(STDIN_FILENO, &c, 1) == 1 && c != '\n';) text += c;
-    std::string reply;
-    try {
-        const Json task = Json::parse(text);
-        set_limit(RLIMIT_AS, rlim_t(kOwnMemory + 3 * task.at("memory").get<uint64_t>()));
-        auto image = image_of_task(task, registry);
-        reply = image.ok() ? "k" + *image
-                           : "e" + io::json_text({{"code", int(image.status().code())},
-                                                  {"message", image.status().message()}});
-    } catch (...) {
-        const Status status = status_of_exception("the image");
-        reply = "e" + io::json_text({{"code", int(status.code())}, {"message", status.message()}});
-    }
-    const bool written = send_all(STDOUT_FILENO, reply);
+    const auto image = [&]() -> Result<std::string> {
+        try {
+            const Json task = Json::parse(text);
+            set_limit(RLIMIT_AS, rlim_t(kOwnMemory + 3 * task.at("memory").get<uint64_t>()));
+            return image_of_task(task, registry);
+        } catch (...) {
+            return status_of_exception("the image");
+        }
+    }();
+    const bool written =
+        image.ok()
+            ? send_all(STDOUT_FILENO, "k") && send_all(STDOUT_FILENO, *image)
+            : send_all(STDOUT_FILENO, "e" + io::json_text({{"code", int(image.status().code())},
+                                                           {"message", image.status().message()}}));
     // Nothing that a damaged file has left behind is run any more.
     _exit(written ? 0 : 1);
 }

@@ -22,6 +22,8 @@ namespace {
 constexpr size_t kMaxWaiting = 64;
 constexpr uint64_t kFramesAtOnce = 4;  // that the memory for images has room for
 constexpr int kStrips = 4;  // at a time: color is a fraction of what strip_rows() expects
+// A pixel of an image in a reply: its color, half floats, and both packed, here and in the service.
+constexpr uint64_t kShownBytes = 4 * sizeof(float) + 3 * 3 * sizeof(uint16_t);
 constexpr auto kTestPatience = std::chrono::seconds(1);
 
 // The frame that a request names, and the settings to read it.
@@ -35,15 +37,6 @@ Result<NamedFrame> named_frame(const JobRequest& request, sequence::RunSettings 
     const auto files = list.files.find(request.frame);
     if (files == list.files.end()) return sequence::absent_frame(request.frame, settings);
     return NamedFrame{std::move(settings), files->second};
-}
-
-ImageF first_channels(const ImageF& image, int channels) {
-    ImageF part(image.width, image.height, channels);
-    for (size_t i = 0; i < image.pixels(); ++i)
-        for (int c = 0; c < channels; ++c)
-            part.data[i * size_t(channels) + size_t(c)] =
-                image.data[i * size_t(image.channels) + size_t(c)];
-    return part;
 }
 
 struct PreparedPreview {
@@ -96,8 +89,7 @@ Result<ImageF> distances_of(const JobRequest& request) {
 
 // A PNG, an EXR, or the values for a page (kPictureType).
 Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
-    if (type == report::kPictureType)
-        return report::picture_file(color.channels > 3 ? first_channels(color, 3) : color);
+    if (type == report::kPictureType) return report::picture_file(color);
     if (type == kExrType)
         return color.channels == 1 ? io::planes_exr_bytes(color, {"Z"})
                                    : io::planes_exr_bytes(color, {"R", "G", "B", "A"});
@@ -117,18 +109,21 @@ Result<std::string> image_of(const std::string& path, int frame,
                      sequence::open_source_frame(settings, {{Role::color, path}}, frame));
     const int width = header.window.width(), height = header.window.height();
     const double scale = std::min(1.0, double(wanted.side) / std::max(width, height));
+    const int shown_width = sequence::reduced_side(width, scale);
+    const int shown_height = sequence::reduced_side(height, scale);
     const auto bytes_of_rows = [&](int rows) {
-        return sequence::frame_bytes(header, {Role::color}, io::Keep::nothing, rows);
+        return sequence::frame_bytes(header, {Role::color}, io::Keep::nothing, rows) +
+               kShownBytes * uint64_t(shown_width) * uint64_t(shown_height);
     };
     // Larger frames are read in strips, so that others have room beside them.
     const bool in_strips = scale < 1 && bytes_of_rows(height) > settings.max_memory / kFramesAtOnce;
     const int rows = in_strips ? std::min(height, kStrips * sequence::strip_rows(header)) : height;
     const uint64_t bytes = bytes_of_rows(rows);
     if (bytes > settings.max_memory && settings.max_memory > 0)
-        return Status(StatusCode::memory,
-                      concat(path, ": needs ", sequence::bytes_text(bytes),
-                             " of memory; images of this service may need ",
-                             sequence::bytes_text(settings.max_memory), ": render smaller"));
+        return Status(StatusCode::memory, concat(path, ": needs ", sequence::bytes_text(bytes),
+                                                 " of memory; images of this service may need ",
+                                                 sequence::bytes_text(settings.max_memory),
+                                                 "; request a smaller side, or render smaller"));
     enter(bytes);
     if (scale == 1) {
         ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
@@ -140,10 +135,8 @@ Result<std::string> image_of(const std::string& path, int frame,
                                                 [&](const FramePlanes& planes, int) {
                                                     const ImageF& color = planes.at(Role::color);
                                                     if (!small)
-                                                        small.emplace(
-                                                            width, height, color.channels,
-                                                            sequence::reduced_side(width, scale),
-                                                            sequence::reduced_side(height, scale));
+                                                        small.emplace(width, height, color.channels,
+                                                                      shown_width, shown_height);
                                                     small->add(color);
                                                 })
                         .status());

@@ -38,8 +38,9 @@ class MemoryPlace {
     const uint64_t bytes_;
 };
 
-// The color of a file, reduced. `enter` gets the bytes of its frame before they are allocated, and
-// returns when there is room. Errors: (input), (output); (memory): over settings.max_memory.
+// The color of a file, reduced. `enter` gets the bytes of its frame and of the reply before they
+// are allocated, and returns when there is room. Errors: (input), (output); (memory): over
+// settings.max_memory.
 Result<std::string> image_of(const std::string& path, int frame,
                              const sequence::SourceSettings& settings, const ImageWanted& wanted,
                              const std::function<void(uint64_t bytes)>& enter);

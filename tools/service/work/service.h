@@ -69,6 +69,8 @@ struct Picture {
 
 inline constexpr const char* kExrType = "image/x-exr";
 
+inline constexpr int kLargestImageSide = 4096;  // pixels, of an image of a file in a reply
+
 // An image of a file in a reply.
 struct ImageWanted {
     std::string type = "image/png";                // or report::kPictureType

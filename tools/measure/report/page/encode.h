@@ -19,8 +19,8 @@ namespace postchain::report {
 // sign; NaN and Inf stay. Base64 of the deflated planes. Errors (internal): zlib.
 Result<std::string> encode_color(const ImageF& rgb);
 
-// The same for a page that fetches it, with one channel or three, as a file: "PPIC", width, height
-// and channels in 32 bits each (little-endian), then the deflated planes.
+// One channel, or the first three, for a page that fetches it, as a file: "PPIC", width, height and
+// channels in 32 bits each (little-endian), then the deflated planes.
 Result<std::string> picture_file(const ImageF& color);
 inline constexpr const char* kPictureType = "image/vnd.postchain";
 

@@ -164,7 +164,7 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     queue_->end(1, 0, 1, "task 1: FAILED");
     const Job failed = ended(id);
     EXPECT_EQ(failed.state, JobState::failed);
-    EXPECT_THAT(failed.message, HasSubstr("1 of 6 frames quarantined: 6"));
+    EXPECT_THAT(failed.message, HasSubstr("1 of 6 frames quarantined: 6; frame 6: task 1: FAILED"));
     EXPECT_EQ(queue_->count(), 2u) << "two attempts";
     retry(id);
     ASSERT_TRUE(holds(3));

@@ -99,8 +99,9 @@ TEST_F(Jobs, FramesThatFailAreQuarantinedAndTheOthersAreDone) {
     EXPECT_EQ(job.exit_code, 1);
     EXPECT_EQ(job.done, 4);
     EXPECT_EQ(job.failed, 2);
-    EXPECT_THAT(job.message, HasSubstr("2 of 6 frames quarantined: 3"));
     const JobFrame unread = frames(id)[2], exists = frames(id)[3];
+    EXPECT_EQ(job.message, "2 of 6 frames quarantined: 3-4; frame 3: " + unread.message);
+    EXPECT_THAT(events(id).back().data, HasSubstr(unread.message));
     EXPECT_EQ(unread.state, FrameState::quarantined);
     EXPECT_EQ(unread.attempts, attempts_);
     EXPECT_THAT(unread.message, HasSubstr("in.0003.exr"));

@@ -561,15 +561,19 @@ Result<std::optional<JobFrame>> JobStore::frame(const std::string& id, int frame
 Result<FrameTally> JobStore::tally(const std::string& id) const {
     return look([&](Database& database) {
         FrameTally tally;
-        Statement found(database,
-                        "SELECT frame, state, held FROM frames WHERE job = ? AND (state NOT IN "
-                        "('written', 'skipped') OR held = 1) ORDER BY place",
-                        number_of(id));
+        Statement found(
+            database,
+            "SELECT frame, state, held, message FROM frames WHERE job = ? AND (state NOT IN "
+            "('written', 'skipped') OR held = 1) ORDER BY place",
+            number_of(id));
         while (found.step()) {
             const std::string state = found.text(1);
             if (state == "waiting") ++tally.waiting;
             if (state == "missing") ++tally.missing;
-            if (state == "quarantined") tally.quarantined.push_back(int(found.integer(0)));
+            if (state == "quarantined") {
+                if (tally.quarantined.empty()) tally.reason = found.text(3);
+                tally.quarantined.push_back(int(found.integer(0)));
+            }
             if (found.integer(2) != 0) ++tally.held;
         }
         return tally;

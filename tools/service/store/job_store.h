@@ -42,6 +42,7 @@ struct FrameEnd {
 struct FrameTally {
     int waiting = 0, held = 0, missing = 0;
     std::vector<int> quarantined;
+    std::string reason;  // of the first of them
 };
 
 struct NewJob {

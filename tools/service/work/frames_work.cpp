@@ -374,7 +374,8 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
     WorkEnd end;
     if (!tally->quarantined.empty())
         end.say(concat(tally->quarantined.size(), " of ", (*job)->frames,
-                       " frames quarantined: ", sequence::frames_text(tally->quarantined)));
+                       " frames quarantined: ", sequence::frames_text(tally->quarantined),
+                       "; frame ", tally->quarantined.front(), ": ", tally->reason));
     if (tally->missing > 0) end.say(concat(tally->missing, " frames are not on disk"));
     if (tally->held > 0) end.say(concat(tally->held, " frames are held"));
     if (!end.message.empty()) end.exit_code = kExitSomeFailed;

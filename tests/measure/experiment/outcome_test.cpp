@@ -211,7 +211,12 @@ TEST(Verdict, RatiosAreComparedByTheirDistanceFromOne) {
         compared("edges_in_blurred", Better::one, Values(8, 0.7), Values(8, 1.2));
     EXPECT_NEAR(*comparison.metrics[0].mean, -0.1, 1e-12);
     EXPECT_EQ(comparison.metrics[0].finding, Finding::b_better);
+    EXPECT_THAT(comparison.metrics[0].words, HasSubstr("second is closer to 1 by 0.1"));
     EXPECT_THAT(comparison.claims, HasSubstr("Edges in blurred regions: first 0.7, second 1.2"));
+    const Comparison turned =
+        compared("edges_in_blurred", Better::one, Values(8, 1.2), Values(8, 0.7));
+    EXPECT_EQ(turned.metrics[0].finding, Finding::a_better);
+    EXPECT_THAT(turned.metrics[0].words, HasSubstr("second is farther from 1 by 0.1"));
 }
 
 TEST(Verdict, FramesThatOneVariantLacksAreLeftOut) {

@@ -57,6 +57,19 @@ TEST(Noise, IsFoundWhereItIs) {
     EXPECT_NEAR(deviation(variance), 0.05 / std::sqrt(2), 0.004);
 }
 
+// The last column, or row, is beyond whole tiles: its tile is the one before.
+TEST(Noise, TilesAtTheBordersAreWhole) {
+    for (const auto& [more_x, more_y] : {std::pair{1, 0}, {0, 1}}) {
+        const int width = 2 * kNoiseTile + more_x, height = 2 * kNoiseTile + more_y;
+        const ImageF variance = noise_variance(noisy(
+            width, height, [](int, int) { return 0.5; }, [](int, int) { return 0.02; }));
+        EXPECT_GT(variance.at(width - 1, height - 1), 0);
+        EXPECT_EQ(variance.at(width - 1, height - 1),
+                  variance.at(width - 1 - more_x, height - 1 - more_y))
+            << more_x;
+    }
+}
+
 TEST(Noise, SmallPicturesHaveNone) {
     for (const auto& [width, height] : {std::pair{1, 1}, {2, 9}, {3, 3}})
         EXPECT_EQ(deviation(noise_variance(ImageF(width, height, 1, 0.5f))), 0);

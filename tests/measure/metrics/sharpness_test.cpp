@@ -59,6 +59,13 @@ TEST(Sharpness, SofterInFocus) {
     EXPECT_DOUBLE_EQ(*s.edges_in_blurred, 1);
 }
 
+// The ground truth's left edge is harder than the input's, and the test has none.
+TEST(Sharpness, WhatTheGroundTruthSharpensIsNotInFocus) {
+    const Sharpness s = measure(edges(0, 1, 0.3), edges(0.4, 1, 0.3), edges(0.4, 12, 0.3));
+    EXPECT_GT(*s.sharpness_in_focus, 0.9);
+    EXPECT_FALSE(s.edges_in_blurred);
+}
+
 TEST(Sharpness, RegionsDoNotDependOnTheTest) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
     const Sharpness a = measure(truth, truth, input), b = measure(gray(120, 40, 9), truth, input);

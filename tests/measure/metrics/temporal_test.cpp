@@ -92,12 +92,12 @@ TEST(GridError, FiltersWithoutAGridHaveNone) {
         });
     };
     GridError error(1);
-    for (int k = 1; k < 5; ++k)
+    for (const int k : {1, 2, 3, 4, -1, -2, -3, -4})
         ASSERT_TRUE(error
                         .add(one(mean_of_three(shifted(scene(), k, -k))),
                              one(mean_of_three(scene())), k, -k)
                         .ok());
-    EXPECT_EQ(error.shifts(), 4);
+    EXPECT_EQ(error.shifts(), 8);
     EXPECT_NEAR(*error.mean(), 0, 1e-7);
 }
 

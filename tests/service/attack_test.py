@@ -5,12 +5,14 @@ import http.client
 import io
 import json
 import os
+import pathlib
+import tempfile
 import time
 import unittest
 import zipfile
 
 from attacked import Attacked, GET, POST, PROGRAM
-from server import Events, parse, read_all, statuses, wait_until
+from server import Events, parse, read_all, statuses, token_hash, wait_until
 
 
 CHUNKED = POST + "Transfer-Encoding: chunked\r\n"
@@ -80,12 +82,14 @@ class Shapes(Attacked):
                 "jobs?limit=": ["0", "-1", "", "501", "1x", "99999999999999999999"],
                 "jobs?": ["unknown=1", "states=done", "state=finished", "before=x", "before=0"],
                 "events?after=": ["x", "-1", "1.5", "99999999999999999999", "0x10"],
-                "image": ["", "?frame=x&input=a.exr", "?frame=1&side=0", "?frame=1&type=gif"],
-                "jobs/j1/thumbnail.png?side=": ["100000"], "browse?": ["path=."],
+                "image": ["", "?frame=x&input=a.exr", "?frame=1&side=0", "?frame=1&side=4097", "?frame=1&type=gif"],
+                "jobs/j1/thumbnail.png?side=": ["4097", "1x"], "browse?": ["path=."],
                 "chains?": ["name=fast"],
                 "jobs/j1/report/index.html?": ["picture=x", "pictures=all"]}.items():
             for value in values:
                 self.assertEqual(self.server.ask("GET", f"/v1/{target}{value}")[0], 400, target + value)
+        for target in ("jobs?limit=500", "image?input=a.exr&frame=1&side=4096&type=values"):
+            self.assertEqual(self.server.ask("GET", "/v1/" + target)[0], 200, target)
 
     def test_methods(self):
         for method, target, allowed in [
@@ -263,6 +267,10 @@ class Files(Attacked):
                                             "image/x-exr"}}.items():
             operation = next(iter(document["paths"][path].values()))
             self.assertEqual(set(operation["responses"]["200"]["content"]), types, path)
+        for path, name, most in [("/v1/jobs", "limit", 500), ("/v1/jobs/{id}/frames", "limit", 5000),
+                                 ("/v1/image", "side", 4096)]:
+            schemas = {one["name"]: one["schema"] for one in document["paths"][path]["get"]["parameters"]}
+            self.assertEqual(schemas[name], {"type": "integer", "minimum": 1, "maximum": most}, path)
 
     def test_pictures_of_a_report(self):
         """In the fake's report there is none."""
@@ -472,6 +480,40 @@ class WrongTokens(Attacked):
                     f"Bearer {TOKEN}, Bearer x"]}.items():
             for value in values:
                 self.assertEqual(self.server.ask("GET", "/v1/jobs", None, {name: value})[0], 401, value)
+
+
+class Guessers(Attacked):
+    """Two users, and an address that sends wrong tokens."""
+    users = {"ann": "a" * 20, "bob": "b" * 20}
+
+    @classmethod
+    def setUpClass(cls):
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        path = pathlib.Path(folder) / "users.yaml"
+        path.write_text("postchain_users: 1\nusers:\n" + "".join(
+            f"  {name}: {{tokens: [{token_hash(token)}]}}\n" for name, token in cls.users.items()))
+        cls.settings = [f"users={path}"]
+        super().setUpClass()
+
+    def reply(self, token, address="127.0.0.1", line="GET /v1/jobs"):
+        head = f"{line} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+        with self.send(head + f"Authorization: Bearer {token}\r\n", address) as client:
+            return parse(read_all(client))
+
+    def test_wrong_tokens_lock_nobody_out(self):
+        def refused():
+            status, headers, _ = self.reply("wrong")
+            self.assertIn(status, (401, 429))
+            return headers if status == 429 else None
+        self.assertIn(int(wait_until(refused)["retry-after"]), range(1, 61))
+        for name, token in self.users.items():
+            for address in ("127.0.0.1", "127.0.0.2"):
+                self.assertEqual(self.reply(token, address)[0], 200, name + address)
+            status, headers, _ = self.reply(token, line="POST /v1/session")
+            self.assertEqual(status, 204)
+            session = {"Cookie": headers["set-cookie"].split(";")[0]}
+            self.assertEqual(self.server.get("/v1/session", session)["user"], name)
+        self.assertEqual(self.reply("wrong", "127.0.0.2")[0], 401)
 
 
 if __name__ == "__main__":

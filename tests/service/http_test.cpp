@@ -9,6 +9,7 @@
 #include "tools/service/http/event_log.h"
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/guard.h"
+#include "tools/service/http/job_json.h"
 
 namespace postchain::service {
 namespace {
@@ -42,6 +43,15 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
     for (const Headers& headers : {by_word, by_one}) {
         EXPECT_TRUE(client_of(from("127.0.0.1", headers), proxies).secure);
         EXPECT_FALSE(client_of(from("192.0.2.9", headers), proxies).secure);
+    }
+    // Of two proxies, the outer one knows how the client came.
+    for (const auto& [outer, inner] : {std::pair("https", "http"), std::pair("http", "https")}) {
+        const Client client =
+            client_of(from("127.0.0.1", {{"Forwarded", concat("for=198.51.100.1;proto=", outer,
+                                                              ", for=10.1.1.1;proto=", inner)}}),
+                      proxies);
+        EXPECT_EQ(client.address, "198.51.100.1");
+        EXPECT_EQ(client.secure, outer == std::string("https"));
     }
     // The proxy writes one of the headers, and lets the client's other one through.
     const Client both = client_of(from("127.0.0.1", {{"Forwarded", "for=6.6.6.6;proto=https"},
@@ -88,6 +98,61 @@ TEST(WrongTokens, AreSlowedPerAddressAndForgiven) {
     EXPECT_EQ(wrong.wait_s("a", start + 3600s), 0) << "an hour later";
 }
 
+TEST(WrongTokens, AFullTableForgetsThoseThatAreForgiven) {
+    using namespace std::chrono_literals;
+    WrongTokens wrong;
+    const auto start = WrongTokens::Clock::now(), later = start + 11s;
+    // Others, as many as fit beside one more.
+    const auto fill = [&](const auto& time) {
+        for (size_t i = 1; i < WrongTokens::kMaxAddresses; ++i)
+            wrong.enter(std::to_string(i), time);
+    };
+    for (int i = 0; i <= int(WrongTokens::kFree); ++i) wrong.enter("a", start);
+    fill(start);
+    wrong.enter("b", later);
+    wrong.enter("a", later);
+    EXPECT_EQ(wrong.wait_s("a", later), 2) << "20 of its 21 are not forgiven yet";
+    fill(later);
+    wrong.enter("a", later);
+    EXPECT_EQ(wrong.wait_s("a", later), 0) << "all are recent, and the table is bounded";
+}
+
+Request with_token(const std::string& peer, const std::string& token) {
+    return from(peer, {{"Authorization", "Bearer " + token}});
+}
+
+// The reply to a request with a wrong token.
+Reply refusal_of(const Guard& guard, const std::string& peer, const std::string& token) {
+    const auto found = guard.identify(with_token(peer, token));
+    const Reply* reply = std::get_if<Reply>(&found);
+    EXPECT_TRUE(reply) << token;
+    return reply ? *reply : Reply();
+}
+
+// Readers that believe the one and readers that believe the other would see two requests. The
+// parser takes equal lengths.
+TEST(Guards, RefuseHeadersThatAreGivenTwice) {
+    const Guard guard({});
+    const auto status = [&](const Headers& headers) {
+        const auto refused = guard.refuse_shape(from("192.0.2.1", headers));
+        return refused ? refused->status : 200;
+    };
+    const std::pair<std::string, std::string> host = {"Host", "localhost"};
+    for (const auto& [name, value] :
+         std::vector<std::pair<std::string, std::string>>{{"Content-Length", "2"},
+                                                          {"Authorization", "Bearer a"},
+                                                          {"Content-Type", "application/json"},
+                                                          {"Origin", "http://localhost"},
+                                                          {"Idempotency-Key", "a"}}) {
+        EXPECT_EQ(status({host, {name, value}}), 200) << name;
+        EXPECT_EQ(status({host, {name, value}, {name, value}}), 400) << name;
+    }
+    EXPECT_EQ(status({host, host}), 400);
+    EXPECT_EQ(status({host, {"Transfer-Encoding", "chunked"}}), 200);
+    EXPECT_EQ(status({host, {"Transfer-Encoding", "chunked"}, {"Transfer-Encoding", "chunked"}}),
+              501);
+}
+
 TEST(Guards, KnowUsersByTokenAndSession) {
     GuardSettings settings;
     settings.users = Users::of_token("0123456789abcdef");
@@ -108,17 +173,13 @@ TEST(Guards, KnowUsersByTokenAndSession) {
     EXPECT_TRUE(known(address, cookie));
     EXPECT_FALSE(known(address, {cookie[0], {"Authorization", "Bearer wrong"}}));
     // A wrong token from each address of a network counts for the network.
-    for (int i = 0; i < 30; ++i)
-        (void)guard.identify(from(concat("2001:db8::", i), {{"Authorization", "Bearer wrong"}}));
-    // The right token tells nothing now; another address and a session are served.
-    const auto slowed = guard.identify(from(address, token));
-    ASSERT_TRUE(std::holds_alternative<Reply>(slowed));
-    EXPECT_EQ(std::get<Reply>(slowed).status, 429);
-    EXPECT_EQ(std::get<Reply>(slowed).headers.at(0).first, "Retry-After");
+    for (int i = 0; i < 30; ++i) (void)refusal_of(guard, concat("2001:db8::", i), "wrong");
+    EXPECT_EQ(refusal_of(guard, address, "wrong").status, 429);
+    EXPECT_EQ(refusal_of(guard, "192.0.2.2", "wrong").status, 401);
+    EXPECT_TRUE(known(address, token));
     EXPECT_TRUE(known(address, cookie));
     guard.end_session(from(address, cookie));
     EXPECT_FALSE(known(address, cookie));
-    EXPECT_TRUE(known("192.0.2.2", token));
     // Behind a proxy the clients are apart.
     token.emplace_back("X-Forwarded-For", "192.0.2.3");
     EXPECT_TRUE(known("127.0.0.1", token));
@@ -127,6 +188,8 @@ TEST(Guards, KnowUsersByTokenAndSession) {
     EXPECT_NE(guard.cookie(from("127.0.0.1", {{"Forwarded", "for=192.0.2.3;proto=https"}}), "x")
                   .find("; Secure"),
               std::string::npos);
+    EXPECT_EQ(guard.cookie(from("192.0.2.1"), ""),
+              "postchain_session=; Path=/post/; HttpOnly; SameSite=Strict; Max-Age=0");
     EXPECT_EQ(guard.without_base("/post/v1/jobs?a=b"), "/v1/jobs?a=b");
     EXPECT_TRUE(guard.is_base("/post"));
     EXPECT_EQ(guard.without_base("/poster"), "/poster");
@@ -137,6 +200,13 @@ class Files : public testing::Test {
   protected:
     void write(const std::string& name, const std::string& text) {
         std::ofstream(folder_.path(name)) << text;
+    }
+    static std::string token_of(const std::string& user) { return std::string(16, user[0]); }
+    std::shared_ptr<Users> two_users() {
+        write("users", concat("postchain_users: 1\nusers:\n  ann: {tokens: [",
+                              *hash_of_token(token_of("ann")), "]}\n  bob: {tokens: [",
+                              *hash_of_token(token_of("bob")), "]}\n"));
+        return *Users::of_file(folder_.path("users"), [](const std::string&) { return Status(); });
     }
     std::string token_refusal(const std::string& name) {
         return test::error_of(Users::of_token_file(folder_.path(name)));
@@ -185,14 +255,44 @@ TEST(Sessions, EndOneByOneWithoutRequestsAndAfterDays) {
     EXPECT_FALSE(users->in_session("", start));
     for (auto now = start; now - start <= Users::kLongestSession; now += Users::kIdleSession)
         ASSERT_TRUE(users->in_session(b, now));
+    EXPECT_FALSE(users->has_session(b, start + Users::kLongestSession + 1s)) << "streams end too";
     EXPECT_FALSE(users->in_session(b, start + Users::kLongestSession + 1s));
     const std::string idle = users->begin_session("0123456789abcdef", start);
+    EXPECT_FALSE(users->has_session(idle, start + Users::kIdleSession + 1s));
     EXPECT_FALSE(users->in_session(idle, start + Users::kIdleSession + 1s));
     EXPECT_FALSE(users->in_session(idle, start)) << "it has ended";
     const std::string first = users->begin_session("0123456789abcdef", start);
     for (size_t i = 0; i < Users::kSessions; ++i)
         users->begin_session("0123456789abcdef", start + 1s);
     EXPECT_FALSE(users->in_session(first, start + 1s)) << "too many";
+}
+
+TEST_F(Files, ATokenIsOfOneUser) {
+    const auto users = two_users();
+    const std::string hash = *hash_of_token(token_of("bob"));
+    write("users", concat("postchain_users: 1\nusers:\n  ann: {tokens: [", hash,
+                          "]}\n  bob: {tokens: [", hash, "]}\n"));
+    EXPECT_THAT(users->reload().message(), testing::HasSubstr("one is also that of ann"));
+    EXPECT_EQ(users->with_token(token_of("bob"))->name, "bob") << "the users stay";
+}
+
+TEST_F(Files, TooManySessionsOfAUserEndTheUsersOwn) {
+    using namespace std::chrono_literals;
+    const auto start = Users::Clock::now();
+    for (const auto& [name, other] : {std::pair("ann", "bob"), std::pair("bob", "ann")}) {
+        const auto users = two_users();
+        const std::string others = users->begin_session(token_of(other), start);
+        const std::string first = users->begin_session(token_of(name), start + 1s);
+        const std::string second = users->begin_session(token_of(name), start + 2s);
+        EXPECT_TRUE(users->in_session(first, start + 3s));
+        for (size_t i = 2; i < Users::kSessions; ++i)
+            users->begin_session(token_of(name), start + 4s);
+        EXPECT_TRUE(users->has_session(second, start + 4s)) << "as many as there may be";
+        users->begin_session(token_of(name), start + 4s);
+        EXPECT_FALSE(users->has_session(second, start + 4s)) << "without a request for longest";
+        EXPECT_TRUE(users->has_session(first, start + 4s));
+        EXPECT_EQ(users->in_session(others, start + 4s)->name, other);
+    }
 }
 
 TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
@@ -234,6 +334,39 @@ TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
         ASSERT_TRUE(users->reload().ok());
         EXPECT_FALSE(users->in_session(session)) << "it has ended";
     }
+}
+
+// The user with this token, "" for none.
+std::string name_known_to(const Guard& guard, const Request& request) {
+    const auto found = guard.identify(request);
+    const KnownUser* user = std::get_if<KnownUser>(&found);
+    return user ? (*user)->name : "";
+}
+
+TEST_F(Files, WrongTokensOfAnAddressDelayOnlyWrongOnes) {
+    GuardSettings settings;
+    settings.users = two_users();
+    const Guard guard(settings);
+    const std::string here = "192.0.2.1", there = "192.0.2.2";
+    for (int i = 0; i <= int(WrongTokens::kFree); ++i)
+        EXPECT_EQ(refusal_of(guard, here, "wrong").status, 401) << i;
+    for (const std::string& address : {here, there})
+        for (const char* name : {"ann", "bob"}) {
+            const Request right = with_token(address, token_of(name));
+            EXPECT_EQ(name_known_to(guard, right), name) << address;
+            const std::string session = guard.begin_session(right);
+            EXPECT_EQ(
+                name_known_to(guard, from(address, {{"Cookie", "postchain_session=" + session}})),
+                name);
+        }
+    for (int i = 0; i < 30; ++i) {
+        const Reply late = refusal_of(guard, here, i % 2 == 0 ? "wrong" : token_of("ann") + "a");
+        EXPECT_EQ(late.status, 429);
+        ASSERT_EQ(late.headers.at(0).first, "Retry-After");
+        // Those that wait do not prolong the wait.
+        EXPECT_LT(std::stoi(late.headers[0].second), WrongTokens::kLongestWaitS);
+    }
+    EXPECT_EQ(refusal_of(guard, there, "wrong").status, 401);
 }
 
 TEST(Targets, AreDecodedAndCannotLeaveTheirPath) {
@@ -283,6 +416,18 @@ TEST(EventLogs, KeepTheNewestEventsForEveryListener) {
     EXPECT_TRUE(batch_of(events_of(5, {{"1", "canceled"}}), 4).ends);
     EXPECT_FALSE(batch_of(events_of(5, {{"1", "failed"}, {"1", "requeued"}}), 4).ends);
     EXPECT_EQ(batch_of({}, 4).last, 4);
+}
+
+TEST_F(Files, NamesStayWithinTheirHeader) {
+    const Reply reply =
+        download_reply({folder_.path("a"), "a\"b\\c\r\nd\xc3.exr", "image/x-exr", 0});
+    ASSERT_EQ(reply.headers.size(), 1u);
+    EXPECT_EQ(reply.headers[0].second, "attachment; filename=\"a_b_c__d_.exr\"");
+}
+
+TEST(Times, HaveMilliseconds) {
+    EXPECT_EQ(time_of(86'400'000 + 1'005), "1970-01-02T00:00:01.005Z");
+    EXPECT_TRUE(time_of(0).is_null());
 }
 
 // The length has been sent: an early end alone tells the client that the file has changed.

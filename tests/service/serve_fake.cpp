@@ -1,6 +1,7 @@
 // The server over a fake service, for tests of sockets: prints its port, serves until SIGTERM.
 //
-//   serve_fake [KEY=NUMBER ...]: members of ServerSettings and FakeSettings, times in milliseconds
+//   serve_fake [KEY=NUMBER ...] [users=FILE]: members of ServerSettings and FakeSettings, times in
+//   milliseconds; a file of users
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -55,6 +56,11 @@ int main(int argc, char** argv) {
     };
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
+        if (word.starts_with("users=")) {
+            settings.guard.users = *Users::of_file(
+                word.substr(6), [](const std::string&) { return postchain::Status(); });
+            continue;
+        }
         const size_t equals = word.find('=');
         const auto key = keys.find(word.substr(0, equals));
         if (key == keys.end() || equals == std::string::npos) {

@@ -288,6 +288,80 @@ TEST_F(StoreTest, LimitsOfAUser) {
     EXPECT_TRUE(store_->ledger("ann")->empty());
 }
 
+TEST_F(StoreTest, LimitsAreOfOneUserAlone) {
+    for (const auto& [name, other] : {std::pair("ann", "bob"), std::pair("dan", "cat")}) {
+        for (int i = 0; i < 2; ++i) running(9, user_of(other));
+        const std::string removed = running(1, user_of(other));
+        write(removed, 1, 200);
+        end(removed, JobState::done);
+        ASSERT_TRUE(*store_->forget(removed));
+        User user = user_of(name);
+        user.max_jobs = 1;
+        user.max_frames = 5;
+        user.max_bytes = 100;
+        EXPECT_EQ(try_add(user, 5).result, Added::Result::made);
+        // The entries of a user go with the user's limit or outputs.
+        add(0, user_of(concat("friend of ", name)));
+        ASSERT_TRUE(store_->settle(name, kWrites, 0).ok());
+        ASSERT_EQ(store_->ledger(other)->size(), 1u);
+        EXPECT_EQ((*store_->ledger(other))[0].bytes, 200);
+    }
+}
+
+// After a step that hangs, the next job runs beside the one that waits.
+TEST_F(StoreTest, TwoRunningJobsAreApart) {
+    for (const bool second : {false, true}) {
+        const std::string a = running(2), b = running(2);
+        const std::string released = second ? b : a, other = second ? a : b;
+        for (const std::string& id : {a, b}) begin(id, 1);
+        ASSERT_TRUE(store_->release(released).ok());
+        EXPECT_EQ(frame(released, 1).attempts, 0);
+        EXPECT_EQ(frame(other, 1).attempts, 1);
+        // One frame of each is in flight: it was alone in its job.
+        begin(released, 1);
+        open();
+        for (const std::string& id : {a, b}) {
+            EXPECT_EQ(frame(id, 1).attempts, 1);
+            ASSERT_GT(*store_->start(id), 0);
+            ASSERT_TRUE(*store_->cancel(id));
+        }
+    }
+}
+
+TEST_F(StoreTest, ARetryIsOfOneJob) {
+    open(1);
+    for (const bool second : {false, true}) {
+        const std::string a = running(1), b = running(1);
+        for (const std::string& id : {a, b}) {
+            begin(id, 1);
+            ASSERT_TRUE(store_->frame_fails(id, 1, "why").ok());
+            end(id, JobState::failed);
+        }
+        const std::string retried = second ? b : a, other = second ? a : b;
+        ASSERT_TRUE(store_->retry(retried)->done);
+        EXPECT_EQ(frame(retried, 1).state, FrameState::waiting);
+        EXPECT_EQ(frame(other, 1).state, FrameState::quarantined);
+        EXPECT_EQ(frame(other, 1).message, "why");
+        EXPECT_EQ(job(other).failed, 1);
+    }
+}
+
+TEST_F(StoreTest, OwnersAreShownWithUnfinishedFramesOfUnfinishedJobs) {
+    const std::string id = running(3, user_of("ann"));
+    write(id, 1);
+    running(5, user_of("bob"));
+    add(0, user_of("bob"));
+    EXPECT_EQ(store_->owners()[0].frames, 2);
+    end(id, JobState::failed);
+    const auto owners = store_->owners();
+    ASSERT_EQ(owners.size(), 2u);
+    EXPECT_EQ(owners[0].frames, 0);
+    EXPECT_EQ(owners[0].running, 0);
+    EXPECT_EQ(owners[1].frames, 5);
+    EXPECT_EQ(owners[1].queued, 1);
+    EXPECT_EQ(owners[1].running, 1);
+}
+
 TEST_F(StoreTest, OutputsOfJobsThatAreTooOldCountToo) {
     open(3, {.jobs = 1, .days = 0});
     User ann = user_of("ann");

@@ -81,7 +81,6 @@ std::vector<Hop> hops_of(const Request& request) {
 }
 
 // ------------------------------------------------------------------------------------ the checks
-constexpr size_t kMaxAddresses = 100'000;
 constexpr const char* kCookie = "postchain_session";
 
 double seconds(std::chrono::steady_clock::duration time) {
@@ -283,14 +282,14 @@ std::variant<KnownUser, Reply> Guard::identify(const Request& request) const {
         if (KnownUser user = users.in_session(cookie_of(request))) return user;
     const std::string address = place_of(client_of(request, settings_.trusted).address);
     if (given) {
-        // Before the token is compared: the reply must not tell whether it is right.
+        // A right token never waits for others of its address. It has too many bits to be guessed.
+        if (const std::string token = token_of(*given); !token.empty())
+            if (KnownUser user = users.with_token(token)) return user;
         if (const int wait = wrong_.wait_s(address)) {
             Reply reply = problem(429, "too many wrong tokens from this address; try again later");
             reply.headers.emplace_back("Retry-After", std::to_string(wait));
             return reply;
         }
-        if (const std::string token = token_of(*given); !token.empty())
-            if (KnownUser user = users.with_token(token)) return user;
         wrong_.enter(address);
     }
     Reply reply = problem(401, "this address requires a token: Authorization: Bearer TOKEN");

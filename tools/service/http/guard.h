@@ -52,18 +52,19 @@ bool is_address(const std::string& text);
 std::string place_of(const std::string& address);
 
 // ------------------------------------------------------------------------------------ the checks
-// Slows clients that try tokens: after some wrong ones of an address, it must wait.
+// Slows clients that send wrong tokens: after some of an address, further ones must wait.
 class WrongTokens {
   public:
     using Clock = std::chrono::steady_clock;
 
-    // Seconds until the address may try again; 0 = now.
+    // Seconds until the address may send another wrong one; 0 = now.
     int wait_s(const std::string& address, Clock::time_point now = Clock::now());
     void enter(const std::string& address, Clock::time_point now = Clock::now());
 
     static constexpr double kFree = 20;       // wrong tokens before the first wait
     static constexpr double kForgivenS = 10;  // each is forgotten after this time
     static constexpr int kLongestWaitS = 60;
+    static constexpr size_t kMaxAddresses = 100'000;  // that are remembered
 
   private:
     struct Tries {
@@ -89,7 +90,7 @@ class Guard {
     // unknown Host (421: a name that another site points here), an Origin of another site (403).
     std::optional<Reply> refuse_shape(const Request& request) const;
     // The user of the request's token, as Authorization: Bearer or by the cookie of a session. 401:
-    // no token, or a wrong one; 429 after many wrong ones.
+    // no token, or a wrong one; 429: a wrong one after many of its address.
     std::variant<KnownUser, Reply> identify(const Request& request) const;
     // Whether the token or the session of a request that was admitted is still good. May be called
     // after the request; prolongs no session.

@@ -291,7 +291,9 @@ TEST_F(Files, TooManySessionsOfAUserEndTheUsersOwn) {
         users->begin_session(token_of(name), start + 4s);
         EXPECT_FALSE(users->has_session(second, start + 4s)) << "without a request for longest";
         EXPECT_TRUE(users->has_session(first, start + 4s));
-        EXPECT_EQ(users->in_session(others, start + 4s)->name, other);
+        const KnownUser found = users->in_session(others, start + 4s);
+        ASSERT_TRUE(found);
+        EXPECT_EQ(found->name, other);
     }
 }
 

@@ -11,7 +11,8 @@ import unittest
 from browser import Browser
 
 SOURCES = pathlib.Path(__file__).resolve().parents[2] / "tools/page"
-HOSTILE = "<img hostile src onerror=alert(1)> & \"x\" </script>"
+HOSTILE = "<img hostile src onerror=alert(1)> & \"x\" </script> \u202egpj"
+SHOWN = HOSTILE.replace("\u202e", "\\u{202e}")
 PNG = ("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5E"
        "rkJggg==")
 
@@ -80,7 +81,7 @@ class Documents(unittest.TestCase):
         path = self.folder / f"{name}.html"
         subprocess.run([CMAKE, f"-DROOT={SOURCES}", f"-DPAGE={name}/page.html", f"-DOUTPUT={path}",
                         "-P", SOURCES / "bundle.cmake"], check=True)
-        text = json.dumps(data).replace("<", "\\u003c")
+        text = json.dumps(data, ensure_ascii=False).replace("<", "\\u003c")
         path.write_text(path.read_text(encoding="utf8").replace(
             "<!--DATA-->", f'<script type="application/json" id="data">{text}</script>'),
             encoding="utf8")
@@ -105,12 +106,12 @@ class Documents(unittest.TestCase):
 
     def test_study(self):
         text = self.open("study", STUDY)
-        self.assertEqual(self.texts("h1"), [STUDY["title"]])
+        self.assertEqual(self.texts("h1"), [f"Which {SHOWN}"])
         self.assertEqual(self.texts("h2"), ["Mean over families", "Gains of HDR-FLIP by family",
                                             "Scenes", "Chains", "Notes"])
         self.assertIn("2 scenes measured, 1 failed, postchain 1.2, commit 1234abcd. report.json, report.csv, "
                       "report.md", text)
-        self.assertIn(f"Failed: gone: no {HOSTILE}", text)
+        self.assertIn(f"Failed: gone: no {SHOWN}", text)
         self.assertIn("1-3, 7", text)
         self.assertEqual(self.texts("b:has(.count)"), ["0.1250 (0.0625 to 0.188), 1 of 1"])
         self.assertEqual(self.texts("small.finding"), ["closer, p 0.031"])
@@ -131,7 +132,7 @@ class Documents(unittest.TestCase):
         self.assertIn("2 cells, 3 checks: 1 ok, 1 known limits, 1 failed", text)
         self.assertEqual(self.texts(".matrix a[href='#fail-1']"), ["FAIL 2.5"])
         self.assertEqual(self.texts(".matrix a[href='#limit-1']"), ["limit 2.5"])
-        self.assertEqual(self.texts("th[scope=rowgroup]"), [HOSTILE, "other"])
+        self.assertEqual(self.texts("th[scope=rowgroup]"), [SHOWN, "other"])
         self.assertIn("does not apply", self.texts("td.none")[0])
         self.assertIn("mirror 2.5, bound 10 in place of 1: x", text)
         self.assertIn("known. Met 3 times. Here: at ", text)
@@ -139,7 +140,7 @@ class Documents(unittest.TestCase):
             self.assertEqual(len(self.shown(f"#{name}")), 1)
         # Each picture has a text of its own and is 40 times as large as its pixels.
         self.assertEqual(self.shown("img[src^='data:image/png;base64,']", "width", "height", "alt"), [
-            ["320", "160", f"error of {HOSTILE}, range; magma, 0 to 2"],
+            ["320", "160", f"error of {SHOWN}, range; magma, 0 to 2"],
             ["320", "160", "error of x, mirror; magma, 0 to 2"]])
 
     def test_stress_without_failures(self):

@@ -21,8 +21,11 @@ export function h(tag, attributes = {}, ...children) {
 
 export const by_id = (id) => document.getElementById(id);
 
-// The value of <script type="application/json" id="ID">.
-export const json_of = (id) => JSON.parse(by_id(id).textContent);
+// The value of <script type="application/json" id="ID">. Marks that reverse the direction of the text
+// around a name are shown as \u{202e}.
+export const json_of = (id) => JSON.parse(by_id(id).textContent.replace(
+    /[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/g,
+    (c) => `\\\\u{${c.codePointAt(0).toString(16)}}`));
 
 let ids = 0;
 export const new_id = () => `e${++ids}`;

@@ -11,6 +11,7 @@
 #include <climits>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 #include <utility>
 
@@ -19,6 +20,7 @@ namespace {
 
 // Without waiting for the writer of a pipe, and without becoming the terminal's process.
 constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+constexpr int kFolderFlags = O_PATH | O_DIRECTORY | O_CLOEXEC;
 constexpr int kNotAFile = ESPIPE;
 constexpr uint64_t kMaxOwnText = uint64_t(64) << 20;
 
@@ -38,7 +40,7 @@ std::string folder_of(const std::string& path, const std::vector<std::string>& f
 }
 
 // As open_beneath(), for kernels and containers without openat2: one name after the other.
-int open_by_names(int folder, const std::string& path) {
+int open_by_names(int folder, const std::string& path, int flags) {
     int at = ::dup(folder);
     for (size_t begin = 0; at >= 0;) {
         const size_t end = std::min(path.find('/', begin), path.size());
@@ -47,8 +49,7 @@ int open_by_names(int folder, const std::string& path) {
         const int next = name == ".."
                              ? (errno = EXDEV, -1)
                              : ::openat(at, name.empty() ? "." : name.c_str(),
-                                        last ? kFlags | O_NOFOLLOW
-                                             : O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+                                        last ? flags | O_NOFOLLOW : kFolderFlags | O_NOFOLLOW);
         const int error = errno;
         ::close(at);
         errno = error;
@@ -60,22 +61,28 @@ int open_by_names(int folder, const std::string& path) {
 }
 
 // A path below a folder, without following a link.
-int open_beneath(const std::string& folder, const std::string& path) {
-    const int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+int open_beneath(const std::string& folder, const std::string& path, int flags) {
+    const int at = ::open(folder.c_str(), kFolderFlags);
     if (at < 0) return -1;
     open_how how = {};
-    how.flags = kFlags;
+    how.flags = uint64_t(flags);
     how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
     int fd = int(::syscall(SYS_openat2, at, path.c_str(), &how, sizeof(how)));
-    if (fd < 0 && (errno == ENOSYS || errno == EPERM)) fd = open_by_names(at, path);
+    if (fd < 0 && (errno == ENOSYS || errno == EPERM)) fd = open_by_names(at, path, flags);
     const int error = errno;
     ::close(at);
     errno = error;
     return fd;
 }
 
-int open_confined(const std::string& path, const std::vector<std::string>& folders) {
-    if (folder_of(path, folders).empty()) return ::open(path.c_str(), kFlags);
+// The rest of a path below a folder that has it.
+std::string below(const std::string& path, const std::string& folder) {
+    const size_t begin = folder == "/" ? 1 : folder.size() + 1;
+    return begin < path.size() ? path.substr(begin) : ".";
+}
+
+int open_confined(const std::string& path, const std::vector<std::string>& folders, int flags) {
+    if (folder_of(path, folders).empty()) return ::open(path.c_str(), flags);
     char real[PATH_MAX];
     if (!::realpath(path.c_str(), real)) return -1;
     const std::string resolved = real, folder = folder_of(resolved, folders);
@@ -83,13 +90,12 @@ int open_confined(const std::string& path, const std::vector<std::string>& folde
         errno = EXDEV;
         return -1;
     }
-    const size_t below = folder == "/" ? 1 : folder.size() + 1;
-    return open_beneath(folder, below < resolved.size() ? resolved.substr(below) : ".");
+    return open_beneath(folder, below(resolved, folder), flags);
 }
 
 }  // namespace
 
-void confine_reads(const std::vector<std::string>& folders) {
+void confine_files(const std::vector<std::string>& folders) {
     const std::lock_guard lock(g_mutex);
     g_folders = folders;
 }
@@ -104,7 +110,7 @@ ReadableFile::ReadableFile(const std::string& path, Pipes pipes) {
         error_ = errno;
         return;
     }
-    fd_ = folders.empty() ? ::open(path.c_str(), kFlags) : open_confined(path, folders);
+    fd_ = folders.empty() ? ::open(path.c_str(), kFlags) : open_confined(path, folders, kFlags);
     error_ = errno;
     if (fd_ < 0) return;
     if (::fstat(fd_, &info) == 0 && S_ISREG(info.st_mode)) {
@@ -124,9 +130,7 @@ int ReadableFile::release() {
 }
 
 std::string ReadableFile::fault() const {
-    if (error_ == kNotAFile) return "is not a file";
-    if (error_ == EXDEV) return "links outside the folders of this service";
-    return std::string("cannot be opened: ") + std::strerror(error_);
+    return error_ == kNotAFile ? "is not a file" : reason_of_open(error_);
 }
 
 std::string ReadableFile::path() const {
@@ -145,6 +149,55 @@ std::optional<std::string> ReadableFile::text(uint64_t most) const {
         text.append(block, size_t(got));
         if (text.size() > most) return std::nullopt;
     }
+}
+
+std::string reason_of_open(int error) {
+    if (error == EXDEV) return "links outside the folders of this service";
+    return std::string("cannot be opened: ") + std::strerror(error);
+}
+
+// Commands use the path itself: they also run where /proc is missing.
+OpenFolder::OpenFolder(const std::string& path) : path_(path.empty() ? "." : path) {
+    const auto folders = confined_folders();
+    if (folder_of(path_, folders).empty()) return;
+    fd_ = open_confined(path_, folders, kFolderFlags);
+    error_ = fd_ < 0 ? errno : 0;
+    path_ = "/proc/self/fd/" + std::to_string(fd_);
+}
+
+OpenFolder::OpenFolder(OpenFolder&& other) noexcept
+    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)), error_(other.error_) {}
+
+OpenFolder::~OpenFolder() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+std::string OpenFolder::at(const std::string& name) const {
+    return path_ == "." ? name : path_ == "/" ? path_ + name : path_ + "/" + name;
+}
+
+int make_folders(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code error, ignored;
+    const auto folders = confined_folders();
+    if (folder_of(path, folders).empty()) {
+        fs::create_directories(path, error);
+        return fs::is_directory(path, ignored) ? 0 : error ? error.value() : ENOTDIR;
+    }
+    const std::string real = fs::weakly_canonical(path, error).string();
+    const std::string folder = error ? "" : folder_of(real, folders);
+    if (folder.empty()) return error ? error.value() : EXDEV;
+    int at = ::open(folder.c_str(), kFolderFlags);
+    int fault = at < 0 ? errno : 0;
+    for (const fs::path& name : fs::path(below(real, folder))) {
+        if (fault != 0) break;
+        if (::mkdirat(at, name.c_str(), 0777) != 0 && errno != EEXIST) fault = errno;
+        const int next = fault == 0 ? ::openat(at, name.c_str(), kFolderFlags | O_NOFOLLOW) : -1;
+        if (fault == 0 && next < 0) fault = errno;
+        ::close(std::exchange(at, next));
+    }
+    if (at >= 0) ::close(at);
+    return fault;
 }
 
 std::string text_of_file(const std::string& path) {

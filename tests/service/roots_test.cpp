@@ -1,17 +1,22 @@
 // Paths that try to leave the roots. Files that clients name: no pipe is waited for, no link leads
-// out.
+// out, neither what is read nor what is written.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "chain/base/readable_file.h"
 #include "config/text_tree.h"
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/folder_scan.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/files/sequence.h"
 #include "tools/sequence/frame/complete_file.h"
 #include "tools/sequence/record/sidecar.h"
@@ -139,13 +144,20 @@ class Reads : public testing::Test {
         fs::create_directories(base_ + "/secret");
         write("root/shots/a.txt", "inside");
         write("secret/a.txt", "outside");
-        confine_reads({base_ + "/root"});
+        confine_files({base_ + "/root"});
     }
-    void TearDown() override { confine_reads({}); }
+    void TearDown() override { confine_files({}); }
     void write(const std::string& name, const std::string& text) const {
         std::ofstream(base_ + "/" + name) << text;
     }
     std::string root(const std::string& name) const { return base_ + "/root/" + name; }
+    std::vector<std::string> names_in(const std::string& folder) const {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::directory_iterator(base_ + "/" + folder))
+            names.push_back(entry.path().filename());
+        std::ranges::sort(names);
+        return names;
+    }
     std::string pipe() const {
         const std::string path = root("pipe.exr");
         EXPECT_EQ(mkfifo(path.c_str(), 0600), 0);
@@ -170,7 +182,7 @@ TEST_F(Reads, DoNotWaitForAPipe) {
 }
 
 TEST_F(Reads, CommandsReadTextsFromPipes) {
-    confine_reads({});
+    confine_files({});
     const std::string path = pipe();
     // Open for both, so that neither waits.
     const int both = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
@@ -196,8 +208,43 @@ TEST_F(Reads, NoLinkLeadsOutOfTheFolders) {
     EXPECT_THAT(ReadableFile(root("file_out")).fault(), HasSubstr("outside the folders"));
     EXPECT_EQ(text_of_file(root("way_out/a.txt")), "");
     // A command follows every link.
-    confine_reads({});
+    confine_files({});
     EXPECT_EQ(text_of_file(root("way_out/a.txt")), "outside");
+}
+
+TEST_F(Reads, NoLinkLeadsWhatIsWrittenOut) {
+    write("secret/b.0001.exr", "outside");
+    fs::create_symlink(base_ + "/secret", root("way_out"));
+    const std::string path = root("way_out/new.txt");
+    EXPECT_THAT(io::atomic_write_text(path, "x", io::OnExisting::overwrite).status().message(),
+                HasSubstr("links outside the folders"));
+    EXPECT_FALSE(io::ReplaceLock::take(path).ok());
+    EXPECT_FALSE(io::Claim::take(path).ok());
+    EXPECT_THAT(io::make_folder(root("way_out/b/c")).message(), HasSubstr("links outside"));
+    io::remove_dead_temporaries(root("way_out"), [](const std::string&) { return true; });
+    EXPECT_EQ(names_in("secret"), (std::vector<std::string>{"a.txt", "b.0001.exr"}));
+    EXPECT_TRUE(io::PathPattern::parse(root("way_out/b.####.exr"))->discover().empty());
+    EXPECT_FALSE(io::scan_folder(root("way_out")).ok());
+    EXPECT_TRUE(io::make_folder(root("shots/b/c")).ok());
+    EXPECT_TRUE(*io::atomic_write_text(root("shots/b/c/new.txt"), "x", io::OnExisting::fail));
+}
+
+// Its name leads to another folder while the file is written: the file stays in the first one.
+TEST_F(Reads, ALinkInPlaceOfAnOpenFolderLeadsNowhere) {
+    write("root/shots/a.txt.json", "{}");
+    auto file = test::must(io::AtomicFile::create(root("shots/new.txt")));
+    {
+        auto lock = test::must(io::ReplaceLock::take(root("shots/a.txt")));
+        fs::rename(root("shots"), root("moved"));
+        fs::create_symlink(base_ + "/secret", root("shots"));
+        write("secret/a.txt.json", "{}");
+        EXPECT_TRUE(lock.set_aside(root("shots/a.txt.json")).ok());
+        EXPECT_FALSE(fs::exists(root("moved/a.txt.json")));
+    }
+    ASSERT_TRUE(file.write("x", 1).ok());
+    EXPECT_TRUE(*file.commit(io::OnExisting::fail));
+    EXPECT_EQ(names_in("secret"), (std::vector<std::string>{"a.txt", "a.txt.json"}));
+    EXPECT_EQ(names_in("root/moved"), (std::vector<std::string>{"a.txt", "a.txt.json", "new.txt"}));
 }
 
 }  // namespace

@@ -101,8 +101,10 @@ Status remove_files(const std::string& folder,
                     const std::function<bool(const std::string& name)>& made) {
     std::error_code error;
     if (fs::is_symlink(folder, error) || !fs::is_directory(folder, error)) return Status();
+    const OpenFolder in(folder);
     std::vector<fs::path> paths;
-    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    for (fs::directory_iterator it(in.path(), error), end; !error && it != end;
+         it.increment(error)) {
         std::error_code ignored;
         const bool is_folder = it->is_directory(ignored) && !it->is_symlink(ignored);
         if (!is_folder && made(it->path().filename().string())) paths.push_back(it->path());
@@ -110,8 +112,8 @@ Status remove_files(const std::string& folder,
     for (const fs::path& path : paths) {
         fs::remove(path, error);
         if (error)
-            return Status(StatusCode::output,
-                          concat(path.string(), ": cannot remove it: ", error.message()));
+            return Status(StatusCode::output, concat(folder, "/", path.filename().string(),
+                                                     ": cannot remove it: ", error.message()));
     }
     fs::remove(folder, error);  // only if empty
     return Status();

@@ -27,25 +27,27 @@ constexpr size_t kBufferBytes = size_t(1) << 20;
 // can walk it without a lock.
 struct LiveTemporary {
     std::atomic<bool> live = false;
-    char path[PATH_MAX] = {};
+    char path[PATH_MAX] = {};  // for calls of the system
+    std::string name;          // its path without OpenFolder
     LiveTemporary* next = nullptr;
 };
 std::atomic<LiveTemporary*> live_list = nullptr;
 std::mutex live_mutex;  // for adding and reusing entries; the signal handler does not lock it
 
 // Null if this process already writes a temporary of this name.
-LiveTemporary* enlist(const std::string& path) {
+LiveTemporary* enlist(const std::string& name, const std::string& path) {
     const std::lock_guard lock(live_mutex);
     LiveTemporary* entry = nullptr;
     for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next) {
         if (!e->live.load()) {
             if (entry == nullptr) entry = e;
-        } else if (path == e->path) {
+        } else if (name == e->name) {
             return nullptr;
         }
     }
     const bool fresh = entry == nullptr;
     if (fresh) entry = new LiveTemporary;
+    entry->name = name;
     std::memcpy(entry->path, path.c_str(), path.size() + 1);
     entry->live.store(true);
     if (fresh) {
@@ -88,6 +90,7 @@ std::string reason_of(int error) {
 // Why a file cannot be made in `folder`, more precisely than errno.
 std::string why_not_in(const std::string& folder, int error) {
     struct stat info;
+    if (error == EXDEV) return concat("folder ", folder, " ", reason_of_open(error));
     if (::stat(folder.c_str(), &info) == 0) {
         if (!S_ISDIR(info.st_mode)) return concat(folder, " is a file, not a folder");
         return concat("cannot write in folder ", folder, ": ", reason_of(error));
@@ -162,10 +165,17 @@ Opened open_temporary(const std::string& path) {
     return {-1, EEXIST, Opened::Step::open};
 }
 
-// ".NAME.NUMBER.tmp" beside it.
-std::string temporary_of(const std::string& path, int number) {
-    const size_t name = path.rfind('/') + 1;  // npos + 1 is 0
-    return concat(path.substr(0, name), ".", path.substr(name), ".", number, ".tmp");
+std::string temporary_of(const std::string& name, int number) {
+    return concat(".", name, ".", number, ".tmp");
+}
+
+std::string own_name(const std::string& path) {
+    return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
+}
+
+std::string own_folder(const std::string& path) {
+    const size_t slash = path.rfind('/');
+    return slash == std::string::npos ? "." : path.substr(0, std::max<size_t>(slash, 1));
 }
 
 // 0 if there is no file.
@@ -196,20 +206,26 @@ Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
         concat(path, ": exists already, and is not replaced; move it, or write elsewhere"));
 }
 
+AtomicFile::AtomicFile(const std::string& folder, std::string path, const std::string& name)
+    : folder_(folder),
+      path_(std::move(path)),
+      target_(folder_.at(name)),
+      temporary_(folder_.at(temporary_of(name, ::getpid()))) {}
+
 Result<AtomicFile> AtomicFile::create(const std::string& path) try {
-    const size_t slash = path.rfind('/');
-    const std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
+    const std::string name = own_name(path), folder = own_folder(path);
     if (name.empty()) return output_error(path, "no file name; add one");
-    AtomicFile file;
-    file.path_ = path;
-    file.folder_ = slash == std::string::npos ? "." : path.substr(0, std::max<size_t>(slash, 1));
-    file.temporary_ = temporary_of(path, ::getpid());
+    AtomicFile file(folder, path, name);
+    if (file.folder_.error() != 0)
+        return output_error(path, why_not_in(folder, file.folder_.error()));
     if (file.temporary_.size() >= PATH_MAX) return output_error(path, reason_of(ENAMETOOLONG));
     struct stat info;
-    if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode))
+    if (::stat(file.target_.c_str(), &info) == 0 && S_ISDIR(info.st_mode))
         return output_error(path, "is a folder, not a file; choose another name");
     // Registered before it exists, so that a signal at any time finds it.
-    void* live = enlist(file.temporary_);
+    const std::string temporary =
+        path.substr(0, path.size() - name.size()) + own_name(file.temporary_);
+    void* live = enlist(temporary, file.temporary_);
     if (live == nullptr)
         return output_error(path, "is already being written by this process; choose another name");
     const Opened opened = open_temporary(file.temporary_);
@@ -217,8 +233,8 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
         delist(live);
         const std::string why =
             opened.step == Opened::Step::lock ? concat("cannot lock it: ", reason_of(opened.error))
-            : opened.error == EEXIST ? concat("another process is writing ", file.temporary_)
-                                     : why_not_in(file.folder_, opened.error);
+            : opened.error == EEXIST          ? concat("another process is writing ", temporary)
+                                              : why_not_in(folder, opened.error);
         return output_error(path, why);
     }
     file.fd_ = opened.fd;
@@ -230,9 +246,10 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
-    : path_(std::move(other.path_)),
+    : folder_(std::move(other.folder_)),
+      path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
-      folder_(std::move(other.folder_)),
       buffer_(std::move(other.buffer_)),
       buffer_start_(other.buffer_start_),
       position_(other.position_),
@@ -308,7 +325,7 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
     if (::fsync(fd_) != 0) return fail("cannot write", errno);
     // Opened before the rename, so that a failure leaves no file. A folder that can be written but
     // not read cannot be synced.
-    const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int folder = ::open(folder_.at(".").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0 && errno != EACCES && errno != EPERM)
         return fail("cannot open its folder to sync it", errno);
     const int error = move_here(on_existing);
@@ -339,32 +356,36 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
 }
 
 int AtomicFile::move_here(OnExisting on_existing) const {
-    if (on_existing != OnExisting::overwrite) return rename_to_new(temporary_, path_);
+    if (on_existing != OnExisting::overwrite) return rename_to_new(temporary_, target_);
     keep_attributes();
-    return ::rename(temporary_.c_str(), path_.c_str()) == 0 ? 0 : errno;
+    return ::rename(temporary_.c_str(), target_.c_str()) == 0 ? 0 : errno;
 }
 
 // Only root can give a file away, and some file systems have no attributes: what cannot be kept is
 // as for a new file.
 void AtomicFile::keep_attributes() const {
     struct stat old;
-    if (::lstat(path_.c_str(), &old) != 0 || !S_ISREG(old.st_mode)) return;
+    if (::lstat(target_.c_str(), &old) != 0 || !S_ISREG(old.st_mode)) return;
     if (::fchown(fd_, old.st_uid, old.st_gid) != 0) (void)!::fchown(fd_, uid_t(-1), old.st_gid);
     (void)!::fchmod(fd_, old.st_mode & 0777);
-    std::vector<char> names(size_t(std::max<ssize_t>(::llistxattr(path_.c_str(), nullptr, 0), 0)));
-    const ssize_t listed = ::llistxattr(path_.c_str(), names.data(), names.size());
+    std::vector<char> names(
+        size_t(std::max<ssize_t>(::llistxattr(target_.c_str(), nullptr, 0), 0)));
+    const ssize_t listed = ::llistxattr(target_.c_str(), names.data(), names.size());
     std::vector<char> value(XATTR_SIZE_MAX);
     for (ssize_t at = 0; at < listed; at += ssize_t(std::strlen(&names[size_t(at)])) + 1) {
         const char* name = &names[size_t(at)];
-        const ssize_t bytes = ::lgetxattr(path_.c_str(), name, value.data(), value.size());
+        const ssize_t bytes = ::lgetxattr(target_.c_str(), name, value.data(), value.size());
         if (bytes >= 0) (void)!::fsetxattr(fd_, name, value.data(), size_t(bytes), 0);
     }
 }
 
+ReplaceLock::ReplaceLock(const std::string& folder, const std::string& name)
+    : folder_(folder), locked_(folder_.at(name)), path_(folder_.at(temporary_of(name, 0))) {}
+
 Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
-    ReplaceLock lock;
-    lock.locked_ = path;
-    lock.path_ = temporary_of(path, 0);
+    ReplaceLock lock(own_folder(path), own_name(path));
+    if (lock.folder_.error() != 0)
+        return output_error(path, why_not_in(own_folder(path), lock.folder_.error()));
     for (;;) {
         lock.fd_ = ::open(lock.path_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (lock.fd_ < 0) return output_error(path, concat("cannot lock it: ", reason_of(errno)));
@@ -376,12 +397,13 @@ Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
         if (locked != 0 || ::fstat(lock.fd_, &info) != 0 || info.st_nlink > 0) break;
         ::close(lock.fd_);
     }
-    lock.live_ = enlist(lock.path_);
+    lock.live_ = enlist(lock.path_, lock.path_);
     return lock;
 }
 
 ReplaceLock::ReplaceLock(ReplaceLock&& other) noexcept
-    : locked_(std::move(other.locked_)),
+    : folder_(std::move(other.folder_)),
+      locked_(std::move(other.locked_)),
       path_(std::move(other.path_)),
       aside_(std::exchange(other.aside_, {})),
       inode_(other.inode_),
@@ -391,18 +413,19 @@ ReplaceLock::ReplaceLock(ReplaceLock&& other) noexcept
 
 Status ReplaceLock::set_aside(const std::string& companion) {
     inode_ = inode_of(locked_);
-    const std::string temporary = temporary_of(companion, 0);
-    if (::rename(companion.c_str(), temporary.c_str()) != 0)
+    const std::string there = folder_.at(own_name(companion));
+    const std::string temporary = folder_.at(temporary_of(own_name(companion), 0));
+    if (::rename(there.c_str(), temporary.c_str()) != 0)
         return output_error(companion, concat("cannot replace it: ", reason_of(errno)));
-    aside_ = companion;
-    aside_live_ = enlist(temporary);
+    aside_ = there;
+    aside_live_ = enlist(temporary, temporary);
     return Status();
 }
 
 ReplaceLock::~ReplaceLock() {
     if (fd_ < 0) return;
     if (!aside_.empty()) {
-        const std::string temporary = temporary_of(aside_, 0);
+        const std::string temporary = folder_.at(temporary_of(own_name(aside_), 0));
         if (inode_of(locked_) != inode_ || rename_to_new(temporary, aside_) != 0)
             ::unlink(temporary.c_str());
     }
@@ -418,9 +441,10 @@ bool is_temporary_of(const std::string& temporary, const std::string& name) {
 
 void remove_dead_temporaries(const std::string& folder,
                              const std::function<bool(const std::string& name)>& ours) {
+    const OpenFolder in(folder);
     std::error_code error;
     std::vector<std::string> found;
-    for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+    for (std::filesystem::directory_iterator it(in.path(), error), end; !error && it != end;
          it.increment(error)) {
         const std::string temporary = it->path().filename().string();
         const std::string name = name_of_temporary(temporary);
@@ -446,17 +470,23 @@ Result<bool> atomic_write_text(const std::string& path, std::string_view text,
 }
 
 Result<std::optional<Claim>> Claim::take(const std::string& path) {
-    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    OpenFolder folder(own_folder(path));
+    if (folder.error() != 0)
+        return output_error(path, why_not_in(own_folder(path), folder.error()));
+    std::string name = own_name(path);
+    const int fd = ::open(folder.at(name).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd < 0)
         return Status(StatusCode::output, path + ": cannot be made: " + std::strerror(errno));
-    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return std::optional<Claim>(Claim(path, fd));
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0)
+        return std::optional<Claim>(Claim(std::move(folder), std::move(name), fd));
     const int error = errno;
     ::close(fd);
     if (error == EWOULDBLOCK) return std::optional<Claim>();
     return Status(StatusCode::output, path + ": cannot be locked: " + std::strerror(error));
 }
 
-Claim::Claim(Claim&& other) noexcept : path_(std::move(other.path_)), fd_(other.fd_) {
+Claim::Claim(Claim&& other) noexcept
+    : folder_(std::move(other.folder_)), name_(std::move(other.name_)), fd_(other.fd_) {
     other.fd_ = -1;
 }
 
@@ -465,7 +495,7 @@ Claim::~Claim() {
 }
 
 void Claim::finish() {
-    ::unlink(path_.c_str());
+    ::unlink(folder_.at(name_).c_str());
 }
 
 }  // namespace postchain::io

@@ -6,7 +6,8 @@
 // temporary that a killed process has left is not locked; the next job that writes NAME removes it
 // (OutputFiles::remove_left_temporaries). The program must ignore SIGXFSZ, so that a file-size
 // limit is reported as an error (EFBIG). A file that replaces another keeps that one's mode, owner,
-// group and extended attributes, as far as the process may set them.
+// group and extended attributes, as far as the process may set them. All happens in the folder that
+// was opened first (OpenFolder): a link that takes its place leads a service nowhere.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include <string>
 #include <string_view>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/status.h"
 
 namespace postchain::io {
@@ -53,17 +55,18 @@ class AtomicFile {
     Result<bool> commit(OnExisting on_existing);
 
     const std::string& path() const { return path_; }
-    const std::string& temporary() const { return temporary_; }
+    const std::string& temporary() const { return temporary_; }  // for calls of the system
 
   private:
-    AtomicFile() = default;
+    AtomicFile(const std::string& folder, std::string path, const std::string& name);
     Status fail(const char* action, int error);
     int move_here(OnExisting on_existing) const;  // 0 or errno; EEXIST: the name is taken
     void keep_attributes() const;                 // copies them from the file that will be replaced
 
+    OpenFolder folder_;
     std::string path_;
+    std::string target_;  // as path_, for calls of the system
     std::string temporary_;
-    std::string folder_;
     std::string buffer_;
     uint64_t buffer_start_ = 0;  // file position of buffer_[0]
     uint64_t position_ = 0;
@@ -91,8 +94,9 @@ class ReplaceLock {
     Status set_aside(const std::string& companion);
 
   private:
-    ReplaceLock() = default;
-    std::string locked_;
+    ReplaceLock(const std::string& folder, const std::string& name);
+    OpenFolder folder_;
+    std::string locked_;  // this and the following for calls of the system
     std::string path_;
     std::string aside_;  // empty: nothing
     uint64_t inode_ = 0;
@@ -136,8 +140,10 @@ class Claim {
     void finish();
 
   private:
-    Claim(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
-    std::string path_;
+    Claim(OpenFolder folder, std::string name, int fd)
+        : folder_(std::move(folder)), name_(std::move(name)), fd_(fd) {}
+    OpenFolder folder_;
+    std::string name_;
     int fd_ = -1;
 };
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "chain/base/parameter.h"
+#include "chain/base/readable_file.h"
 #include "chain/base/stop.h"
 #include "chain/base/text.h"
 
@@ -94,8 +95,10 @@ Result<std::vector<FoundSequence>> sequences_of(
     std::map<std::pair<std::string, std::string>, std::vector<NameParts>> groups;
     std::vector<FoundSequence> found;
     const std::string prefix = folder.ends_with('/') ? folder : folder + "/";
+    const OpenFolder in(folder);
     std::error_code error;
-    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    for (fs::directory_iterator it(in.path(), error), end; !error && it != end;
+         it.increment(error)) {
         if (is_stopped()) return stopped_status();
         const std::string name = it->path().filename().string();
         std::error_code of_type;

@@ -3,6 +3,8 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <set>
 
@@ -55,8 +57,9 @@ std::string read_mark(const std::string& path) {
 
 std::vector<std::string> names_in(const std::string& folder) {
     std::vector<std::string> names;
+    const OpenFolder in(folder);
     std::error_code error;
-    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    for (fs::directory_iterator it(in.path(), error), end; !error && it != end; it.increment(error))
         names.push_back(it->path().filename().string());
     std::sort(names.begin(), names.end());
     return names;
@@ -65,11 +68,11 @@ std::vector<std::string> names_in(const std::string& folder) {
 }  // namespace
 
 Status make_folder(const std::string& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (is_folder(folder)) return Status();
-    return refused(folder,
-                   concat("cannot be created: ", error.message(), "; choose another folder"));
+    const int error = make_folders(folder);
+    if (error == 0) return Status();
+    return refused(folder, concat("cannot be created: ",
+                                  error == EXDEV ? reason_of_open(error) : std::strerror(error),
+                                  "; choose another folder"));
 }
 
 bool is_inside(const std::string& path, const std::string& folder) {

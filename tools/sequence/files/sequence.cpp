@@ -14,6 +14,7 @@
 #include <set>
 #include <unordered_set>
 
+#include "chain/base/readable_file.h"
 #include "chain/base/stop.h"
 #include "tools/sequence/files/folder_scan.h"
 
@@ -281,7 +282,9 @@ std::map<int, std::string> PathPattern::discover() const {
     }
     const size_t slash = text_.rfind('/');
     const std::string folder = slash == std::string::npos ? "" : text_.substr(0, slash + 1);
-    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
+    const OpenFolder in(folder_);
+    for (fs::directory_iterator it(in.path(), error), end; !error && it != end;
+         it.increment(error)) {
         if (is_stopped()) break;
         const std::string name = it->path().filename().string();
         const std::optional<int> frame = match(name);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "chain/base/readable_file.h"
 #include "config/chain_find.h"
 #include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/json.h"
@@ -88,17 +89,19 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
     }
     const auto path = roots.resolve(folder.empty() ? entries.front() : folder);
     if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
+    const OpenFolder in(*path);
     std::error_code error;
-    const fs::directory_iterator opened(*path, error);
+    const fs::directory_iterator opened(in.path(), error);
     if (error) return not_found(roots.shown(*path) + ": " + error.message());
-    std::vector<fs::directory_entry> found;
+    std::vector<std::pair<std::string, bool>> found;  // whether it is a folder
     for (fs::directory_iterator at = opened; !error && at != fs::directory_iterator();
          at.increment(error)) {
         const std::string name = at->path().filename().string();
+        const bool is_folder = at->is_directory(error);
         // Most entries are frames, whose links need not be followed.
-        if (!name.starts_with('.') && (at->is_directory(error) || is_text(*at)) &&
-            roots.resolve(at->path().string()).ok())
-            found.push_back(*at);
+        if (!name.starts_with('.') && (is_folder || is_text(*at)) &&
+            roots.resolve(joined_path(*path, name)).ok())
+            found.emplace_back(joined_path(*path, name), is_folder);
         error.clear();
     }
     std::ranges::sort(found);
@@ -109,9 +112,8 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
     else if (entries.size() > 1)
         reply["parent"] = "";
     size_t read = 0;
-    for (const fs::directory_entry& one : found) {
-        const std::string name = one.path().string();
-        if (one.is_directory(error)) {
+    for (const auto& [name, is_folder] : found) {
+        if (is_folder) {
             if (reply["folders"].size() < kMaxNames)
                 reply["folders"].push_back(folder_json(name, roots));
         } else if (++read <= kMaxRead) {

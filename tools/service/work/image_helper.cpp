@@ -59,7 +59,7 @@ Result<std::string> image_of_task(const Json& task, const PassRegistry& registry
     ASSIGN_OR_RETURN(auto roots, Roots::of(task.at("roots").get<std::vector<std::string>>()));
     const auto within = task.at("within").get<std::vector<std::string>>();
     ASSIGN_OR_RETURN(roots, roots.within(within));
-    confine_reads(roots.entries());
+    confine_files(roots.entries());
     // Loaded from wherever the program finds it.
     const std::string path = task.at("path");
     if (io::image_format_of(path)) (void)io::image_module(StatusCode::input);

@@ -149,7 +149,7 @@ class Helper {
         RETURN_IF_ERROR(confine());
         ASSIGN_OR_RETURN(auto roots, Roots::of(roots_));
         ASSIGN_OR_RETURN(roots, roots.within(task.at("within").get<std::vector<std::string>>()));
-        confine_reads(roots.entries());
+        confine_files(roots.entries());
         const std::string no_version;  // of metadata, which previews do not have
         JobReader reader(roots, registry_, no_version, threads_);
         reader.limit_memory(0, memory_);

@@ -18,6 +18,7 @@
 #include "chain/base/text.h"
 #include "config/chain_file.h"
 #include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/run_files.h"
@@ -365,7 +366,7 @@ Status RemoteBackend::take(const Job& job) {
         if (!frames.ok()) return enter_end(job, WorkEnd::failed(frames.status()));
         std::error_code error;
         const std::string folder = request.run.output.folder();
-        if (request.run.make_folder) fs::create_directories(folder, error);
+        if (request.run.make_folder) (void)io::make_folder(folder);
         if (!fs::is_directory(folder, error))
             return enter_end(job, WorkEnd::failed(Status(StatusCode::output,
                                                          folder + ": folder does not exist")));

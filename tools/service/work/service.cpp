@@ -361,7 +361,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
     ASSIGN_OR_RETURN(auto device,
                      sequence::choose_device(settings.device, settings.threads, settings.warn));
-    confine_reads(settings.roots.folders());
+    confine_files(settings.roots.folders());
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
     ASSIGN_OR_RETURN(
         state->store,

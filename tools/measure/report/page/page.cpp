@@ -13,6 +13,7 @@
 #include "tools/page/page.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::report {
 
@@ -162,9 +163,7 @@ Status write(io::AtomicFile& file, std::string_view text) {
 
 Status write_assets(const Report& report, const std::vector<Entry>& entries,
                     const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) return Status(StatusCode::output, concat(folder.string(), ": ", error.message()));
+    RETURN_IF_ERROR(io::make_folder(folder.string()));
     Compared last;
     for (const Entry& entry : entries) {
         ASSIGN_OR_RETURN(const auto picture, encoded(report, entry, last));

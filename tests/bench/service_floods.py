@@ -198,6 +198,7 @@ def main():
             "4096 half headers": (4096, b"GET /v1/jobs HTTP/1.1\r\nHost: loc", ("127.0.0.2", "127.0.0.3"), True),
             "100 slow readers": (100, request("POST /v1/preview", "ann", LARGE_PREVIEW, "image/x-exr"),
                                  ("127.0.0.2", "127.0.0.3"), True),
+            "500 unread streams": (500, request("GET /v1/events?after=0", "ann"), ("127.0.0.1",), True),
             "image of 16384": HugeImage(server),
         }
         if not shutil.which("oiiotool"):

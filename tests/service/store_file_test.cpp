@@ -142,6 +142,32 @@ TEST_F(StoreTest, ReadsDoNotWaitForChanges) {
     EXPECT_EQ(read.get(), 1u);
 }
 
+// Streams that are far behind read all the time.
+TEST_F(StoreTest, RequestsAndStreamsOfEventsDoNotWaitForEachOther) {
+    struct OpenStore : StoreFile {
+        explicit OpenStore(const std::string& path) : StoreFile(path) {}
+        using StoreFile::look, StoreFile::Reading, StoreFile::take;
+    };
+    add();
+    store_.reset();
+    OpenStore store(path());
+    ASSERT_TRUE(store.take().ok());
+    const auto count = [](Database& database) {
+        return database.number("SELECT COUNT(*) FROM jobs");
+    };
+    using Reading = OpenStore::Reading;
+    for (const auto& [first, second] : {std::pair(Reading::requests, Reading::streams),
+                                        std::pair(Reading::streams, Reading::requests)}) {
+        std::future<int64_t> read;
+        const auto meanwhile = [&](Database&) {
+            read = std::async(std::launch::async, [&] { return *store.look(count, second); });
+            return read.wait_for(std::chrono::seconds(4)) == std::future_status::ready;
+        };
+        EXPECT_TRUE(*store.look(meanwhile, first));
+        EXPECT_EQ(read.get(), 1);
+    }
+}
+
 // Lists, searches and changes read and write rows without the requests, which may have 1 MiB.
 TEST_F(StoreTest, RequestsAreApartFromTheRowsOfJobs) {
     const std::string body =

@@ -67,12 +67,12 @@ Shared::Shared(const ServerSettings& given, Service& what)
       service(what),
       pool(kStoreThreads, given.max_waiting + given.max_connections, kPatience),
       disk_pool(kDiskThreads, given.max_waiting + given.max_connections, kPatience),
+      event_pool(1, given.max_connections + 1, kPatience),
       api(what, given.guard, given.version,
-          {[this] { return pool.hanging() + disk_pool.hanging(); },
-           [this] { return pool.alive() && disk_pool.alive(); },
+          {[this] { return hanging(); }, [this] { return alive(); },
            [this] { return std::max(pool.stalled(), disk_pool.stalled()); },
            [this] {
-               traffic.hanging.Set(double(pool.hanging() + disk_pool.hanging()));
+               traffic.hanging.Set(double(hanging()));
                return prometheus::TextSerializer().Serialize(traffic.registry.Collect());
            }}),
       events(newest_event(what), given.kept_events),
@@ -428,6 +428,7 @@ void Connection::linger() {
 void Connection::listen(const EventsWanted& wanted) {
     state_ = State::listening;
     is_valid_ = shared_.api.guard().validity_of(request_);
+    share_ = request_.share;
     parser_.reset();
     buffer_.clear();
     buffer_.shrink_to_fit();
@@ -468,19 +469,22 @@ void Connection::send_events() {
         return;
     }
     fetching_ = true;
-    asio::post(shared_.event_pool, [self = shared_from_this(), after = sent_] {
-        auto found = self->shared_.service.events(self->job_, after, kBatch);
-        asio::post(self->shared_.io, [self, after, found = std::move(found)] {
+    const auto fetch = [self = shared_from_this(), after = sent_] {
+        const auto found = self->shared_.service.events(self->job_, after, kBatch);
+        std::optional<EventBatch> batch;
+        if (const auto* events = std::get_if<std::vector<Event>>(&found))
+            batch = batch_of(*events, after);
+        asio::post(self->shared_.io, [self, batch = std::move(batch)]() mutable {
             self->fetching_ = false;
             if (self->state_ != State::listening) return;
-            const auto* events = std::get_if<std::vector<Event>>(&found);
-            if (!events) return self->abandon();
-            if (!events->empty()) return self->send_batch(batch_of(*events, after));
+            if (!batch) return self->abandon();
+            if (!batch->texts.empty()) return self->send_batch(std::move(*batch));
             // The job has no events before those in memory.
             self->sent_ = std::max(self->sent_, self->shared_.events.floor());
             self->send_events();
         });
-    });
+    };
+    if (!shared_.event_pool.run(fetch, {share_})) abandon();
 }
 
 void Connection::send_batch(EventBatch batch) {

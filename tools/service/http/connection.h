@@ -8,7 +8,6 @@
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <chrono>
 #include <functional>
@@ -60,14 +59,16 @@ struct Traffic {
 // State shared by the connections of a server. Only the I/O thread uses it, except the pools.
 struct Shared {
     Shared(const ServerSettings& settings, Service& service);
+    size_t hanging() const { return pool.hanging() + disk_pool.hanging() + event_pool.hanging(); }
+    bool alive() const { return pool.alive() && disk_pool.alive() && event_pool.alive(); }
 
     ServerSettings settings;
     Service& service;
     boost::asio::io_context io{1};
     boost::asio::ip::tcp::acceptor acceptor{io};
-    HelperThreads pool;       // calls of the service that read its store only
-    HelperThreads disk_pool;  // calls that read files: a slow disk does not delay the others
-    boost::asio::thread_pool event_pool{2};  // reads events from the store, and drains the service
+    HelperThreads pool;        // calls of the service that read its store only
+    HelperThreads disk_pool;   // calls that read files: a slow disk does not delay the others
+    HelperThreads event_pool;  // reads events from the store: one thread, which takes one core
     Api api;
     EventLog events;
     std::set<std::shared_ptr<Connection>> connections;
@@ -155,6 +156,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     size_t held_ = 0;  // bytes of content_ that count as unsent
     // Listeners only.
     std::function<bool()> is_valid_;  // Guard::validity_of()
+    std::string share_;               // of the request
     std::string job_;
     int64_t sent_ = 0;       // id of the last event sent
     bool sending_ = false;   // a write has not completed

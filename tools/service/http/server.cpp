@@ -32,9 +32,8 @@ class Loop {
         tick();
         shared_.io.run();
         shared_.service.on_event([](const Event&) {});
-        const size_t lost = shared_.pool.end() + shared_.disk_pool.end();
-        shared_.event_pool.join();
-        return lost;
+        return shared_.pool.end() + shared_.disk_pool.end() + shared_.event_pool.end() +
+               drainer_.end();
     }
 
   private:
@@ -47,7 +46,7 @@ class Loop {
         if (pumping_) return;
         pumping_ = true;
         poked_ = false;
-        asio::post(shared_.event_pool, [this, after = shared_.events.newest()] {
+        (void)shared_.event_pool.run([this, after = shared_.events.newest()] {
             auto found = shared_.service.events("", after, kPump);
             asio::post(shared_.io, [this, found = std::move(found)] {
                 pumping_ = false;
@@ -165,7 +164,7 @@ class Loop {
     // First the jobs, while clients can still query them; then the clients.
     void drain() {
         draining_ = true;
-        asio::post(shared_.event_pool, [this] {
+        const auto work = [this] {
             shared_.service.drain();
             asio::post(shared_.io, [this] {
                 shared_.closing = true;
@@ -175,7 +174,9 @@ class Loop {
                 retry_.cancel();
                 each([](Connection& one) { one.finish(); });
             });
-        });
+        };
+        // Without a thread the clients wait too.
+        if (!drainer_.begin().ok() || !drainer_.run(work)) work();
     }
 
     static constexpr size_t kOverLimit = 64;  // connections
@@ -183,6 +184,7 @@ class Loop {
     Shared& shared_;
     const std::atomic<bool>& stop_;
     asio::steady_timer timer_, retry_;
+    HelperThreads drainer_{1, 1};
     std::atomic<bool> poked_ = false;
     std::list<std::weak_ptr<Connection>> unproven_;  // in the order of their coming, and others
     bool pumping_ = false;
@@ -219,7 +221,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     if (error)
         return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),
                                                  "; choose another port, or 0 for any free one"));
-    for (HelperThreads* pool : {&shared->pool, &shared->disk_pool}) RETURN_IF_ERROR(pool->begin());
+    for (HelperThreads* pool : {&shared->pool, &shared->disk_pool, &shared->event_pool})
+        RETURN_IF_ERROR(pool->begin());
     return std::unique_ptr<Server>(new Server(std::move(shared)));
 }
 
@@ -229,11 +232,14 @@ uint16_t Server::port() const {
 }
 
 size_t Server::run(const std::atomic<bool>& stop) {
-    return lost_ = Loop(*shared_, stop).run();
+    auto loop = std::make_unique<Loop>(*shared_, stop);
+    lost_ = loop->run();
+    if (lost_ > 0) (void)loop.release();  // as shared_
+    return lost_;
 }
 
 bool Server::alive() const {
-    return shared_->pool.alive() && shared_->disk_pool.alive();
+    return shared_->alive();
 }
 
 uint64_t Server::beats() const {

@@ -37,7 +37,7 @@ struct ServerSettings {
     std::chrono::milliseconds working{120'000};   // until a reply, and for each part of a file
     std::chrono::milliseconds write{30'000};      // per reply or batch of events
     std::chrono::milliseconds heartbeat{15'000};  // between comments to listeners
-    std::chrono::milliseconds closing{5'000};     // for unfinished replies, after draining
+    std::chrono::milliseconds closing{3'000};     // for unfinished replies, after draining
     std::function<void(const std::string&)> log;  // one line per request
     std::function<void(const LogLine&)> audit;    // changes of jobs, and log-ins that failed
 };

@@ -304,7 +304,7 @@ Result<QueuePlaces> JobStore::places() const {
 
 Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after,
                                             size_t limit) const {
-    return look([&](Database& database) {
+    const auto read = [&](Database& database) {
         return all(
             Statement(
                 database,
@@ -314,7 +314,8 @@ Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after
             [](const Statement& row) {
                 return Event{row.integer(0), row.text(1), row.integer(2), row.text(3), row.text(4)};
             });
-    });
+    };
+    return look(read, Reading::streams);
 }
 
 Result<bool> JobStore::is_lost(int64_t event) const {

@@ -38,7 +38,7 @@ Status status_of(const std::string& path) {
                 return failure("the store is damaged (" + error.message +
                                "); move the file away, and the service creates a new one");
             case SQLITE_FULL:
-                return failure("the disk is full; nothing was changed");
+                return failure("the disk is full; nothing was changed; free some space");
             default:
                 return failure("the store cannot be used: " + error.message);
         }
@@ -119,7 +119,7 @@ Status StoreFile::take() {
                 concat(note_.empty() ? "" : "; ", path_,
                        " is not the store that was here last; its events go on at ", newest + 1);
         lock_.set_newest(newest);
-        reader_.emplace(path_, Database::Open::reading);
+        for (Reader& reader : readers_) reader.database.emplace(path_, Database::Open::reading);
         file_ = identity_of(path_);
         return Status();
     } catch (...) {
@@ -147,10 +147,11 @@ Status StoreFile::commit(const std::function<void(Database&)>& work) {
     return Status();
 }
 
-Status StoreFile::read(const std::function<void(Database&)>& work) const {
+Status StoreFile::read(const std::function<void(Database&)>& work, Reading who) const {
+    Reader& reader = readers_[size_t(who)];
     try {
-        const std::lock_guard lock(reader_mutex_);
-        work(*reader_);
+        const std::lock_guard lock(reader.mutex);
+        work(*reader.database);
         return Status();
     } catch (...) {
         return status_of(path_);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <sys/types.h>
+#include <array>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -77,12 +78,14 @@ class StoreFile {
             return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
         }
     }
-    // Likewise without a transaction, on a connection of its own, which does not wait for changes.
+    // Who reads without a transaction. Each has a connection of its own, which waits neither for
+    // changes nor for the other: streams of events read without a pause when they are far behind.
+    enum class Reading { requests, streams };
     template <class Work>
-    auto look(const Work& work) const {
+    auto look(const Work& work, Reading who = Reading::requests) const {
         using T = std::invoke_result_t<Work, Database&>;
         T value{};
-        Status status = read([&](Database& database) { value = work(database); });
+        Status status = read([&](Database& database) { value = work(database); }, who);
         return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
     }
     // Within a change.
@@ -90,16 +93,19 @@ class StoreFile {
 
   private:
     Status commit(const std::function<void(Database&)>& work);
-    Status read(const std::function<void(Database&)>& work) const;
+    Status read(const std::function<void(Database&)>& work, Reading who) const;
 
+    struct Reader {
+        std::mutex mutex;
+        std::optional<Database> database;
+    };
     const std::string path_;
     std::string note_;
     StoreLock lock_;
     std::mutex mutex_;
     std::optional<Database> database_;
-    mutable std::mutex reader_mutex_;
-    mutable std::optional<Database> reader_;  // closed before the other, which closes the log
-    std::pair<dev_t, ino_t> file_ = {};       // identity of the opened file
+    mutable std::array<Reader, 2> readers_;  // closed before the other, which closes the log
+    std::pair<dev_t, ino_t> file_ = {};      // identity of the opened file
     mutable std::mutex loss_mutex_;
     mutable bool lost_ = false;
     std::function<void(const std::string&)> loss_listener_;

@@ -182,6 +182,21 @@ class Serve(Served):
             again = server.ask("POST", "/v1/preview", preview | {"frame": 1})
             self.assertEqual((again[0], again[2]), (200, good[2]))
 
+    def test_programs_of_previews_are_kept(self):
+        """Those of the page's first chain from the start, others when they are used."""
+        self.shots("1-2")
+        programs = self.path / ".jobs.sqlite.programs"
+        kept = lambda: sum(file.is_file() for file in programs.rglob("*"))
+        with self.serving() as server:
+            wait_until(lambda: [file for file in programs.glob("*") if re.match(r"\d", file.name)])
+            self.assertFalse((self.path / ".jobs.sqlite.frames").exists())
+            before = kept()
+            self.assertGreater(before, 5)
+            preview = {"chain": "paper", "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "frame": 1}
+            self.assertEqual(server.ask("POST", "/v1/preview", preview)[0], 200)
+            wait_until(lambda: kept() > before)
+        self.assertNotIn("shader cache", "".join(server.stderr))
+
     def check_that_previews_are_confined(self, service):
         """Landlock demands that the process renounces privileges, which /proc shows."""
         if ctypes.CDLL(None).syscall(444, None, 0, 1) < 1:
@@ -282,6 +297,9 @@ class Serve(Served):
         for expression, found in wanted.items():
             self.assertTrue(found and found <= names, (expression, found - names))
         self.assertGreater(len(set().union(*wanted.values())), 15)
+        rules = [{"record": f"panel:{i}", "expr": expression} for i, expression in enumerate(wanted)]
+        panels = self.write("panels.yaml", json.dumps({"groups": [{"name": "panels", "rules": rules}]}))
+        self.assertEqual(subprocess.run(["promtool", "check", "rules", panels], check=False).returncode, 0)
         alerts = SOURCE / "tools/packaging/service/alerts.yaml"
         self.assertEqual(subprocess.run(["promtool", "check", "rules", str(alerts)], check=False).returncode, 0)
         asked = set(re.findall(r"\b(?:postchain|process)_\w+", " ".join(

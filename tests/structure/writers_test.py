@@ -25,6 +25,7 @@ MAY_OPEN = {
     "tools/sequence/image/image_codec.cpp": "OpenImageIO, into memory",
     "tools/measure/experiment/report_folder.cpp": "removes a report or study that is replaced",
     "tools/service/store/store_file.cpp": "SQLite, into a copy that gets its name when it is whole; a lock",
+    "tools/service/work/preview_helper.cpp": "removes the folder of a scene that it has rendered",
     "tools/service/work/remote_backend.cpp": "removes what tasks had in a folder of the service",
     "tools/service/work/remote_experiment.cpp": "chains of tasks, in the same folder",
     "tools/apps/postchain/selftest.cpp": "removes the folder that it has made",
@@ -61,6 +62,7 @@ MAY_OVERWRITE = {
     "tools/sequence/files/atomic_file.cpp", "tools/sequence/files/output_files.cpp",
     "tools/apps/postchain/options.cpp", "tools/apps/view/save.cpp",
     "tools/service/work/experiment_work.cpp",  # its own report, continued after a crash
+    "tools/service/work/preview_helper.cpp",  # frames that an ended process has left
     "tools/measure/study/work.cpp",  # its own results, in a folder with the mark of a study
     "tools/apps/postchain/tune.cpp",  # its own chain file of a stopped walk, unless it was edited
 }

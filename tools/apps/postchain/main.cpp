@@ -197,6 +197,8 @@ int main(int argc, char** argv) {
         return postchain::service::run_image_helper(postchain::builtin_passes());
     if (argc == 2 && std::string_view(argv[1]) == postchain::service::kPreviewHelper)
         return postchain::service::run_preview_helper(postchain::builtin_passes());
+    if (argc == 2 && std::string_view(argv[1]) == postchain::service::kProgramHelper)
+        return postchain::service::run_program_helper(postchain::builtin_passes());
     int code = postchain::kExitSomeFailed;
     try {
         code = postchain::command(argc, argv);

@@ -153,13 +153,18 @@ int landlock_version() {
 }
 
 Status confine_helper(const std::vector<std::string>& folders,
-                      const std::vector<std::string>& devices) {
+                      const std::vector<std::string>& devices,
+                      const std::vector<std::string>& own) {
     const int version = landlock_version();
     if (version == 0) return Status();
     const Ruleset ruleset = ruleset_of(version);
     const int rules = int(::syscall(SYS_landlock_create_ruleset, &ruleset, sizeof(ruleset), 0));
     allow(rules, folders_of_system(), kReads);
     allow(rules, folders, kReads);
+    allow(rules, own,
+          (kReads | LANDLOCK_ACCESS_FS_WRITE_FILE | LANDLOCK_ACCESS_FS_MAKE_REG |
+           LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE | kTruncate) &
+              ruleset.files);
     allow(rules, devices,
           (kReads | LANDLOCK_ACCESS_FS_WRITE_FILE | kTruncate | kIoctl) & ruleset.files);
     const bool confined = ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&

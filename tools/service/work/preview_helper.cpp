@@ -1,6 +1,7 @@
 #include "tools/service/work/preview_helper.h"
 
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -8,12 +9,15 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <mutex>
 #include <thread>
 
 #include "chain/base/readable_file.h"
+#include "tools/measure/scenes/scene.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/device.h"
 
@@ -25,6 +29,7 @@ using io::Json;
 
 // After a preview is over. A process that takes longer is killed.
 constexpr auto kPreviewPatience = std::chrono::seconds(10);
+constexpr int kLowestPriority = 19;                 // as of nice
 constexpr uint64_t kMostBytes = uint64_t(1) << 30;  // of a reply
 
 // Lines of the service: the settings, then tasks, and between them:
@@ -33,6 +38,20 @@ constexpr const char* kStop = "stop";  // the preview is over
 // The process writes: one of these, the length of what follows in 8 bytes, and that.
 constexpr char kReserve = 'r', kDone = 'd', kFailed = 'f';
 constexpr size_t kHeadBytes = 1 + sizeof(uint64_t);
+
+// A hidden folder or file beside the store.
+std::string beside(const std::string& store, const char* extension) {
+    const std::filesystem::path path(store);
+    return (path.parent_path() / ("." + path.filename().string() + extension)).string();
+}
+
+// Before the driver is loaded: Mesa's cache of compiled programs. Only the processes for previews
+// use this one: a damaged file that takes one over cannot give programs to the service.
+void keep_programs_in(const std::string& folder) {
+    (void)make_folders(folder);
+    ::setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1);
+    ::setenv("MESA_SHADER_CACHE_MAX_SIZE", "256M", 1);
+}
 
 // ---------------------------------------------------------------------------------- the process
 std::string message_of(char type, const std::string& bytes) {
@@ -116,6 +135,8 @@ class Helper {
         roots_ = settings.at("roots").get<std::vector<std::string>>();
         memory_ = settings.at("memory");
         threads_ = settings.at("threads");
+        programs_ = settings.at("programs");
+        keep_programs_in(programs_);
         ASSIGN_OR_RETURN(auto device, sequence::choose_device(settings.at("device"), threads_));
         maker_ = std::make_unique<PreviewMaker>(device, registry_);
         return Status();
@@ -140,7 +161,7 @@ class Helper {
     Status confine() {
         if (confined_) return Status();
         if (maker_->software()) set_limit(RLIMIT_AS, rlim_t(kOwnMemory + 4 * memory_));
-        RETURN_IF_ERROR(confine_helper(roots_, devices_of_system()));
+        RETURN_IF_ERROR(confine_helper(roots_, devices_of_system(), {programs_}));
         confined_ = true;
         return Status();
     }
@@ -170,19 +191,61 @@ class Helper {
     std::vector<std::string> roots_;
     uint64_t memory_ = 0;
     int threads_ = 0;
+    std::string programs_;  // the folder of compiled programs
     bool confined_ = false;
     std::unique_ptr<PreviewMaker> maker_;
 };
 
+Status preview_generated_frame(const Json& settings, const PassRegistry& registry) {
+    const std::string folder = settings.at("frames"), programs = settings.at("programs");
+    const std::string mark = concat(programs, "/", settings.at("version").get<std::string>());
+    std::error_code error;
+    if (std::filesystem::exists(mark, error)) return Status();
+    keep_programs_in(programs);
+    const int threads = settings.at("threads");
+    ASSIGN_OR_RETURN(const auto device, sequence::choose_device(settings.at("device"), threads));
+    {
+        ASSIGN_OR_RETURN(const auto renderer, scenes::SceneRenderer::create(device));
+        // Neither the pixels nor the blocks are a power of two, as of most frames.
+        scenes::SceneRequest scene;
+        scene.name = "wheels";
+        scene.folder = folder;
+        scene.width = 101;
+        scene.height = 67;
+        scene.frames = {1, 2};
+        scene.on_existing = io::OnExisting::overwrite;
+        RETURN_IF_ERROR(scenes::write_scene(*renderer, scene));
+    }
+    ASSIGN_OR_RETURN(const auto roots, Roots::of({folder}));
+    const std::string no_version;
+    auto read = JobReader(roots, registry, no_version, threads)
+                    .preview(R"({"chain": "balanced", "input": "sharp.####.exr", "camera": )"
+                             R"("camera.json", "frame": 1})");
+    if (const auto* refused = std::get_if<Problem>(&read))
+        return Status(StatusCode::internal, refused->detail);
+    PreviewMaker maker(device, registry);
+    auto request = std::get<JobRequest>(std::move(read));
+    RETURN_IF_ERROR(
+        maker.preview(request, roots, "image/png", {[] { return false; }, [] {}}).status());
+    std::filesystem::remove_all(folder, error);
+    (void)make_folders(mark);
+    return Status();
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------------- the service
-PreviewHelper::PreviewHelper(const ServiceSettings& settings, uint64_t memory)
+PreviewHelper::PreviewHelper(const ServiceSettings& settings, uint64_t memory,
+                             const std::atomic<bool>& ends)
     : program_(settings.program),
       settings_(io::json_text({{"device", settings.device},
                                {"threads", settings.threads},
                                {"roots", settings.roots.folders()},
-                               {"memory", memory}})) {}
+                               {"programs", beside(settings.store, ".programs")},
+                               {"frames", beside(settings.store, ".frames")},
+                               {"version", settings.version},
+                               {"memory", memory}})),
+      ends_(ends) {}
 
 Status PreviewHelper::test() {
     if (!process_.runs()) {
@@ -191,6 +254,14 @@ Status PreviewHelper::test() {
     }
     const PreviewCalls calls = {[] { return false; }, [] {}};
     return exchange(io::json_text({{"test", true}}), calls, "").status();
+}
+
+void PreviewHelper::keep_programs() {
+    if (std::exchange(keeps_programs_, true)) {
+        (void)programs_.runs();
+    } else if (programs_.start(program_, kProgramHelper).ok()) {
+        (void)programs_.send(settings_ + "\n");
+    }
 }
 
 Result<std::string> PreviewHelper::preview(const std::string& body, const JobRequest& request,
@@ -239,7 +310,7 @@ Result<std::string> PreviewHelper::exchange(const std::string& task, const Previ
             told = Clock::now();
             (void)process_.send(std::string(kStop) + "\n");
         }
-        if (told && Clock::now() - *told > kPreviewPatience)
+        if (ends_ || (told && Clock::now() - *told > kPreviewPatience))
             return Status(StatusCode::canceled, "the preview was canceled");
         pollfd ready = {process_.from(), POLLIN, 0};
         const int found = ::poll(&ready, 1, 50);
@@ -268,6 +339,17 @@ int run_preview_helper(const PassRegistry& registry) {
             reply = failure_of(status_of_exception("the preview"));
         }
         if (!send_all(STDOUT_FILENO, reply)) _exit(1);
+    }
+}
+
+int run_program_helper(const PassRegistry& registry) {
+    (void)setpriority(PRIO_PROCESS, 0, kLowestPriority);
+    Inbox inbox;
+    inbox.begin();
+    try {
+        return preview_generated_frame(Json::parse(inbox.task()), registry).ok() ? 0 : 1;
+    } catch (...) {
+        return 1;
     }
 }
 

@@ -193,7 +193,7 @@ Previews::Previews(const ServiceSettings& settings, uint64_t memory,
     if (settings.program.empty())
         maker_ = std::make_unique<PreviewMaker>(device, registry);
     else
-        helper_ = std::make_unique<PreviewHelper>(settings, memory);
+        helper_ = std::make_unique<PreviewHelper>(settings, memory, ends_);
 }
 
 Previews::~Previews() {
@@ -205,6 +205,7 @@ Status Previews::begin() {
     std::promise<void> made;
     if (threads_.run([&] {
             (void)(helper_ ? helper_->test() : maker_->test());
+            if (helper_) helper_->keep_programs();
             made.set_value();
         }))
         made.get_future().get();
@@ -255,8 +256,10 @@ std::optional<Status> Previews::test() {
     const auto promise = std::make_shared<std::promise<Status>>();
     auto tested = promise->get_future();
     // Without the gate, which clients without a token could then keep from the job.
-    const bool taken = threads_.run(
-        [this, promise] { promise->set_value(helper_ ? helper_->test() : maker_->test()); });
+    const bool taken = threads_.run([this, promise] {
+        if (helper_) helper_->keep_programs();
+        promise->set_value(helper_ ? helper_->test() : maker_->test());
+    });
     if (!taken || tested.wait_for(kTestPatience) != std::future_status::ready) return std::nullopt;
     return tested.get();
 }

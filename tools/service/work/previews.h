@@ -106,12 +106,12 @@ class Previews {
     };
 
     DeviceGate& gate_;
+    std::atomic<bool> ends_ = false;
     // One of them, used by the thread alone.
     std::unique_ptr<PreviewMaker> maker_;
     std::unique_ptr<PreviewHelper> helper_;
     std::mutex mutex_;
     std::map<std::string, std::weak_ptr<Ticket>> newest_;  // by session
-    std::atomic<bool> ends_ = false;
     HelperThreads threads_;
 };
 

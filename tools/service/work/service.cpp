@@ -559,8 +559,9 @@ Answer<Job> Service::forget(const User& user, const std::string& id) {
 Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
                                            size_t limit) const {
     return answer([&] {
-        if (!id.empty()) state_->check_known(id);
-        return stored(state_->store->events(id, after, limit));
+        auto events = stored(state_->store->events(id, after, limit));
+        if (events.empty() && !id.empty()) state_->check_known(id);
+        return events;
     });
 }
 

@@ -42,11 +42,28 @@ HUGE_IMAGE = "/v1/image?input=huge.%23%23%23%23.exr&frame=1&side=320"
 HUGE_SIDE = 16384
 
 
+def keys(count, entry, end=""):
+    return "".join(f"{entry.format(i)}{end if i + 1 < count else ''}" for i in range(count))
+
+
+# About a megabyte each, wide in one place; wide.json is a camera file of 60,000 keys.
+WIDE_BODIES = [
+    ("/v1/jobs", "{" + keys(80_000, '"k{}": 1', ",") + "}"),
+    ("/v1/jobs", '{"chain": "fast", "output": "out/w.####.exr", "input": "color=' + "," * 1_000_000 + '"}'),
+    ("/v1/jobs", '{"chain": "fast", "input": "shots/sharp.####.exr", "output": "out/w.####.exr", "frames": "'
+     + keys(100_000, "1-500000", ",") + '"}'),
+    ("/v1/chain/check", '{"text": "' + keys(70_000, "k{}: 1\\n") + '"}'),
+    ("/v1/chain/check", '{"text": "[' + "a:," * 300_000 + 'a]"}'),
+    ("/v1/plan", '{"chain": "fast", "input": "shots/sharp.####.exr", "camera": "wide.json"}'),
+]
+
+
 class Flood:
     """Connections that send one request after the other, while the context is open."""
 
-    def __init__(self, port, count, text, addresses=("127.0.0.1",), once=False):
-        self.port, self.count, self.text, self.addresses, self.once = port, count, text, addresses, once
+    def __init__(self, port, count, texts, addresses=("127.0.0.1",), once=False):
+        self.port, self.count, self.addresses, self.once = port, count, addresses, once
+        self.texts = texts if isinstance(texts, list) else [texts]
         self.going, self.sockets, self.lock = True, [], threading.Lock()
         self.threads = [threading.Thread(target=self.run, args=(i,), daemon=True)
                         for i in range(1 if once else count)]
@@ -56,7 +73,7 @@ class Flood:
                                           source_address=(self.addresses[i % len(self.addresses)], 0))
         with self.lock:
             self.sockets.append(client)
-        client.sendall(self.text)
+        client.sendall(self.texts[i % len(self.texts)])
         return client
 
     def run(self, number):
@@ -69,7 +86,7 @@ class Flood:
             with contextlib.suppress(OSError):
                 client = self.connect(number)
                 while self.going and client.recv(65536):
-                    client.sendall(self.text)
+                    client.sendall(self.texts[number % len(self.texts)])
             time.sleep(0.01)
 
     def __enter__(self):
@@ -181,6 +198,7 @@ def main():
                             f"{HUGE_SIDE}x{HUGE_SIDE}", "3", "-d", "half", "-o", str(root / "huge.0001.exr")],
                            check=True)
         (root / "out").mkdir()
+        (root / "wide.json").write_text("{" + keys(60_000, '"k{}": 1', ",") + "}")
         (root / "users").write_text(USERS)
         server = Server([options.program, "serve", "--root", folder, "--store", str(root / "jobs.sqlite"),
                          "--port", "0", "--users", str(root / "users"), "--device", "software"])
@@ -189,6 +207,7 @@ def main():
                                         "camera": "shots/camera.json", "output": "out/a.####.exr"}, auth)
         while b'"state":"done"' not in server.ask("GET", "/v1/jobs/1", headers=auth)[2].replace(b" ", b""):
             time.sleep(0.2)
+        wide = [request(f"POST {target}", "ann", body) for target, body in WIDE_BODIES]
         floods = {
             "none": None,
             "300 x GET /readyz": (300, request("GET /readyz")),
@@ -199,6 +218,8 @@ def main():
             "100 slow readers": (100, request("POST /v1/preview", "ann", LARGE_PREVIEW, "image/x-exr"),
                                  ("127.0.0.2", "127.0.0.3"), True),
             "500 unread streams": (500, request("GET /v1/events?after=0", "ann"), ("127.0.0.1",), True),
+            "6 wide bodies": (6, wide),
+            "40 wide bodies": (40, wide),
             "image of 16384": HugeImage(server),
         }
         if not shutil.which("oiiotool"):

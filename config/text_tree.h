@@ -31,7 +31,7 @@ struct TextLimits {
     bool frame_keys = false;
 };
 
-// Larger texts of YAML are refused, whatever the limits say: yaml-cpp needs a hundred times the
+// Larger texts of YAML are refused, whatever the limits say: yaml-cpp needs ten times the
 // time of JSON. People write YAML, and programs write JSON.
 inline constexpr size_t kMaxYamlBytes = size_t(1) << 18;
 

@@ -38,7 +38,7 @@ ALLOWED_LIBRARIES = {
     "yaml-cpp": ["config"],
     "vulkan": ["chain/vk", "tools/samples/vulkan"],
     "glslang": ["chain/vk"],
-    "nlohmann": ["tools"],
+    "nlohmann": ["config/text_tree.cpp", "tools"],
     "zlib.h": ["tools/measure/report", "tools/sequence/exr", "tools/sequence/image", "tools/service/http"],
     "libdeflate.h": ["tools/sequence/exr"],
     "CLI": ["tools/apps"],

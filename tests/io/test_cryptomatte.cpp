@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <set>
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
@@ -39,6 +40,14 @@ struct CryptoFile {
                                  {{{9, 0.5f}, {7, 0.25f}, {11, 0.125f}, {7, 0.0625f}}},
                                  {{{0, 1}, {0, 0}, {0, 0}, {0, 0}}}};
 };
+
+// The ids with a coverage above 0, without id 0, sorted.
+std::vector<CryptoId> ids_in(const RankedCoverage& ranks) {
+    std::set<CryptoId> ids;
+    for (size_t i = 0; i < ranks.ids.size(); ++i)
+        if (ranks.ids[i] != 0 && ranks.coverages[i] > 0) ids.insert(ranks.ids[i]);
+    return {ids.begin(), ids.end()};
+}
 
 void add_attributes(Imf::Header& header, const std::map<std::string, std::string>& attributes) {
     for (const auto& [what, value] : attributes)

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <filesystem>
 #include <optional>
-#include <set>
 
 #include "chain/base/readable_file.h"
 #include "chain/base/text.h"
@@ -309,17 +308,6 @@ Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatt
     return all;
 } catch (...) {
     return status_of_exception(file.path());
-}
-
-std::vector<CryptoId> ids_in(const RankedCoverage& ranks) {
-    std::set<CryptoId> ids;
-    CryptoId last = 0;
-    for (size_t i = 0; i < ranks.ids.size(); ++i) {
-        if (ranks.ids[i] == last || !(ranks.coverages[i] > 0)) continue;
-        last = ranks.ids[i];
-        if (last != 0) ids.insert(last);
-    }
-    return {ids.begin(), ids.end()};
 }
 
 ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids) {

@@ -103,9 +103,6 @@ struct RankedCoverage {
 Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatte,
                                   const Window& area);
 
-// The ids with a coverage above 0, without id 0, sorted.
-std::vector<CryptoId> ids_in(const RankedCoverage& ranks);
-
 // One channel: the sum of the coverages of `ids` (sorted) over the ranks.
 ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids);
 

@@ -162,5 +162,44 @@ TEST(CameraMetadata, BadMatricesAreNotUsed) {
     }
 }
 
+TEST(CameraMetadata, SaysWhyAnAttributeIsNotUsed) {
+    const std::string unit = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+    const struct {
+        std::map<std::string, std::string> attributes;
+        std::string name, why;
+    } cases[] = {
+        {{{"cameraFov", "60"}}, "cameraFov", "no focal length is known"},
+        {{{"cameraFocalLength", "50"}, {"cameraFov", "180"}}, "cameraFov", "not an angle"},
+        {{{"expTime", "0.02"}}, "expTime", "neither captureRate nor framesPerSecond"},
+        {{{"sensorAcquisitionRectangle", "(0, 0)-(2879, 1619)"}},
+         "sensorAcquisitionRectangle",
+         "sensorPhotositePitch is missing"},
+        {{{"sensorAcquisitionRectangle", "(9, 0)-(5, 7)"}, {"sensorPhotositePitch", "8"}},
+         "sensorAcquisitionRectangle",
+         "not a rectangle"},
+        // A last row and a last column that are not zero.
+        {{{"cameraTransform", "1 0 0 2 0 1 0 0 0 0 1 0 3 0 0 1"}},
+         "cameraTransform",
+         "not an affine matrix"},
+        {{{"cameraTransform", "0 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"}}, "cameraTransform", "singular"},
+        {{{"worldToCamera", unit}, {"cameraTransform", unit}},
+         "cameraTransform",
+         "another matrix counts"},
+        {{{"worldToNDC", unit}}, "worldToNDC", "worldToCamera is missing"},
+        {{{"worldToCamera", unit}, {"worldToNDC", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 0"}},
+         "worldToNDC",
+         "no perspective"},
+        // The image position of what is to the right is to the left.
+        {{{"worldToCamera", unit}, {"worldToNDC", "-1 0 0 0 0 1 0 0 0 0 1 1 0 0 -1 0"}},
+         "worldToNDC",
+         "no perspective"}};
+    for (const auto& [attributes, name, why] : cases) {
+        const auto metadata = read(attributes);
+        ASSERT_TRUE(named(metadata, name)) << name;
+        EXPECT_EQ(named(metadata, name)->gives, "") << name;
+        EXPECT_THAT(named(metadata, name)->why, HasSubstr(why)) << name;
+    }
+}
+
 }  // namespace
 }  // namespace postchain::io::test_camera_metadata

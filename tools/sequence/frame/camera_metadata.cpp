@@ -301,16 +301,11 @@ class Reader {
             for (double& v : (*m)[2]) v = -v;
         } else {
             // Columns as documented; Imath's rows if the last row holds the position.
-            const bool rows =
-                !is_zero_row((*m)[3]) || is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0});
-            const bool columns = is_zero_row((*m)[3]);
-            if (!columns) {
-                if (!rows || !is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0})) {
-                    found.why = "not an affine matrix";
-                    return;
-                }
-            } else {
+            if (is_zero_row((*m)[3])) {
                 m = transposed(*m);
+            } else if (!is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0})) {
+                found.why = "not an affine matrix";
+                return;
             }
             if (name == "cameraTransform") {
                 const auto version = part_.attributes.find("vrayInfo/vrayversion");

@@ -7,8 +7,15 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
+#include "config/text_tree.h"
+#include "tests/support/status.h"
+#include "tests/support/temp_folder.h"
+#include "tools/service/store/job.h"
 #include "tools/service/work/run_program.h"
 #include "tools/service/work/slurm_queue.h"
 
@@ -70,6 +77,106 @@ TEST(Slurm, AScriptRunsTheWordsOfItsTaskAndNoOtherVersion) {
     // Larger than an argument may be, which has 128 KiB.
     job.tasks.assign(300, {"--frames=" + std::string(1000, '1')});
     EXPECT_THAT(ran_as_task(job, "", 300).out, HasSubstr(" --threads=3\n"));
+}
+
+// Slurm's programs are scripts of these tests.
+class SlurmPrograms : public testing::Test {
+  protected:
+    void SetUp() override { setenv("PATH", concat(folder_.path(), ":", path_).c_str(), 1); }
+    void TearDown() override { setenv("PATH", path_.c_str(), 1); }
+
+    // What `name` does; its words and input are kept.
+    void add(const std::string& name, const std::string& script) {
+        std::ofstream(folder_.path(name))
+            << "#!/bin/sh\necho \"$@\" > " << folder_.path(name + ".words") << "\n"
+            << script << "\n";
+        std::filesystem::permissions(folder_.path(name), std::filesystem::perms::owner_all);
+    }
+    std::string words(const std::string& name) {
+        return test::must(read_text_file(folder_.path(name + ".words"), StatusCode::input));
+    }
+    // The error of each call whose program fails with this text.
+    StatusCode code_of(const std::string& text) {
+        for (const char* name : {"sbatch", "squeue", "scontrol", "scancel"})
+            add(name, "echo '" + text + "' >&2; exit 1");
+        const StatusCode code = queue_.submit(job_).status().code();
+        EXPECT_EQ(queue_.change("12", {}).code(), code) << text;
+        EXPECT_EQ(queue_.cancel("12").code(), code) << text;
+        EXPECT_EQ(queue_.look({}).status().code(), StatusCode::output) << text;
+        return code;
+    }
+
+    const std::string path_ = std::getenv("PATH");
+    test::TempFolder folder_;
+    SlurmQueue queue_{
+        SlurmSettings{.words = {"--account={user}-{user}"}, .memory = "8G", .cpus = 3, .nice = 7}};
+    RemoteJob job_{.name = "n1",
+                   .owner = "ann",
+                   .comment = "of ann",
+                   .folder = "/work/at",
+                   .command = {"echo"},
+                   .tasks = {{}, {}},
+                   .log_folder = "/logs",
+                   .rank = {.priority = kMaxPriority - 2, .most_tasks = 4},
+                   .after = "7"};
+};
+
+TEST_F(SlurmPrograms, AJobIsSubmitted) {
+    add("sbatch", "cat > " + folder_.path("script") + "; echo '12;cluster'");
+    EXPECT_EQ(test::must(queue_.submit(job_)), "12");
+    EXPECT_EQ(words("sbatch"),
+              "--parsable --requeue --open-mode=append --job-name=n1 --comment=of ann "
+              "--chdir=/work/at --array=1-2%4 --nice=14 --cpus-per-task=3 --output=/logs/%a.log "
+              "--mem=8G --dependency=afterany:7 --account=ann-ann\n");
+    EXPECT_EQ(test::must(read_text_file(folder_.path("script"), StatusCode::input)),
+              script_of(job_, ""));
+    job_.rank.most_tasks = 0;
+    job_.after = "";
+    EXPECT_EQ(test::must(queue_.submit(job_)), "12");
+    EXPECT_THAT(words("sbatch"), HasSubstr("--array=1-2 "));
+    EXPECT_THAT(words("sbatch"), testing::Not(HasSubstr("--dependency")));
+    for (const char* answer : {"Submitted batch job 12", ""}) {
+        add("sbatch", concat("echo '", answer, "'"));
+        EXPECT_THAT(test::error_of(queue_.submit(job_)), HasSubstr("did not print a job's id"));
+    }
+}
+
+TEST_F(SlurmPrograms, AJobIsChangedAndCanceled) {
+    add("scontrol", "");
+    add("scancel", "");
+    EXPECT_EQ(test::error_of(queue_.change("12", job_.rank)), "");
+    EXPECT_EQ(words("scontrol"), "update JobId=12 Nice=14 ArrayTaskThrottle=4\n");
+    EXPECT_EQ(test::error_of(queue_.cancel("12")), "");
+    EXPECT_EQ(words("scancel"), "12\n");
+    // It has ended, and was forgotten.
+    for (const char* name : {"scontrol", "scancel"})
+        add(name, "echo 'error: Invalid job id specified' >&2; exit 1");
+    EXPECT_EQ(test::error_of(queue_.change("12", job_.rank)), "");
+    EXPECT_EQ(test::error_of(queue_.cancel("12")), "");
+}
+
+TEST_F(SlurmPrograms, JobsThatHaveLeftTheQueueAreLookedUp) {
+    add("squeue", "echo '12|1|RUNNING|a'");
+    add("sacct", "echo '13_1|COMPLETED|b'");
+    auto found = test::must(queue_.look({{"a", "12"}, {"b", "13"}, {"c", ""}}));
+    EXPECT_THAT(words("squeue"), HasSubstr(" --name=a,b,c\n"));
+    EXPECT_THAT(words("sacct"), HasSubstr("-j 13 "));
+    EXPECT_EQ(found["a"].running, 1);
+    EXPECT_EQ(found["b"].done, 1);
+    EXPECT_FALSE(found["c"].known());
+    // Without accounting.
+    add("sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1");
+    found = test::must(queue_.look({{"b", "13"}}));
+    EXPECT_FALSE(found["b"].known());
+}
+
+TEST_F(SlurmPrograms, ARefusalIsNotASilence) {
+    EXPECT_EQ(code_of("error: invalid partition"), StatusCode::usage);
+    EXPECT_EQ(code_of("error: Unable to contact slurm controller"), StatusCode::output);
+    EXPECT_EQ(code_of("error: Protocol authentication error"), StatusCode::output);
+    EXPECT_EQ(test::error_of(queue_.cancel("12")), "scancel: error: Protocol authentication error");
+    queue_.stop();
+    EXPECT_THAT(test::error_of(queue_.cancel("12")), HasSubstr("shutting down"));
 }
 
 TEST(Programs, AreRunAndQuoted) {

@@ -388,6 +388,20 @@ class Resets(Attacked):
         self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}/events?after=2")[0], 204)
 
 
+class Restarted(Attacked):
+    """The store has 100 events of before the start."""
+    settings = ["past_events=100"]
+
+    def test_past_events_are_for_clients_that_ask(self):
+        listener = Events(self.server)
+        self.server.submit({})
+        self.assertEqual(listener.next()[0], 101)
+        listener.close()
+        again = Events(self.server, last=90)
+        self.assertEqual([again.next()[0] for _ in range(11)], list(range(91, 102)))
+        again.close()
+
+
 class FewDescriptors(Attacked):
     """accept() fails for a while: the clients that are connected go on, the others come later."""
     command = ["sh", "-c", 'ulimit -n 48 && exec "$0"', PROGRAM]

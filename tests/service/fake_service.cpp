@@ -93,6 +93,7 @@ Service::~Service() {
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings&, const PassRegistry&) {
     auto state = std::make_unique<State>();
     state->settings = g_settings;
+    for (size_t i = 0; i < g_settings.past_events; ++i) state->tell("1", "frame");
     return std::unique_ptr<Service>(new Service(std::move(state)));
 }
 

@@ -16,6 +16,7 @@ struct FakeSettings {
     size_t max_queue = 1000;
     size_t picture_bytes = 64;
     size_t event_bytes = 0;  // padding of each event
+    size_t past_events = 0;  // those of before the start
 };
 std::unique_ptr<Service> fake_service(const FakeSettings& settings);
 

@@ -242,6 +242,56 @@ TEST_F(Files, ATokenFileHoldsHashes) {
         EXPECT_THAT(hash_of_token(token).status().message(), testing::HasSubstr(why));
 }
 
+TEST_F(Files, AStreamOfEventsEndsWithItsToken) {
+    write("token", kHash);
+    const auto users = *Users::of_token_file(folder_.path("token"));
+    GuardSettings settings;
+    settings.users = users;
+    const Guard guard(settings);
+    const auto is_valid =
+        guard.validity_of(from("127.0.0.1", {{"Authorization", "Bearer 0123456789abcdef"}}));
+    EXPECT_TRUE(is_valid());
+    write("token", *hash_of_token("fedcba9876543210"));
+    ASSERT_TRUE(users->reload().ok());
+    EXPECT_FALSE(is_valid());
+}
+
+TEST_F(Files, AUsersFileSaysWhatIsWrongAndWhere) {
+    const std::string ann = concat("  ann: {tokens: [", kHash, "]");
+    for (const auto& [text, why] : std::vector<std::pair<std::string, const char*>>{
+             {"users:\n" + ann + "}", "users:1:1: error: expected postchain_users: 1, and"},
+             {"postchain_users: 1\nusers: [ann]",
+              "users:1:1: error: expected postchain_users: 1, and"},
+             {"postchain_users: 2\nusers:\n" + ann + "}",
+              "users:1:18: error: postchain_users: '2' is not supported"},
+             {"postchain_users: 1\nusers: {}", "users:1:1: error: users: no user"},
+             {ann + "}\nuser: 1",
+              "users:4:1: error: user: unknown key 'user' (did you mean 'users'?)"},
+             {"  " + std::string(65, 'a') + ": {}", "a name has 1 to 64 characters"},
+             {"  bob: 3", "users:3:8: error: users.bob: expected a map"},
+             {"  bob: {}", "users.bob.tokens: is required"},
+             {"  bob: {tokens: []}", "users.bob.tokens: expected a list of 1 to 8 hashes"},
+             {"  bob: {tokens: [[]]}", "users.bob.tokens: expected the hash of a token"},
+             {ann + "}\n  bob: {tokens: [" + kHash + "]}", "bob.tokens: one is also that of ann"},
+             {ann + ", roots: in}", "users.ann.roots: expected a list of folders"},
+             {ann + ", roots: [in, [in]]}", "users.ann.roots: expected a folder"},
+             {ann + ", roots: [in, out]}", "users.ann.roots: no folder out"},
+             {ann + ", max_jobs: -1}", "users.ann.max_jobs: -1 is out of range"},
+             {ann + ", max_disk: 5x}", "users.ann.max_disk: '5x' is not a valid size"}}) {
+        const bool whole = text.starts_with("users:") || text.starts_with("postchain_users:");
+        write("users", (whole ? "" : "postchain_users: 1\nusers:\n") + text + "\n");
+        EXPECT_THAT(test::error_of(Users::of_file(folder_.path("users"),
+                                                  [](const std::string& folder) {
+                                                      return folder == "in"
+                                                                 ? Status()
+                                                                 : Status(StatusCode::usage,
+                                                                          "no folder " + folder);
+                                                  })),
+                    testing::HasSubstr(why))
+            << text;
+    }
+}
+
 TEST(Sessions, EndOneByOneWithoutRequestsAndAfterDays) {
     const auto users = Users::of_token("0123456789abcdef");
     const auto start = Users::Clock::now();

@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
         {"write", [&](long v) { settings.write = ms(v); }},
         {"heartbeat", [&](long v) { settings.heartbeat = ms(v); }},
         {"frame", [&](long v) { fake.frame = ms(v); }},
+        {"past_events", [&](long v) { fake.past_events = size_t(v); }},
         {"picture", [&](long v) { fake.picture = ms(v); }},
         {"picture_bytes", [&](long v) { fake.picture_bytes = size_t(v); }},
         {"event_bytes", [&](long v) { fake.event_bytes = size_t(v); }},

@@ -343,5 +343,21 @@ TEST_F(Handles, ViewsOfTheHostsTextures) {
     EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
 }
 
+TEST(Results, HaveTheNamesOfTheHeader) {
+    const std::pair<pc_result, const char*> names[] = {{PC_OK, "PC_OK"},
+                                                       {PC_PENDING, "PC_PENDING"},
+                                                       {PC_ERROR_ARGUMENT, "PC_ERROR_ARGUMENT"},
+                                                       {PC_ERROR_CHAIN, "PC_ERROR_CHAIN"},
+                                                       {PC_ERROR_INPUT, "PC_ERROR_INPUT"},
+                                                       {PC_ERROR_CONTEXT, "PC_ERROR_CONTEXT"},
+                                                       {PC_ERROR_MEMORY, "PC_ERROR_MEMORY"},
+                                                       {PC_ERROR_VERSION, "PC_ERROR_VERSION"},
+                                                       {PC_ERROR_PREPARE, "PC_ERROR_PREPARE"},
+                                                       {PC_ERROR_GL, "PC_ERROR_GL"},
+                                                       {PC_ERROR_INTERNAL, "PC_ERROR_INTERNAL"}};
+    for (const auto& [result, name] : names) EXPECT_STREQ(pc_result_name(result), name);
+    EXPECT_STREQ(pc_result_name(pc_result(15)), "unknown");
+}
+
 }  // namespace
 }  // namespace postchain::test::handles_test

@@ -63,7 +63,7 @@ Result<std::string> camera_with_focus(const std::string& camera, const Camera& v
     io::Json& frames = json["frames"];
     if (!frames.is_object()) frames = io::Json::object();
     std::map<std::string, io::Json*> given;
-    for (auto& [frame, values] : frames.items()) given[frame] = &values;
+    for (auto& [frame, own] : frames.items()) given[frame] = &own;
     io::Json added = io::Json::object();
     for (const auto& [frame, distance] : focus) {
         const auto found = given.find(std::to_string(frame));
@@ -72,7 +72,7 @@ Result<std::string> camera_with_focus(const std::string& camera, const Camera& v
         else
             io::append(added, std::to_string(frame), {{"focus_distance", distance}});
     }
-    for (auto& [frame, values] : added.items()) io::append(frames, frame, std::move(values));
+    for (auto& [frame, own] : added.items()) io::append(frames, frame, std::move(own));
     return io::json_text(json, 1) + "\n";
 }
 

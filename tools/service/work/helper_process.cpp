@@ -12,9 +12,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 extern char** environ;
 
@@ -129,7 +131,13 @@ void HelperProcess::end() {
     from_.close();
     if (pid_ < 0) return;
     ::kill(pid_, SIGKILL);
-    (void)wait();
+    // One of the lowest priority may need seconds for its end on a busy machine. Nobody waits for
+    // it: the system removes it after this process.
+    constexpr auto kStep = std::chrono::milliseconds(1);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    while (::waitpid(pid_, nullptr, WNOHANG) == 0 && std::chrono::steady_clock::now() < until)
+        std::this_thread::sleep_for(kStep);
+    pid_ = -1;
 }
 
 bool send_all(int fd, std::string_view text) {

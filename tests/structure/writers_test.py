@@ -25,7 +25,7 @@ MAY_OPEN = {
     "tools/sequence/image/image_codec.cpp": "OpenImageIO, into memory",
     "tools/measure/experiment/report_folder.cpp": "removes a report or study that is replaced",
     "tools/service/store/store_file.cpp": "SQLite, into a copy that gets its name when it is whole; a lock",
-    "tools/service/work/preview_helper.cpp": "removes the folder of a scene that it has rendered",
+    "tools/service/work/preview_helper.cpp": "removes the folder of a scene that it has rendered; /dev/null",
     "tools/service/work/remote_backend.cpp": "removes what tasks had in a folder of the service",
     "tools/service/work/remote_experiment.cpp": "chains of tasks, in the same folder",
     "tools/apps/postchain/selftest.cpp": "removes the folder that it has made",

@@ -1,5 +1,6 @@
 #include "tools/service/work/preview_helper.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -344,6 +345,10 @@ int run_preview_helper(const PassRegistry& registry) {
 
 int run_program_helper(const PassRegistry& registry) {
     (void)setpriority(PRIO_PROCESS, 0, kLowestPriority);
+    // Whoever reads the log of the service until its end does not wait for the end of this process,
+    // which takes seconds on a busy machine.
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    (void)::dup2(nowhere, STDERR_FILENO);
     Inbox inbox;
     inbox.begin();
     try {

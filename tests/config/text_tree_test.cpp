@@ -334,6 +334,13 @@ TEST(Scalar, WritesWhatItReadsBack) {
     }
 }
 
+TEST(Scalar, QuotesWordsThatAnotherReaderTakesForValues) {
+    for (const char* word : {"yes", "Yes", "NO", "Off", "on", "True", "Null", "NaN", "Y", "n"})
+        EXPECT_EQ(yaml_text_of(std::string(word)), concat('"', word, '"'));
+    for (const char* word : {"yesterday", "none", "only", "x"})
+        EXPECT_EQ(yaml_text_of(std::string(word)), word);
+}
+
 // Files of sizes from one block to beyond the limit, and a pipe.
 TEST(TextFile, IsReadToItsEndOrToItsLimit) {
     const test::TempFolder folder;

@@ -54,6 +54,22 @@ TEST(Memory, OfAFrameByItsChannels) {
               pixels * (16 + 16 + 36 + 16 + 16));
 }
 
+TEST(Memory, OfMattesAndLayers) {
+    test::TempFolder folder;
+    test::write_frame(folder.path("f.exr"), test::make_planes(40, 30));
+    auto header = open_source_frame({}, {{Role::color, folder.path("f.exr")}}, 1);
+    ASSERT_TRUE(header.ok());
+    const auto bytes = [&](RoleSet present) {
+        return frame_bytes(*header, present, io::Keep::nothing, 30);
+    };
+    const uint64_t alone = bytes({Role::color}), pixels = 40 * 30;
+    header->layers.mattes.resize(2);
+    header->layers.filtered.resize(3);
+    EXPECT_EQ(bytes({Role::color}), alone);
+    EXPECT_EQ(bytes({Role::color, Role::mattes}), alone + 2 * pixels * 4);
+    EXPECT_EQ(bytes({Role::color, Role::layers}), alone + 3 * pixels * 16);
+}
+
 // Each thread flattens a chunk of its own.
 TEST(Memory, OfADeepFrameByItsChunks) {
     test::TempFolder folder;

@@ -53,6 +53,14 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
         EXPECT_EQ(client.address, "198.51.100.1");
         EXPECT_EQ(client.secure, outer == std::string("https"));
     }
+    // A proxy that adds to the header of a client does not believe what is before.
+    for (const auto& [claimed, added] : {std::pair("https", "http"), std::pair("http", "https")}) {
+        const Client client =
+            client_of(from("127.0.0.1", {{"X-Forwarded-For", "198.51.100.1"},
+                                         {"X-Forwarded-Proto", concat(claimed, ", ", added)}}),
+                      proxies);
+        EXPECT_EQ(client.secure, added == std::string("https"));
+    }
     // The proxy writes one of the headers, and lets the client's other one through.
     const Client both = client_of(from("127.0.0.1", {{"Forwarded", "for=6.6.6.6;proto=https"},
                                                      {"X-Forwarded-For", "198.51.100.1"},

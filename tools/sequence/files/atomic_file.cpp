@@ -325,7 +325,7 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
     if (::fsync(fd_) != 0) return fail("cannot write", errno);
     // Opened before the rename, so that a failure leaves no file. A folder that can be written but
     // not read cannot be synced.
-    const int folder = ::open(folder_.at(".").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int folder = ::open(folder_.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0 && errno != EACCES && errno != EPERM)
         return fail("cannot open its folder to sync it", errno);
     const int error = move_here(on_existing);

@@ -95,7 +95,6 @@ std::vector<Shape> values() {
             shape("planes", "\"color=", ",", "\""),
             shape("frames", "\"", "#,", "1\""),
             shape("ranges", "\"", "1-500000,", "1\""),
-            {"all frames", [](size_t) { return std::string("\"1-1000000\""); }},
             shape("numbers", "\"", "####.", "exr\""),
             shape("equals", "\"", "a=1,", "b=2\""),
             shape("list", "[", "\"fxaa.contrast=0.#\",", "\"a\"]"),

@@ -169,7 +169,7 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     EXPECT_TRUE(converted(Role::motion, ImageF(2, 2, 2)).health.motion_all_zero);
 }
 
-// What is true of color is true of each layer, here the second of two.
+// Each layer is treated as color is; this is the second of two.
 constexpr Role kColorAndLayers[] = {Role::color, Role::layers};
 
 Converted converted_as(Role role, const ImageF& image, const ConvertOptions& options = {}) {

@@ -173,7 +173,7 @@ TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
     EXPECT_EQ(executor_->counters().texture_allocations, before.texture_allocations);
 }
 
-// What an executor leaves behind. Devices that behave like GPUs have their own calls of GL.
+// An executor deletes what it has made. Devices that behave like GPUs have their own calls of GL.
 class ExecutorObjects : public Execute {
   protected:
     static std::unique_ptr<Executor> executor_on(bool software) {

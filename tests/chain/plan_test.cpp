@@ -176,7 +176,7 @@ TEST(Planner, ElisionsNameTheirPass) {
     EXPECT_THAT(items, ElementsAre("copy", "passes[0].spare.spare", "passes[2].spare.spare"));
 }
 
-// Of two passes in a row, in either order.
+// Two passes in a row, in either order.
 TEST(Guarantees, OfAChainAreThoseOfAllItsPasses) {
     Guarantees one, other;
     one.keeps_constants = other.keeps_constants = true;

@@ -136,7 +136,7 @@ TEST(TextTree, RefusesTooMuchText) {
         ElementsAre("t:1:1: error: larger than 262144 bytes of YAML; shorten it, or write it "
                     "as JSON"));
     EXPECT_THAT(errors_of("{\"a\": 1}" + spaces(kMaxYamlBytes)), IsEmpty());
-    // What is too large for YAML can be meant as JSON only.
+    // A text too large for YAML can only be JSON.
     EXPECT_THAT(errors_of("{a: 1}" + spaces(kMaxYamlBytes - 6)), IsEmpty());
     EXPECT_THAT(errors_of("{a: 1}" + spaces(kMaxYamlBytes - 5)),
                 ElementsAre("t:1:2: error: not valid JSON from here on"));

@@ -48,7 +48,7 @@ def main():
     assert len(doubled) > 40, f"only {len(doubled)} cases ran"
     faults = [f"{name}: {c['once']} instructions, {c['twice']} for twice the text" for name, c in doubled.items()
               if c["twice"] > MOST_FOR_TWICE * c["once"] + FIXED]
-    # What grows faster would take hours with a whole megabyte. The others take less than the most expensive ones.
+    # A case that grows faster would take hours with a megabyte. The others take less than the most expensive ones.
     if not faults:
         requests = [name for name in doubled if not name.startswith("report:")]  # a report has higher limits
         most = sorted(requests, key=lambda name: doubled[name]["twice"])[-40:]

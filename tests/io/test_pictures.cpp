@@ -135,7 +135,7 @@ TEST(Preview, UnwritablePathIsAnError) {
               StatusCode::output);
 }
 
-// Of a value that does not fit, above and below.
+// A value that does not fit, above and below.
 TEST(ImageWriter, RefusesOrCountsWhatDoesNotFit) {
     const TempFolder folder;
     const std::string path = folder.path("o.png");

@@ -47,9 +47,9 @@ class PreviewHelper {
 
 // The main function of such a process: tasks on stdin, previews on stdout.
 int run_preview_helper(const PassRegistry& registry);
-// Of one that ends by itself: once in a store it makes a preview of a generated frame, so that the
-// programs of the page's first chain are kept for the processes for previews. It reads no file of a
-// client, and has the lowest priority.
+// The process that ends by itself: once in a store it makes a preview of a generated frame, so that
+// the programs of the page's first chain are kept for the processes for previews. It reads no file
+// of a client, and has the lowest priority.
 int run_program_helper(const PassRegistry& registry);
 
 }  // namespace postchain::service

@@ -69,12 +69,10 @@ class PlaneSurfaces {
         const double h = half_open_of(settings_);
         s.a = 0.5 * h * (chosen.forward + chosen.back);
         s.b = 0.5 * h * (chosen.forward - chosen.back);
-        // |b|/|a| from 0.8 to 1.2.
+        // |b|/|a| from .4 to .6.
         const double ratio = dot(s.b, s.b) / std::max(dot(s.a, s.a), 1e-6);
-        s.straight = smoothstep(0.8 * 0.8, 1.2 * 1.2, ratio);
-        // Accelerations of a fifth to a half of this frame's.
-        if (s.straight > 0)
-            s.straight *= 1 - smoothstep(0.2 * 0.2, 0.5 * 0.5, turn_beside(x, y, chosen));
+        s.straight = smoothstep(0.4 * 0.4, 0.6 * 0.6, ratio);
+        if (s.straight > 0) s.straight *= bounce_of(x, y, chosen);
         if (settings_.shutter) {
             const double longest = settings_.shutter->max_path_px;
             if (const double path = s.path(); path > longest) {
@@ -87,31 +85,53 @@ class PlaneSurfaces {
         return s;
     }
 
-    // The largest acceleration of the pixel's surface in the frames before and after, squared, as a
-    // part of that in this one; as large if no frame shows the surface.
-    double turn_beside(int x, int y, const Motion& own) const {
-        const Vec p = {double(x), double(y)}, acceleration = own.forward - own.back;
-        std::optional<double> largest;
-        const auto compare = [&](const Planes::Turns& planes, bool after) {
-            if (!planes.motion || !planes.motion_back) return;
-            const Vec between = after ? own.forward : own.back;
-            const Vec at = after ? p + between : p - between;
-            const double i = std::floor(at.x + 0.5), j = std::floor(at.y + 0.5);
-            if (!(i >= 0 && j >= 0 && i < width_ && j < height_)) return;
+    // 1: the pixel's surface bounces, 0: it turns, as it does if no frame beside shows it. What
+    // turns accelerates by a half or more along, or by .8 or more across, in the frames before or
+    // after; what bounces by at most a fifth and a half.
+    double bounce_of(int x, int y, const Motion& own) const {
+        const Vec here = own.forward - own.back;
+        double bounce = 1;
+        bool known = false;
+        for (const bool after : {false, true}) {
+            const std::optional<Vec> there = acceleration_beside(x, y, own, after);
+            if (!there) continue;
+            known = true;
+            const double squared = std::max(dot(here, here), 1e-6);
+            const double along = std::max(dot(*there, here) / squared, 0.0);
+            const double across = std::abs(there->x * here.y - there->y * here.x) / squared;
+            bounce = std::min(
+                {bounce, 1 - smoothstep(0.2, 0.5, along), 1 - smoothstep(0.5, 0.8, across)});
+        }
+        return known ? bounce : 0;
+    }
+
+    // In the frame before or after, at the pixel where the surface comes from or goes or, if that
+    // shows another one, at the adjacent one that fits best. Another surface has another motion
+    // between the frames.
+    std::optional<Vec> acceleration_beside(int x, int y, const Motion& own, bool after) const {
+        const Planes::Turns& planes = after ? planes_.after : planes_.before;
+        if (!planes.motion || !planes.motion_back) return std::nullopt;
+        const Vec p = {double(x), double(y)}, between = after ? own.forward : own.back;
+        const Vec at = after ? p + between : p - between;
+        const double i = std::floor(at.x + 0.5), j = std::floor(at.y + 0.5);
+        if (!(i >= 0 && j >= 0 && i < width_ && j < height_)) return std::nullopt;
+        double least = 1 + 0.25 * 0.25 * dot(between, between);
+        std::optional<Vec> found;
+        const auto look_at = [&](int column, int row) {
+            const int cx = std::clamp(column, 0, width_ - 1), cy = std::clamp(row, 0, height_ - 1);
             const auto vector = [&](const ImageD& plane) {
-                return Vec{plane.at(int(i), int(j), 0), plane.at(int(i), int(j), 1)};
+                return Vec{plane.at(cx, cy, 0), plane.at(cx, cy, 1)};
             };
             const Vec m = vector(*planes.motion), k = vector(*planes.motion_back);
-            if (!std::isfinite(m.x + m.y + k.x + k.y)) return;
-            // Another surface has another motion between the frames.
             const Vec other = (after ? k : m) - between;
-            if (dot(other, other) > 1 + 0.25 * 0.25 * dot(between, between)) return;
-            const double part = dot(m - k, m - k) / std::max(dot(acceleration, acceleration), 1e-6);
-            largest = std::max(largest.value_or(0), part);
+            if (!std::isfinite(m.x + m.y + k.x + k.y) || dot(other, other) > least) return;
+            least = dot(other, other);
+            found = m - k;
         };
-        compare(planes_.before, false);
-        compare(planes_.after, true);
-        return largest.value_or(1);
+        look_at(int(i), int(j));
+        if (found) return found;
+        for (const auto& [dx, dy] : kAround) look_at(int(i) + dx, int(j) + dy);
+        return found;
     }
 
     double depth_at(int x, int y) const {

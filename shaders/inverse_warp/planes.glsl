@@ -31,9 +31,11 @@ layout(binding = 9) uniform sampler2D motion_after;
 layout(binding = 10) uniform sampler2D motion_back_after;
 #endif
 
-// Squared accelerations in the neighbors, as parts of this frame's: up to the first one the surface
-// bounces, from the second one on it turns.
-const float kBounce = 0.04, kTurn = 0.25;
+// A path may bounce if |b|/|a| is at least .4; it may do so fully from .6 on. Squared.
+const float kBent = 0.16, kTurned = 0.36;
+// Accelerations in the neighbors, along and across that in this frame, as parts of it: up to the first
+// one the surface bounces, from the second one on it turns.
+const float kBounce = 0.2, kTurn = 0.5, kBounceAcross = 0.5, kTurnAcross = 0.8;
 
 ivec2 nearest_inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
@@ -118,28 +120,45 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
 }
 #endif
 
-const float kUnknownTurn = -1.0;
+// x: along, y: across the acceleration in this frame, as parts of it; below 0: unknown.
+const vec2 kUnknownTurn = vec2(-1.0);
 
 #if defined(TURNS_BEFORE) || defined(TURNS_AFTER)
-// The acceleration of this frame's surface in a neighbor, squared, as a part of that in this frame.
-// `at`: where the neighbor shows it; `between`: its motion between the two frames.
-float turn_in(sampler2D forward, sampler2D back, bool after, vec2 at, vec2 between,
-              vec2 acceleration) {
+// The acceleration of this frame's surface in a neighbor. One against that in this frame counts as none:
+// what bounces to and fro has it, what turns does not. `at`: where the neighbor shows the surface, there
+// or at the adjacent pixel that fits best; `between`: its motion between the two frames.
+vec2 turn_in(sampler2D forward, sampler2D back, bool after, vec2 at, vec2 between,
+             vec2 acceleration) {
     const vec2 x = floor(at + 0.5);
     if (!all(greaterThanEqual(x, vec2(0.0))) || !all(lessThan(x, vec2(uniforms.size))))
         return kUnknownTurn;
-    const vec2 m = texelFetch(forward, ivec2(x), 0).xy, k = texelFetch(back, ivec2(x), 0).xy;
     // Another surface has another motion between the frames.
-    precise const vec2 other = (after ? k : m) - between, there = m - k;
-    precise const float allowed = 1.0 + 0.0625 * precise_dot(between, between);
-    if (!is_finite(vec4(m, k)) || precise_dot(other, other) > allowed) return kUnknownTurn;
-    return precise_dot(there, there) / max(precise_dot(acceleration, acceleration), 1e-6);
+    precise float least = 1.0 + 0.0625 * precise_dot(between, between);
+    vec2 there = vec2(0.0);
+    bool found = false;
+    for (int i = -1; i < 4; ++i) {
+        const ivec2 beside = i < 0 ? ivec2(x) : nearest_inside(ivec2(x) + kAround[i]);
+        const vec2 m = texelFetch(forward, beside, 0).xy, k = texelFetch(back, beside, 0).xy;
+        precise const vec2 other = (after ? k : m) - between;
+        precise const float apart_px = precise_dot(other, other);
+        if (!is_finite(vec4(m, k)) || apart_px > least) continue;
+        least = apart_px;
+        there = m - k;
+        found = true;
+        if (i < 0) break;
+    }
+    if (!found) return kUnknownTurn;
+    const float squared = max(precise_dot(acceleration, acceleration), 1e-6);
+    precise const float along = precise_dot(there, acceleration) / squared;
+    precise const float across =
+        abs(there.x * acceleration.y - there.y * acceleration.x) / squared;
+    return vec2(max(along, 0.0), across);
 }
 #endif
 
 // The larger one of both neighbors; if none shows the surface, it is taken to turn.
-float turn_beside(ivec2 p, vec4 motion) {
-    float turn = kUnknownTurn;
+vec2 turn_beside(ivec2 p, vec4 motion) {
+    vec2 turn = kUnknownTurn;
 #ifdef TURNS_BEFORE
     turn = max(turn, turn_in(motion_before, motion_back_before, false, vec2(p) - motion.zw,
                              motion.zw, motion.xy - motion.zw));
@@ -148,7 +167,7 @@ float turn_beside(ivec2 p, vec4 motion) {
     turn = max(turn, turn_in(motion_after, motion_back_after, true, vec2(p) + motion.xy,
                              motion.xy, motion.xy - motion.zw));
 #endif
-    return turn < 0.0 ? 1.0 : turn;
+    return turn.x < 0.0 ? vec2(1.0) : turn;
 }
 
 float smoothstep_of(float from, float to, float x) {
@@ -164,10 +183,12 @@ Surface surface_of(ivec2 p, float q, bool edge, vec4 motion) {
     s.a = 0.5 * (v.xy + v.zw);
     s.b = 0.5 * (v.xy - v.zw);
     precise const float ratio = precise_dot(s.b, s.b) / max(precise_dot(s.a, s.a), 1e-6);
-    s.straight = smoothstep_of(0.64, 1.44, ratio);
+    s.straight = smoothstep_of(kBent, kTurned, ratio);
     if (s.straight > 0.0) {
         // A surface that bounces accelerates in this frame alone.
-        s.straight *= 1.0 - smoothstep_of(kBounce, kTurn, turn_beside(p, motion));
+        const vec2 turn = turn_beside(p, motion);
+        s.straight *= 1.0 - max(smoothstep_of(kBounce, kTurn, turn.x),
+                                smoothstep_of(kBounceAcross, kTurnAcross, turn.y));
     }
     const float path = path_of(s);
     if (path > uniforms.max_path_px) {

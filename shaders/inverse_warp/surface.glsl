@@ -7,9 +7,8 @@
 //   D(u, l) = a u + b (w |u| + (1 - w) min(h, 1) u^2) + R l
 //
 // a = h (motion + motion_back)/2, b = h (motion - motion_back)/2. w = 0: the parabola through the
-// positions before, now and after. w = 1: a straight line to each, used if the parabola would turn
-// back within the frame, |b| > |a|, and the neighbors' vectors show a bounce (planes.glsl). Between
-// the two w fades. R is the signed radius of the circle of confusion.
+// positions before, now and after. w = 1: a straight line to each, used if the path bends
+// much and the neighbors' vectors show a bounce (planes.glsl). Between the two w fades. R is the signed radius of the circle of confusion.
 //
 // SHUTTER, LENS: which of the two are open
 // MOTION: surfaces hold motion: with the shutter, and if neighboring frames are searched

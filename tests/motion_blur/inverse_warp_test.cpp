@@ -109,14 +109,18 @@ TEST(InverseWarp, AnEdgeBetweenWhatMovesTogetherDoesNotShow) {
     }
 }
 
+constexpr int kWallRows = 36;
+
 // A wall of waves at the position `of` at time t in frames, and its motion to the next and from the
-// last frame.
-template <class Position>
-BlurFrame wall_at(double t, const Position& of) {
-    BlurFrame frame(96, 20);
-    for (int y = 0; y < 20; ++y)
+// last frame. Along y, where it has one color, it moves by `across`(t).
+template <class Position, class Across>
+BlurFrame wall_at(double t, const Position& of, const Across& across) {
+    BlurFrame frame(96, kWallRows);
+    for (int y = 0; y < kWallRows; ++y)
         for (int x = 0; x < 96; ++x) {
             set_motion(frame, x, y, of(t + 1) - of(t), of(t) - of(t - 1));
+            frame.motion().at(x, y, 1) = float(across(t + 1) - across(t));
+            frame.planes[Role::motion_back].at(x, y, 1) = float(across(t) - across(t - 1));
             frame.set_gray(x, y, float(0.5 + 0.4 * std::sin(0.6 * (x - of(t)))));
         }
     return frame;
@@ -130,33 +134,50 @@ double error_of_wall(const ImageF& out, const Position& of) {
         double truth = 0;
         for (int i = 0; i < 400; ++i)
             truth += (0.5 + 0.4 * std::sin(0.6 * (x - of((i + 0.5) / 800 - 0.25)))) / 400;
-        sum += std::pow(out.at(x, 10) - truth, 2) / 48;
+        sum += std::pow(out.at(x, kWallRows / 2) - truth, 2) / 48;
     }
     return std::sqrt(sum);
 }
 
-// A pendulum of 40 px and twelve frames a period where it turns, and a ball that bounces at 20 px a
-// frame under an acceleration of 2 px. Both have |b| > |a|; their neighbors tell them apart. A
-// frame alone takes both for a turn.
+// A pendulum of 40 px and twelve frames a period where it turns; a ball that bounces at 10 px a
+// frame under an acceleration of 2 px, also while it moves sideways or spins; and one whose keys
+// are at every frame. Their neighbors tell them apart, also where their pixel shows something else.
+// A frame alone takes all for a turn.
 TEST(InverseWarp, WhatTurnsIsToldFromWhatBounces) {
+    const auto still = [](double) { return 0.0; };
     const auto pendulum = [](double t) { return 40 * std::cos(std::numbers::pi / 6 * (t + 0.1)); };
-    const auto ball = [](double t) { return 20 * std::abs(t) - t * t; };
-    const auto error = [](const auto& of, const std::vector<Neighbor>& given) {
-        BlurFrame frame = wall_at(0, of);
-        for (const Neighbor neighbor : given)
-            for (const auto& [role, plane] :
-                 wall_at(neighbor == Neighbor::before ? -1 : 1, of).planes)
-                frame.planes[role_of(neighbor, role)] = plane;
-        return error_of_wall(blurred(converged_warp(), frame), of);
+    const auto ball = [](double t) { return 10 * std::abs(t) - t * t; };
+    const auto sideways = [](double t) { return 13.5 * t; };
+    const auto spin = [](double t) { return 4 * t * t; };
+    const auto keys = [](double t) {
+        const double in_period = std::abs(t - 2 * std::floor(t / 2 + 0.5));
+        return 10 * in_period;
     };
-    const double pendulum_still = error_of_wall(wall_at(0, pendulum).color(), pendulum);
-    const double ball_still = error_of_wall(wall_at(0, ball).color(), ball);
-    EXPECT_LT(error(pendulum, {}), 0.5 * pendulum_still);
-    EXPECT_LT(error(ball, {}), 0.9 * ball_still);
+    const auto error = [](const auto& of, const auto& across, const std::vector<Neighbor>& given,
+                          int still_columns = 1000) {
+        BlurFrame frame = wall_at(0, of, across);
+        for (const Neighbor neighbor : given) {
+            BlurFrame there = wall_at(neighbor == Neighbor::before ? -1 : 1, of, across);
+            for (int y = 0; y < kWallRows; ++y)
+                for (int x = 1; x < 96; x += still_columns) set_motion(there, x, y, 0, 0);
+            for (const auto& [role, plane] : there.planes)
+                frame.planes[role_of(neighbor, role)] = plane;
+        }
+        const Chain many = warp({{"samples", int64_t(101)}, {"noise", "none"}});
+        return error_of_wall(blurred(many, frame), of);
+    };
+    const double pendulum_still = error_of_wall(wall_at(0, pendulum, still).color(), pendulum);
+    const double ball_still = error_of_wall(wall_at(0, ball, still).color(), ball);
+    EXPECT_LT(error(pendulum, still, {}), 0.5 * pendulum_still);
+    EXPECT_GT(error(ball, still, {}), 0.5 * ball_still);
     for (const auto& given : {std::vector{Neighbor::before}, std::vector{Neighbor::after},
                               std::vector{Neighbor::before, Neighbor::after}}) {
-        EXPECT_LT(error(pendulum, given), 0.5 * pendulum_still);
-        EXPECT_LT(error(ball, given), 0.1 * ball_still);
+        EXPECT_LT(error(pendulum, still, given), 0.5 * pendulum_still);
+        EXPECT_LT(error(ball, still, given), 0.1 * ball_still);
+        EXPECT_LT(error(ball, still, given, 3), 0.1 * ball_still);
+        EXPECT_LT(error(ball, sideways, given), 0.1 * ball_still);
+        EXPECT_LT(error(ball, spin, given), 0.1 * ball_still);
+        EXPECT_LT(error(keys, still, given), 0.1 * ball_still);
     }
 }
 

@@ -266,7 +266,7 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
         const std::vector<Surface> of_planes = surfaces_of_planes(
             {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back), true}, settings);
         std::vector<Surface> shown = shown_surfaces(other, of_planes, settings, Split::none);
-        hide_other_light({color, frames.here.surfaces}, {other, of_planes}, offset, settings,
+        mark_other_light({color, frames.here.surfaces}, {other, of_planes}, offset, settings,
                          shown);
         frames.neighbors.push_back(
             {offset,

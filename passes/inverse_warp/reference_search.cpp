@@ -11,6 +11,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kEdgePart = 0.25;
+constexpr double kFilled = 0.9;
 constexpr double kLamp = 3, kLeastPart = 1e-4;
 constexpr double kShows = 0.3, kOneColor = 0.25, kLost = 0.4, kMuchLonger = 2;
 constexpr std::array<int, 6> kDistances = {1, 2, 3, 5, 9, 16};
@@ -212,6 +213,18 @@ Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const
     return otherwise;
 }
 
+bool Background::is_filled(Vec at, double inverse_depth, double q) const {
+    for (const Level& level : levels_) {
+        double same = 0, total = 0;
+        for (const auto& [cell, weight] : around(level, at, inverse_depth)) {
+            if (one_depth(cell->inverse_depth, q)) same += weight;
+            total += weight;
+        }
+        if (total > 0) return same >= kFilled * total;
+    }
+    return false;
+}
+
 bool Background::shows(Vec at, double inverse_depth) const {
     return !around(levels_[0], at, inverse_depth).empty();
 }
@@ -332,7 +345,12 @@ bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface&
 // pixels, which mix two surfaces, count only if nothing else is found. Ends at what is not nearer.
 void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin, Vec p,
                      const Sample& now, double farthest, Found& nearest) {
-    if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
+    // The same surface replaces one in another light.
+    const auto leads_on = [&](double q, bool other_light) {
+        return nearest.other_light && !other_light ? q * kOneDepth > nearest.inverse_depth
+                                                   : nearer(q, nearest.inverse_depth, now);
+    };
+    if (!leads_on(begin.inverse_depth, false)) return;
     Sample then = now;
     then.u -= neighbor.offset / frames.half_open;
     begin.b = {};  // a parabola about this frame is not one about the neighbor
@@ -341,14 +359,15 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
         const Vec x = neighbor.inside(rounded(p - d));
         const Surface& s = neighbor.surface(x);
         // No search may find it, or it leads to nothing nearer.
-        if (s.inverse_depth < 0 || !nearer(s.inverse_depth, nearest.inverse_depth, now)) return;
+        if (s.inverse_depth < 0 || !leads_on(s.inverse_depth, s.other_light)) return;
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
             s.inverse_depth * now.depth_ratio < farthest ||
             !may_be_occluded(frames, neighbor, s, x))
             continue;
-        nearest = {&neighbor, s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a, false,
-                   s.edge};
+        nearest = {
+            &neighbor,    s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a, false, s.edge,
+            s.other_light};
     }
 }
 
@@ -478,9 +497,13 @@ Found resolve_occluded(const Frames& frames, const Background& background, const
         for (const Frame* neighbor : neighbors) search_in(*neighbor, here.far);
     for (size_t i = 0; i < starts.size() && !neighbors.empty(); ++i)
         if (here.occluded_starts[i]) search_in(*neighbors[0], starts[i]);
+    const Vec far_at = frames.here.inside(pixel.p - here.far.displacement(now, frames.half_open));
+    // In another light, a fill that shows the surface errs less.
+    if (nearest.other_light && here.nearest.inverse_depth < 0 &&
+        background.is_filled(far_at, here.far.inverse_depth, nearest.inverse_depth))
+        return {};
     // A neighbor's edge shows no more of a surface than this frame does beside it, if both it and
     // what hides it stay in place.
-    const Vec far_at = frames.here.inside(pixel.p - here.far.displacement(now, frames.half_open));
     if (frames.lens && nearest.edge && one_depth(nearest.inverse_depth, here.far.inverse_depth) &&
         here.far.path() <= kStillPx && frames.here.surface(rounded(far_at)).path() <= kStillPx &&
         background.shows(far_at, here.far.inverse_depth))

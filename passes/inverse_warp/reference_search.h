@@ -23,6 +23,8 @@ class Background {
     Color at(Vec at, double inverse_depth, const Color& otherwise) const;
     // Do the smallest cells around this position show one?
     bool shows(Vec at, double inverse_depth) const;
+    // Is (nearly) all of that color the surface of inverse depth q?
+    bool is_filled(Vec at, double inverse_depth, double q) const;
 
     // Cells of the smallest size that show one surface, on both sides of what hides it.
     struct Sides {
@@ -109,9 +111,10 @@ struct Found {
     const Frame* frame = nullptr;
     Vec at;  // px
     double inverse_depth = -1;
-    Vec path;             // a
-    bool beyond = false;  // this frame's border pixels, continued beyond it
-    bool edge = false;    // of a neighbor: its pixel is at a depth edge
+    Vec path;                  // a
+    bool beyond = false;       // this frame's border pixels, continued beyond it
+    bool edge = false;         // of a neighbor: its pixel is at a depth edge
+    bool other_light = false;  // of a neighbor: Surface::other_light
 };
 
 // A surface that this frame hides: it continues behind the one shown at the position `at`.

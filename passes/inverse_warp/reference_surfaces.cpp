@@ -744,7 +744,7 @@ class Blocks {
             Candidate best;
             const auto consider = [&](int x, int y) {
                 const Surface& s = (*other.surfaces)[index(x, y)];
-                if (s.inverse_depth < 0 || s.edge) return;
+                if (s.inverse_depth < 0 || s.edge || s.other_light) return;
                 if (neighbor && (shown_here.shown_at(s, x, y) || shown_here.refutes(s, x, y)))
                     return;
                 const Candidate hidden =
@@ -911,13 +911,12 @@ double half_open_of(const Settings& settings) {
     return settings.shutter ? settings.shutter->half_open : 1;
 }
 
-void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
+void mark_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
                       const Settings& settings, std::vector<Surface>& shown) {
     const Comparison comparison(here, there, offset, settings);
     const size_t width = size_t(here.color.width);
     for (size_t i = 0; i < shown.size(); ++i)
-        if (comparison.has_other_light(shown[i], int(i % width), int(i / width)))
-            shown[i].inverse_depth = kNotThere;
+        shown[i].other_light = comparison.has_other_light(shown[i], int(i % width), int(i / width));
 }
 
 std::vector<Block> blocks_of(const std::vector<Surface>& surfaces, int width, int height,

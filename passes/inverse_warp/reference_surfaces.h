@@ -49,6 +49,7 @@ struct Surface {
     double inverse_depth = 0;
     double radius = 0;
     bool edge = false;
+    bool other_light = false;  // of a neighbor: hidden here, where the light around it has changed
     std::optional<Vec> color_from;  // at an edge: from the pixel to the one known to show its color
 
     // Longest path on either side of the frame.
@@ -108,9 +109,9 @@ struct ShadedFrame {
     const std::vector<Surface>& surfaces;
 };
 
-// Makes those of `shown`, the neighbor's surfaces, kNotThere that this frame hides and around which
-// the light differs. `there` has the surfaces of the neighbor's planes. offset: -1 before, 1 after
-void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
+// Marks those of `shown`, the neighbor's surfaces, that this frame hides and around which the light
+// differs. `there` has the surfaces of the neighbor's planes. offset: -1 before, 1 after
+void mark_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
                       const Settings& settings, std::vector<Surface>& shown);
 
 struct Block {

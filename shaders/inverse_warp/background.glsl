@@ -15,6 +15,10 @@ struct Cells {
     float total;
 };
 
+float depth_of_cell(ivec2 cell) {
+    return texelFetch(background, cell, 0).x;
+}
+
 // The weight w of a cell, by the part of it that shows a surface with at most this inverse depth.
 float weight_of(ivec2 cell, float w, float inverse_depth) {
     const vec2 depth_part = texelFetch(background, cell, 0).xy;
@@ -53,13 +57,15 @@ CellLevel smallest_cells(vec2 at) {
 // depth.
 Cells background_cells(vec2 at, float inverse_depth) {
     precise CellLevel level = smallest_cells(at);
-    Cells cells;
-    SOFTWARE_LOOP do {
-        cells = cells_around(level, inverse_depth);
+    Cells cells = cells_around(level, inverse_depth);
+    // The `if` also keeps the cells of a lane that has ended: llvmpipe 22.3 overwrites what only the body
+    // of a loop defines, while other lanes go on.
+    if (cells.total == 0.0) SOFTWARE_LOOP do {
         level.first = ivec2(first_of_4().x, level.first.x == 0 ? 0 : level.first.y + level.cells.y);
         level.cells /= 2;
         level.place = 0.5 * level.place - 0.25;
-    } while (cells.total == 0.0 && level.cells.x >= uniforms.blocks.x);
+        cells = cells_around(level, inverse_depth);
+    } while (cells.total == 0.0 && level.cells.x > uniforms.blocks.x);
     return cells;
 }
 

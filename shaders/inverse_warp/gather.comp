@@ -122,6 +122,9 @@ Hit resolve(Pixel pixel, Sample now, Search here) {
     const vec2 at = shown ? here.nearest.at : far;
     Found found = resolve_second_layer(pixel, now, here);
     if (kNeighbors) found = resolve_occluded(pixel, now, here, found);
+    // In another light, a fill that shows the surface errs less.
+    if (kNeighbors && !shown && found.other_light)
+        if (is_filled(found, here.far, far)) found.inverse_depth = -1.0;
     if (kNeighbors && kLens && shows_beside(found, here.far, far)) found.inverse_depth = -1.0;
     const Continuation continued = find_continuation(pixel, now, here, found.inverse_depth);
     if (continued.inverse_depth >= 0.0)

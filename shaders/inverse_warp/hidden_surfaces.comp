@@ -60,10 +60,11 @@ ivec2 block_here(Surface s, ivec2 p) {
 // hides none.
 int find_hidden(ivec2 square, int number, out Surface hidden) {
     const ivec2 p = kSquarePx * square + ivec2(number & 3, number >> 2);
-    const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(p), 0));
+    const uvec4 bits = texelFetch(surfaces_of_neighbor, in_half(p), 0);
+    const Surface s = unpack_neighbor(bits);
     hidden = seen_from_here(s);
     // Neither a pixel that no search may find, nor one whose surface this frame refutes.
-    if (s.inverse_depth < 0.0 || s.refuted || s.edge) return 0;
+    if (is_in_other_light(bits) || s.inverse_depth < 0.0 || s.refuted || s.edge) return 0;
     const ivec2 there = block_here(hidden, p);
     Surface shown[3];
     for (int k = 0; k < 3; ++k) shown[k] = given_surface(there, k);

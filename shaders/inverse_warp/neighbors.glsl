@@ -23,14 +23,15 @@ layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 
 const int kNeighborSteps = 3;  // from each start surface
 const float kClosePx = 2.5;    // of a surface that comes almost to p, along each axis
+const float kFilled = 0.9;     // part of the fill that shows one surface
 const float kStillPx = 0.5;    // path of a surface that stays in place
 
-Surface surface_in(int frame, ivec2 x) {
+uvec4 surface_in(int frame, ivec2 x) {
 #if BEFORE || AFTER
     const ivec2 at = kBefore && frame > 0 ? x + second_half() : x;
-    return unpack_surface(texelFetch(neighbor_surfaces, at, 0));
+    return texelFetch(neighbor_surfaces, at, 0);
 #else
-    return not_there();
+    return pack_surface(not_there());
 #endif
 }
 
@@ -80,6 +81,11 @@ vec2 pixel_before(vec2 p, vec2 d) {
     return inside_of(x);
 }
 
+// How much nearer a surface must be than the one found. The same surface replaces one in another light.
+float nearer_than(Found found, bool other_light, float ratio) {
+    return found.other_light && !other_light ? 1.0 / kOneDepth : ratio;
+}
+
 // The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order,
 // a bit each: from the farthest surface visited in the neighbor nearer in time and in the other one
 // (bits 0 and 1), if this frame shows nothing; from each start surface that this frame may hide in
@@ -112,23 +118,37 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
             then.bend = other ? at_other.bend : at_nearer.bend;
             Surface begin = start_surface(search - 2);
             if (search < 2) begin = here.far;
-            if (begin.inverse_depth <= nearest.inverse_depth * ratio) continue;
+            if (begin.inverse_depth <= nearest.inverse_depth * nearer_than(nearest, false, ratio)) continue;
             x = pixel_before(pixel.p, straight_from_neighbor(begin, then));
         }
         const int frame = other ? -nearer : nearer;
         const float farthest = (other ? limited_other : limited) ? here.far.inverse_depth : 0.0;
-        const Surface s = surface_in(frame, ivec2(x));
+        const uvec4 bits = surface_in(frame, ivec2(x));
+        const Surface s = unpack_neighbor(bits);
         const vec2 d = displacement_from_neighbor(s, then);
         const vec2 next = pixel_before(pixel.p, d);
         precise const vec2 off = abs(x - pixel.p + d), at = pixel.p - d;
-        const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= nearest.inverse_depth * ratio;
+        const float least = nearest.inverse_depth * nearer_than(nearest, is_in_other_light(bits), ratio);
+        const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= least;
         if (!ends && max(off.x, off.y) <= kAcceptPx && !(s.edge && nearest.inverse_depth >= 0.0) &&
             s.inverse_depth * ratio >= farthest && !s.refuted)
-            nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false, s.edge);
+            nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false, s.edge,
+                            is_in_other_light(bits));
         steps = ends || next == x || steps == kNeighborSteps - 1 ? 0 : steps + 1;
         x = next;
     } while (searches != 0u || steps > 0);
     return nearest;
+}
+
+// Is (nearly) all of the fill at the place `at` behind the farthest surface visited the surface found?
+bool is_filled(Found found, Surface far, vec2 at) {
+    const Cells cells = background_cells(at, far.inverse_depth);
+    const vec4 depths = vec4(depth_of_cell(cells.upper.xy), depth_of_cell(cells.upper.zw),
+                             depth_of_cell(cells.lower.xy), depth_of_cell(cells.lower.zw));
+    precise float same = 0.0;
+    for (int i = 0; i < 4; ++i)
+        if (one_depth(depths[i], found.inverse_depth)) same += cells.weights[i];
+    return same > 0.0 && same >= kFilled * cells.total;
 }
 
 // Was the farthest surface visited found at a neighbor's edge, and does this frame show it beside the place

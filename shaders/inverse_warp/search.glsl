@@ -23,6 +23,7 @@ struct Found {
     vec2 path;    // a
     bool beyond;  // this frame's border pixels, continued beyond it
     bool edge;    // of a neighbor: its pixel is at a depth edge
+    bool other_light;  // of a neighbor: in_other_light()
 };
 
 // One step: the pixel X that it visits, and whether the surface there is the sample's.
@@ -73,7 +74,7 @@ SearchState begin_state(Surface begin, Sample now) {
 // The result before the first visit.
 Search begin_search(Pixel pixel, Surface begin) {
     Search s;
-    s.nearest = Found(0, pixel.p, -1.0, vec2(0.0), false, false);
+    s.nearest = Found(0, pixel.p, -1.0, vec2(0.0), false, false, false);
     s.nearest_at = pixel.p;
     s.nearest_edge = false;
     s.nearest_place = kOwnPlace;
@@ -117,7 +118,7 @@ bool moves_along(vec2 x, float q, vec2 a, vec2 d, Sample now) {
 // The surface s that this frame shows at pixel x, displaced by d to p.
 Found found_at(vec2 x, Surface s, vec2 d, bool beyond, vec2 p) {
     precise const vec2 at = p - d;
-    return Found(0, inside_of(at), s.inverse_depth, s.a, beyond, false);
+    return Found(0, inside_of(at), s.inverse_depth, s.a, beyond, false, false);
 }
 
 // The position at which the color of edge pixel x is read, whose surface at inverse depth q with the

@@ -36,7 +36,8 @@ void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inou
             s.inverse_depth <= nearest.inverse_depth * ratio ||
             s.inverse_depth * ratio < farthest || shown * ratio < s.inverse_depth)
             continue;
-        nearest = Found(kSecondLayer, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false, false);
+        nearest = Found(kSecondLayer, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false, false,
+                        false);
     }
 }
 

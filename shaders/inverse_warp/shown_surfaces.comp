@@ -5,8 +5,8 @@
 //
 //   inverse_depth [, motion [, motion_back [, both of the neighbors]]], shown -> surfaces
 //
-// NEIGHBOR: of the frame before or after. Surfaces that this frame hides are skipped if the light
-// around them has changed: surfaces of this frame, light, marks -> surfaces
+// NEIGHBOR: of the frame before or after. Surfaces that this frame hides are marked if the light around
+// them has changed: surfaces of this frame, light, marks -> surfaces
 #include "common/software_loop.glsl"
 
 #include "inverse_warp/planes.glsl"
@@ -28,7 +28,7 @@ const float kMinDifference = 0.004;  // squared
 
 // This frame hides a surface of this inverse depth, seen at p. Does the light around it differ from
 // this frame's? That is, in the patches around that show it, of the smallest ring that has some, the
-// brightness differs by more than its deviation there: a fill from this frame errs less.
+// brightness differs by more than its deviation there: a fill that shows the surface errs less.
 bool has_other_light(ivec2 p, float inverse_depth) {
     const ivec2 own_patch = p / kLightPatchPx;
     const ivec2 last = (uniforms.size - 1) / kLightPatchPx;
@@ -118,6 +118,14 @@ bool is_edge(ivec2 p, float inverse_depth) {
     return edge;
 }
 
+// The surface that pixel p shows.
+Surface shown_surface(ivec2 p) {
+    Surface s = surface_at(shown_at(p));
+    const bool edge = is_edge(p, inverse_depth_of(floatBitsToUint(s.inverse_depth)));
+    s.edge = s.edge || edge;
+    return s;
+}
+
 // `list` holds items alone (square.glsl): first the pixels that have changed or are beside one that
 // has, then those of a neighbor that this frame hides and whose light may differ.
 void main() {
@@ -137,9 +145,7 @@ void main() {
         const uint item = list[i];
         const ivec2 p = pixel_of(item);
         if (!inside(p)) continue;
-        Surface s = surface_at(shown_at(p));
-        const bool edge = is_edge(p, inverse_depth_of(floatBitsToUint(s.inverse_depth)));
-        s.edge = s.edge || edge;
+        const Surface s = shown_surface(p);
 #if NEIGHBOR
         bool hidden;
         const uvec4 bits = pack_of_neighbor(surfaces_here, s, p, hidden);
@@ -163,8 +169,10 @@ void main() {
     end = int(list_length);
     if (i < end) SOFTWARE_LOOP do {
         const ivec2 p = pixel_of(list[i]);
-        if (has_other_light(p, stored_depth_at(shown_at(p))))
-            imageStore(surfaces, in_half(p), pack_surface(not_there()));
+        if (!has_other_light(p, stored_depth_at(shown_at(p)))) continue;
+        bool hidden;
+        const uvec4 bits = pack_of_neighbor(surfaces_here, shown_surface(p), p, hidden);
+        imageStore(surfaces, in_half(p), in_other_light(bits));
     } while ((i += kThreads) < end);
 #endif
 }

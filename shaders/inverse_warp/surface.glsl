@@ -105,6 +105,20 @@ uvec4 without_flags(uvec4 bits) {
 #endif
 }
 
+// A neighbor's surface that this frame hides, and around which the light has changed between the frames. It
+// has no w, whose last bit says so.
+uvec4 in_other_light(uvec4 bits) {
+    return bits | uvec4(1u, 0u, 0u, 0u);
+}
+
+bool is_in_other_light(uvec4 bits) {
+    return (bits.x & 1u) != 0u;
+}
+
+Surface unpack_neighbor(uvec4 bits) {
+    return unpack_surface(bits & uvec4(~1u, uvec3(~0u)));
+}
+
 Surface not_there() {
     return Surface(kNotThere, false, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 }

@@ -18,12 +18,6 @@ Chain converged_warp() {
     return warp({{"samples", int64_t(401)}, {"path_px_per_time", 0.1}, {"noise", "none"}});
 }
 
-void expect_reference(const Chain& chain, const BlurFrame& frame, double share) {
-    const Difference difference =
-        compare(blurred(chain, frame), reference_stages_of(chain, frame).at("color"), 1e-3);
-    EXPECT_LE(difference.fraction, share) << difference.text;
-}
-
 // Motion along x of both halves in pixels per frame; the shutter is open for half a frame.
 void set_motion(BlurFrame& frame, int x, int y, double forward, double back) {
     ImageF& plane = frame.planes[Role::motion_back];

@@ -18,7 +18,9 @@ struct Scene {
     bool plate = false;         // replaces the bar by a plate that enters from the right
     bool screen = false;        // adds a screen between them that exists while the shutter is open
     bool shadow = false;        // the bar's shadow follows it
-    bool sheet = false;  // replaces the bar by a sheet that stretches while the shutter is open
+    bool flap = false;      // replaces the pattern by a flap before nothing that becomes brighter
+    bool mirrored = false;  // left and right
+    bool sheet = false;     // replaces the bar by a sheet that stretches while the shutter is open
     int begin = 40, end = 120;  // columns of the error: beside and behind the bar
 };
 const Scene kTwoLayers;
@@ -52,6 +54,10 @@ Pixel at(const Scene& scene, double t, double x, double y) {
         return {2, 2, kSpeed};
     if (scene.screen && std::abs(t) < 0.5 && x >= 44 && x < 116)
         return {1.5 + 0.05 * std::sin(0.7 * x), 1.5, 0};
+    if (scene.flap) {
+        const bool shown = x >= (y < 12 ? 56 : 68) && x < 104;
+        return shown ? Pixel{(1.2 + 0.2 * std::sin(0.7 * x)) * (1 + 0.8 * t), 1.5, 0} : Pixel{};
+    }
     if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
     // The visible part of the pattern was at `from` at time 0.
     double from = x, before, speed;
@@ -69,10 +75,11 @@ BlurFrame frame_at(const Scene& scene, double t) {
     BlurFrame frame(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
-            const Pixel pixel = at(scene, t, x, y);
-            frame.motion().at(x, y, 0) = float(pixel.speed);
+            const Pixel pixel = at(scene, t, scene.mirrored ? kWidth - 1 - x : x, y);
+            frame.motion().at(x, y, 0) = float(scene.mirrored ? -pixel.speed : pixel.speed);
             frame.depth().at(x, y) = float(pixel.inverse_depth);
             frame.set_gray(x, y, float(pixel.gray));
+            if (pixel.inverse_depth == 0) frame.color().at(x, y, 3) = 0;
         }
     }
     return frame;
@@ -190,6 +197,19 @@ TEST(Neighbors, AreComparedAtAnyExposure) {
                         << exposure << " " << x << "," << y;
         }
     }
+}
+
+// What lights the flap, which is behind the bar, has changed. A fill would show nothing.
+TEST(Neighbors, CoverInAnotherLightToo) {
+    for (const bool mirrored : {false, true})
+        for (const Given& given : {kBefore, kAfter, kBoth}) {
+            const BlurFrame frame = with_neighbors(given, {.flap = true, .mirrored = mirrored});
+            const ImageF out = blurred(warp(), frame);
+            for (int y = 0; y < kHeight; ++y)
+                for (int x = 70; x < 90; ++x)
+                    EXPECT_GT(out.at(mirrored ? kWidth - 1 - x : x, y, 3), 0.97) << x << "," << y;
+            expect_reference(warp(), frame, 0.01);
+        }
 }
 
 // For a shutter that hardly opens, paths do not reach neighboring frames.

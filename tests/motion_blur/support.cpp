@@ -82,6 +82,12 @@ std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const Blur
     return without_prefix(reference(chain, describe(frame.planes), frame.planes, whole()).stages);
 }
 
+void expect_reference(const Chain& chain, const BlurFrame& frame, double share) {
+    const Difference difference =
+        compare(blurred(chain, frame), reference_stages_of(chain, frame).at("color"), 1e-3);
+    EXPECT_LE(difference.fraction, share) << difference.text;
+}
+
 void expect_pixel(const ImageF& image, int x, int y, const std::vector<double>& expected,
                   double bound) {
     ASSERT_TRUE(image.inside(x, y));

@@ -47,6 +47,8 @@ ImageF blurred(const Chain& chain, const BlurFrame& frame);
 // All stages, with the hint, by name without "0.motion_blur."; without elision.
 std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame);
 std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame);
+// The GPU's color differs from the reference's in at most this share of the pixels.
+void expect_reference(const Chain& chain, const BlurFrame& frame, double share);
 
 // |a - b| <= bound * max(1, |b|) in all channels named.
 void expect_pixel(const ImageF& image, int x, int y, const std::vector<double>& expected,

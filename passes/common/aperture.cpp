@@ -164,6 +164,23 @@ double blade_radius(int blades, double curvature, double angle) {
     return right / (across + std::sqrt(across * across + c * right));
 }
 
+std::optional<double> disc_radius(const Aperture& aperture) {
+    const auto [width, height] = aperture.half_size();
+    if (aperture.image || aperture.cats_eye > 0 || width != 1 || height != 1) return std::nullopt;
+    if (is_disc(aperture)) return 1;
+    // Both sums over half a blade, to its corner.
+    double squared = 0, fourth = 0;
+    for (int i = 0; i < kHalfBladeSteps; ++i) {
+        const double angle = kPi / aperture.blades * (i + 0.5) / kHalfBladeSteps;
+        const double radius = blade_radius(aperture.blades, aperture.curvature, angle);
+        squared += radius * radius;
+        fourth += radius * radius * radius * radius;
+    }
+    constexpr double kNearlyRound = 0.85;  // least radius, of six straight blades 0.866
+    if (blade_radius(aperture.blades, aperture.curvature, 0) < kNearlyRound) return std::nullopt;
+    return std::sqrt(fourth / squared);
+}
+
 Outline::Outline(const Aperture& aperture) : aperture_(aperture) {
     if (is_disc(aperture)) return;
     const double step = kPi / aperture.blades / kHalfBladeSteps;

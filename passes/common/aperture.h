@@ -59,6 +59,10 @@ std::vector<UsedValue> used_values(const ApertureParameters& parameters, const C
 // lens sample l, pixel p sees at infinity the point p - R l, R the radius there.
 double barrel_per_px(const Aperture& aperture, const FrameDescription& frame);
 
+// The radius of the disc with the same variance, for a circle of 1, if the aperture is nearly such
+// a disc everywhere in the frame: on square pixels a disc, or six blades and more.
+std::optional<double> disc_radius(const Aperture& aperture);
+
 // The boundary of an aperture, for points spread evenly over its area.
 class Outline {
   public:

@@ -18,6 +18,7 @@
 #include "passes/common/lens_samples.h"
 #include "passes/common/wide_color.h"
 #include "passes/inverse_warp/reference_search.h"
+#include "shaders/shared/small_circles.h"
 
 namespace postchain::inverse_warp {
 namespace reference {
@@ -314,6 +315,7 @@ class Gather {
           share_(width_, height_, 1),
           spread_(width_, height_, 3),
           hint_(width_, height_, 2) {
+        if (settings.lens) disc_scale_ = lens::disc_radius(settings.lens->aperture);
         if (settings.lens)
             points_ = lens::lens_samples(settings.lens->aperture, settings.parameters.samples,
                                          settings.more_samples());
@@ -326,6 +328,8 @@ class Gather {
                 const Pixel pixel = pixel_at(x, y);
                 if (is_still(pixel))
                     store_unchanged(pixel);
+                else if (is_filled_by_one(pixel))
+                    store_circle(pixel);
                 else
                     store_mean(pixel, gather(pixel));
             }
@@ -488,7 +492,7 @@ class Gather {
             for (int x = 0; x < width_; ++x) {
                 const Pixel pixel = pixel_at(x, y);
                 pixels[block_index(x, y)] += 1;
-                if (!is_still(pixel))
+                if (!is_still(pixel) && !is_filled_by_one(pixel))
                     noise[block_index(x, y)] += noise_of(gather(pixel).halves, pixel.color);
             }
         for (size_t i = 0; i < blocks_.size(); ++i)
@@ -508,6 +512,76 @@ class Gather {
         std::copy_n(pixel.color, color_.channels, color_.pixel(pixel.x, pixel.y));
         std::copy_n(pixel.color, color_.channels, soft_.pixel(pixel.x, pixel.y));
         store_hint(pixel, {0, 0}, 1);
+    }
+
+    // small_circles.glsl. Radius of the disc that blurs like the pixel's circle, px.
+    double disc_radius(const Pixel& pixel) const {
+        return std::abs(pixel.surface->radius) * float(disc_scale_.value_or(0));
+    }
+
+    // The radius of the table's row from which the pixel's weights are taken, and the next one.
+    std::array<int, 2> rows_of(const Pixel& pixel) const {
+        const int row =
+            std::min(int(disc_radius(pixel) / SMALL_CIRCLES_STEP), SMALL_CIRCLES_RADII - 2);
+        return {row, row + 1};
+    }
+
+    int reach_of(const Pixel& pixel) const {
+        const double most = SMALL_CIRCLES_STEP * rows_of(pixel)[1];
+        return std::min(int(std::ceil(most)) + 2, SMALL_CIRCLES_REACH_PX);
+    }
+
+    // Is the circle of confusion small, and do the pixels around show one still surface?
+    bool is_filled_by_one(const Pixel& pixel) const {
+        if (!disc_scale_ || pixel.block->starts.size() != 1 ||
+            disc_radius(pixel) > SMALL_CIRCLES_STEP * (SMALL_CIRCLES_RADII - 1))
+            return false;
+        const int reach = reach_of(pixel);
+        for (int j = -reach; j <= reach; ++j)
+            for (int i = -reach; i <= reach; ++i) {
+                const Surface& s =
+                    frames_.here.surface(frames_.here.inside(pixel.p + Vec{double(i), double(j)}));
+                if (s.edge || (s_.shutter && s.path() > 0.125) ||
+                    std::abs(s.radius - pixel.surface->radius) > 0.25)
+                    return false;
+            }
+        return true;
+    }
+
+    // The sum over the pixels around, within the colors of those that the circle reaches.
+    void store_circle(const Pixel& pixel) {
+        static constexpr float kWeights[] = {SMALL_CIRCLES_WEIGHTS};
+        const auto variance = [](int row) { return std::pow(SMALL_CIRCLES_STEP * row, 2); };
+        const auto [row, next] = rows_of(pixel);
+        const double part =
+            (std::pow(disc_radius(pixel), 2) - variance(row)) / (variance(next) - variance(row));
+        const double onset =
+            s_.still_limit_px > 0
+                ? std::clamp(2 * (std::abs(pixel.surface->radius) / s_.still_limit_px - 1), 0.0,
+                             1.0)
+                : 1;
+        const int reach = reach_of(pixel);
+        for (int c = 0; c < color_.channels; ++c) {
+            const double own = pixel.color[c];
+            double sum = own, least = own, most = own;
+            for (int j = -reach; j <= reach; ++j)
+                for (int i = -reach; i <= reach; ++i) {
+                    const int x = std::max(std::abs(i), std::abs(j));
+                    const int place = x * (x + 1) / 2 + std::min(std::abs(i), std::abs(j));
+                    const double weight =
+                        std::lerp(double(kWeights[row * SMALL_CIRCLES_PLACES + place]),
+                                  double(kWeights[next * SMALL_CIRCLES_PLACES + place]), part);
+                    const Vec at = frames_.here.inside(pixel.p + Vec{double(i), double(j)});
+                    const double value = frames_.here.color.at(int(at.x), int(at.y), c);
+                    sum += weight * (value - own);
+                    if (std::hypot(i, j) > std::abs(pixel.surface->radius) + 1) continue;
+                    least = std::min(least, value);
+                    most = std::max(most, value);
+                }
+            color_.at(pixel.x, pixel.y, c) = own + onset * (std::clamp(sum, least, most) - own);
+            soft_.at(pixel.x, pixel.y, c) = own;
+        }
+        store_hint(pixel, {1, 0}, std::clamp(1 - std::abs(pixel.surface->radius), 0.0, 1.0));
     }
 
     // The longest displacement of the pixel's own surface and of what its samples saw. An even disc
@@ -573,6 +647,7 @@ class Gather {
     const Background background_;
     const ImageD noise_;
     lens::Points points_;
+    std::optional<double> disc_scale_;     // lens::disc_radius()
     std::vector<double> weights_of_more_;  // of each block
     // As the textures hold them, colors wide.
     ImageD color_, soft_, share_, spread_, hint_;

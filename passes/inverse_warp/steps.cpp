@@ -124,6 +124,7 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
         uniforms.pixel_axis_x = float(settings.lens->aperture.axes[0]);
         uniforms.pixel_axis_y = float(settings.lens->aperture.axes[1]);
+        uniforms.disc_scale = float(lens::disc_radius(settings.lens->aperture).value_or(0));
         uniforms.lens_sets = lens::sets_of(settings.parameters.samples + settings.more_samples());
         uniforms.more_samples = settings.more_samples();
         // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
@@ -622,6 +623,8 @@ class Planner {
         if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = "1";
         defines["ADAPTIVE"] = flag(settings_.more_samples() > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
+        defines["SMALL_CIRCLES"] =
+            flag(settings_.lens && lens::disc_radius(settings_.lens->aperture));
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{GATHER_COLOR, planner_.input(Role::color)},
                          {GATHER_SURFACES, from.surfaces},

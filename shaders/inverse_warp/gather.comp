@@ -24,9 +24,11 @@
 //   taps.glsl              Tap           the extra layers, from the samples of color
 //   accumulate.glsl        Hit, Sums     one sample's color; the sums over a pixel's samples
 //   adaptive.glsl                        a second set of samples for noisy blocks
+//   small_circles.glsl     Circle        small circles of confusion, summed without samples
 //
 // SHUTTER, LENS: which of the two are open    STARTS: room for a block's start surfaces
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
+// SMALL_CIRCLES: the aperture is round
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
@@ -88,6 +90,7 @@ struct Pixel {
 #include "inverse_warp/taps.glsl"
 #include "inverse_warp/accumulate.glsl"
 #include "inverse_warp/adaptive.glsl"
+#include "inverse_warp/small_circles.glsl"
 
 Pixel pixel_at(ivec2 at) {
     Pixel pixel;
@@ -193,6 +196,11 @@ float longest_seen_px(Pixel pixel, Sums sums) {
     return min(max(longest_of(unpack_surface(pixel.own)), seen), pixel.longest_px);
 }
 
+vec2 hint_of(Pixel pixel, bool blurred_by_shutter) {
+    precise const float in_focus = clamp(1.0 - abs(unpack_surface(pixel.own).radius), 0.0, 1.0);
+    return kShutter ? vec2(1.0, blurred_by_shutter ? 1.0 : 0.0) : given_hint_at(pixel.at) * in_focus;
+}
+
 void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     // From 0 at the limit, so that the blur begins without a jump.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
@@ -203,9 +211,7 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1e-6), noise_scale(last));
     // Half-length of the even streak with the same second moment about p: above half a pixel?
     const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.color.weight;
-    precise const float in_focus = clamp(1.0 - abs(unpack_surface(pixel.own).radius), 0.0, 1.0);
-    store_hint(pixel.at, kShutter ? vec2(1.0, blurred_by_shutter ? 1.0 : 0.0)
-                                  : given_hint_at(pixel.at) * in_focus);
+    store_hint(pixel.at, hint_of(pixel, blurred_by_shutter));
 }
 
 void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums) {
@@ -255,12 +261,26 @@ void main() {
     }
     // Without a lens, a search begins at the surface that the previous time sample has found.
     uvec4 begin = pixel.own;
+#if SMALL_CIRCLES
+    const Circle circle = circle_of(unpack_surface(pixel.own).radius);
+    const bool filled = is_filled_by_one(pixel, circle);
+#else
+    const bool filled = false;
+#endif
     Sums sums = no_samples();
     SampleSet set = first_set(pixel);
     begin_block();
     do {
-        add_samples(pixel, set, begin, sums);
+        if (!filled) add_samples(pixel, set, begin, sums);
         // A second set follows if the samples of the block disagree.
     } while (next_set(set, pixel, sums, is_pixel));
-    if (is_pixel) store_mean(pixel, sums, set);
+    if (!is_pixel) return;
+#if SMALL_CIRCLES
+    if (filled) {
+        store_circle(pixel, circle);
+        store_hint(pixel.at, hint_of(pixel, false));
+        return;
+    }
+#endif
+    store_mean(pixel, sums, set);
 }

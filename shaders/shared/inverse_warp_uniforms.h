@@ -43,6 +43,10 @@ int second_half;  // 1: its surfaces are the second half of their texture
 // Times are time_shift + time_scale u of those of a shutter that is centered on the frame.
 float time_scale;
 float time_shift;
+float disc_scale;  // radius of the disc that a round aperture blurs like; of a circle's
+float pad0;
+float pad1;
+float pad2;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.
@@ -62,7 +66,7 @@ UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 144);
+static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 160);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, starts) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, gain_px) == 48);

@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numbers>
 
+#include "passes/common/aperture.h"
+#include "shaders/shared/small_circles.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 #include "tests/support/moments.h"
@@ -105,6 +109,100 @@ TEST(JointBlur, IsLinearInExposure) {
             }
         }
     }
+}
+
+// What a disc of this radius, px, does to a wave of k radians a pixel.
+double disc_of_wave(double k, double radius) {
+    return radius > 0 ? 2 * std::cyl_bessel_j(1.0, k * radius) / (k * radius) : 1;
+}
+
+TEST(SmallCircles, WeightsBlurAsADisc) {
+    static constexpr float kWeights[] = {SMALL_CIRCLES_WEIGHTS};
+    static_assert(std::size(kWeights) == SMALL_CIRCLES_RADII * SMALL_CIRCLES_PLACES);
+    for (int row = 0; row < SMALL_CIRCLES_RADII; ++row) {
+        SCOPED_TRACE(row);
+        const double radius = SMALL_CIRCLES_STEP * row;
+        const auto blur_of = [&](double kx, double ky) {
+            double sum = 0;
+            for (int y = -SMALL_CIRCLES_REACH_PX; y <= SMALL_CIRCLES_REACH_PX; ++y)
+                for (int x = -SMALL_CIRCLES_REACH_PX; x <= SMALL_CIRCLES_REACH_PX; ++x) {
+                    const int longer = std::max(std::abs(x), std::abs(y));
+                    const int place =
+                        longer * (longer + 1) / 2 + std::min(std::abs(x), std::abs(y));
+                    sum += double(kWeights[row * SMALL_CIRCLES_PLACES + place]) *
+                           std::cos(kx * x + ky * y);
+                }
+            return sum;
+        };
+        EXPECT_NEAR(blur_of(0, 0), 1, 1e-4);
+        for (const double k : {0.3, 0.8, 1.3, 1.8, 2.3})
+            for (const double angle : {0.0, 0.3, 0.6, std::numbers::pi / 4})
+                EXPECT_NEAR(blur_of(k * std::cos(angle), k * std::sin(angle)),
+                            disc_of_wave(k, radius), 0.006)
+                    << k << " at " << angle;
+    }
+}
+
+// A still wall of slanted waves with circles of this radius, px, in front of the focus or behind.
+FramePlanes waves_with_circles(double radius, double wave) {
+    FramePlanes planes = moving_plane(80, 64, float(0.25 - radius / 32), 0, 0);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 80; ++x)
+            for (int c = 0; c < 3; ++c)
+                planes[Role::color].at(x, y, c) =
+                    float(0.5 + 0.3 * wave * std::sin(1.2 * x + 0.7 * y));
+    return planes;
+}
+
+TEST(SmallCircles, OfOneStillSurfaceAreExact) {
+    const double k = std::hypot(1.2, 0.7);
+    for (const char* pass : {"depth_of_field", "joint_blur"})
+        for (const double radius : {0.8, 1.0, 1.4, 2.8, 3.95, -0.8, -1.0, -1.4, -2.8, -3.95}) {
+            SCOPED_TRACE(concat(pass, ", radius ", radius));
+            const Chain chain = chain_of(pass, {{"samples", int64_t(8)}});
+            const ImageF out = filtered(chain, waves_with_circles(radius, 1));
+            const FramePlanes exact = waves_with_circles(radius, disc_of_wave(k, std::abs(radius)));
+            for (int y = 16; y < 48; ++y)
+                for (int x = 16; x < 64; ++x)
+                    ASSERT_NEAR(out.at(x, y), exact.at(Role::color).at(x, y), 0.0015)
+                        << x << "," << y;
+        }
+}
+
+// At borders and beside a nearer square that hides a part of the wall, and with blades: as the
+// reference, which sums the same pixels. With five blades all are sampled.
+TEST(SmallCircles, AreThoseOfTheReference) {
+    FramePlanes planes = waves_with_circles(1.7, 1);
+    for (int y = 20; y < 30; ++y)
+        for (int x = 34; x < 44; ++x) planes[Role::inverse_depth].at(x, y) = 0.5f;
+    for (const int64_t blades : {0, 5, 6, 9}) {
+        const Chain chain =
+            chain_of("depth_of_field", {{"samples", int64_t(8)}, {"aperture_blades", blades}});
+        const FrameDescription frame = describe_round(planes);
+        const ImageF out = filter(chain, frame, planes, {.elide = false}).at(Role::color);
+        const Difference difference = compare(
+            out, reference(chain, frame, planes, {.elide = false}).planes.at(Role::color), 1e-4);
+        EXPECT_LE(difference.fraction, 0.004) << blades << " blades: " << difference.text;
+        const Chain other =
+            chain_of("depth_of_field", {{"samples", int64_t(16)}, {"aperture_blades", blades}});
+        const ImageF more = filter(other, frame, planes, {.elide = false}).at(Role::color);
+        EXPECT_EQ(out.at(8, 8) == more.at(8, 8), blades != 5) << blades << " blades";
+    }
+}
+
+// The variance of a regular polygon of radius 1 is (2 + cos(2 pi / n)) / 12 along each axis, a
+// disc's is a quarter.
+TEST(SmallCircles, RoundAperturesHaveADisc) {
+    const auto with_blades = [](int blades) { return lens::Aperture{.blades = blades}; };
+    EXPECT_EQ(lens::disc_radius(with_blades(0)), 1);
+    for (const int blades : {6, 7, 11})
+        EXPECT_NEAR(lens::disc_radius(with_blades(blades)).value(),
+                    std::sqrt((2 + std::cos(2 * std::numbers::pi / blades)) / 3), 1e-5);
+    EXPECT_NEAR(lens::disc_radius({.blades = 3, .curvature = 1}).value(), 1, 1e-6);
+    EXPECT_FALSE(lens::disc_radius(with_blades(5)));
+    EXPECT_FALSE(lens::disc_radius({.ratio = 0.5}));
+    EXPECT_FALSE(lens::disc_radius({.cats_eye = 0.5}));
+    EXPECT_FALSE(lens::disc_radius({.axes = {1, 0.5}}));
 }
 
 // All light is the firefly's, so every pixel has its color: its own pixel, which few samples see,

@@ -1,0 +1,104 @@
+// Pixels with a small circle of confusion that one still surface fills. A few samples of such a circle
+// would leave noise, which denoising would spread too far, and bilinear ones add blur. There the circle is
+// summed, with a weight for each pixel around (shared/small_circles.h).
+//
+// SMALL_CIRCLES: the aperture is (nearly) round
+#if SMALL_CIRCLES
+#include "common/software_loop.glsl"
+#include "shared/small_circles.h"
+
+const float kCircleWeights[SMALL_CIRCLES_RADII * SMALL_CIRCLES_PLACES] =
+    float[](SMALL_CIRCLES_WEIGHTS);
+const float kFilledStillPx = 0.125;  // longest path of a surface that stays in place
+const float kOneRadiusPx = 0.25;     // radii of one circle
+
+struct Circle {
+    float radius;  // px, of the surface
+    int row;       // of the weights; a part of the next one
+    float part;
+    int reach;     // px
+};
+
+Circle circle_of(float radius) {
+    precise const float r = abs(radius) * uniforms.disc_scale;
+    const int row = min(int(r * (1.0 / SMALL_CIRCLES_STEP)), SMALL_CIRCLES_RADII - 2);
+    precise const float least = SMALL_CIRCLES_STEP * float(row), most = least + SMALL_CIRCLES_STEP;
+    // Between the rows by their variance.
+    precise const float part = (r * r - least * least) / (most * most - least * least);
+    return Circle(radius, row, part, min(int(ceil(most)) + 2, SMALL_CIRCLES_REACH_PX));
+}
+
+float weight_of(Circle circle, ivec2 away) {
+    const ivec2 a = abs(away);
+    const int x = max(a.x, a.y), y = min(a.x, a.y), place = x * (x + 1) / 2 + y;
+    const int first = circle.row * SMALL_CIRCLES_PLACES + place;
+    return precise_mix(kCircleWeights[first], kCircleWeights[first + SMALL_CIRCLES_PLACES],
+                       circle.part);
+}
+
+// Does surface s stay in place, with the circle's radius and away from edges?
+bool fills(Surface s, Circle circle) {
+    const bool moves = kShutter && path_of(s) > kFilledStillPx;
+    return !s.edge && !moves && abs(s.radius - circle.radius) <= kOneRadiusPx;
+}
+
+// The pixels around, row by row. False after the last one.
+bool next_away(Circle circle, inout ivec2 away) {
+    away.x += 1;
+    if (away.x > circle.reach) away = ivec2(-circle.reach, away.y + 1);
+    return away.y <= circle.reach;
+}
+
+// Is the circle of the pixel small, and do the pixels around show one still surface?
+bool is_filled_by_one(Pixel pixel, Circle circle) {
+    precise const float largest = SMALL_CIRCLES_STEP * float(SMALL_CIRCLES_RADII - 1);
+    bool filled =
+        pixel.start_count == 1 && abs(circle.radius) * uniforms.disc_scale <= largest;
+    ivec2 away = ivec2(-circle.reach);
+    if (filled) SOFTWARE_LOOP do {
+        const ivec2 at = ivec2(inside_of(vec2(pixel.at + away)));
+        filled = fills(unpack_surface(texelFetch(surfaces, at, 0)), circle);
+    } while (next_away(circle, away) && filled);
+    return filled;
+}
+
+// By differences to the pixel's own color, so that equal colors keep their bits. Within the colors of the
+// pixels that the circle reaches: weights may be negative.
+vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane) {
+    const vec4 own = fetch(WIDE(color, layers), plane, pixel.at);
+    const float radius = abs(circle.radius) + 1.0;
+    precise vec4 sum = vec4(0.0);
+    vec4 least = own, most = own;
+    ivec2 away = ivec2(-circle.reach);
+    SOFTWARE_LOOP do {
+        const ivec2 at = ivec2(inside_of(vec2(pixel.at + away)));
+        const vec4 texel = fetch(WIDE(color, layers), plane, at);
+        sum += weight_of(circle, away) * (texel - own);
+        const bool reached = float(away.x * away.x + away.y * away.y) <= radius * radius;
+        least = reached ? min(least, texel) : least;
+        most = reached ? max(most, texel) : most;
+    } while (next_away(circle, away));
+    precise const vec4 mean = own + sum;
+    return clamp(mean, least, most);
+}
+
+vec4 color_of_circle(Pixel pixel, Circle circle, Plane plane) {
+    // From 0 at the limit to 1 at half more.
+    const float limit_px = max(uniforms.still_limit_px, 1e-6);
+    precise const float onset = clamp(2.0 * (abs(circle.radius) / limit_px - 1.0), 0.0, 1.0);
+    return faded_in(fetch(WIDE(color, layers), plane, pixel.at),
+                    sum_of_circle(pixel, circle, plane), onset);
+}
+
+void store_circle(Pixel pixel, Circle circle) {
+    imageStore(blurred, pixel.at, color_of_circle(pixel, circle, kColor));
+#ifdef LAYERS
+    for (int l = 0; l < textureSize(layers, 0).z; ++l)
+        imageStore(layers_blurred, ivec3(pixel.at, l),
+                   color_of_circle(pixel, circle, Plane(false, l)));
+#endif
+#if DENOISE
+    imageStore(soft, pixel.at, vec4(0.0));
+#endif
+}
+#endif

@@ -169,24 +169,28 @@ TEST(SmallCircles, OfOneStillSurfaceAreExact) {
         }
 }
 
-// At borders and beside a nearer square that hides a part of the wall, and with blades: as the
+// At borders and beside a nearer square, whose circles are others, and with blades: as the
 // reference, which sums the same pixels. With five blades all are sampled.
 TEST(SmallCircles, AreThoseOfTheReference) {
-    FramePlanes planes = waves_with_circles(1.7, 1);
-    for (int y = 20; y < 30; ++y)
-        for (int x = 34; x < 44; ++x) planes[Role::inverse_depth].at(x, y) = 0.5f;
-    for (const int64_t blades : {0, 5, 6, 9}) {
-        const Chain chain =
-            chain_of("depth_of_field", {{"samples", int64_t(8)}, {"aperture_blades", blades}});
+    for (const float nearer : {1.045f, 2.5f}) {  // less and more than a depth edge
+        FramePlanes planes = waves_with_circles(1.3, 1);
+        for (int y = 20; y < 30; ++y)
+            for (int x = 34; x < 44; ++x) planes[Role::inverse_depth].at(x, y) *= nearer;
         const FrameDescription frame = describe_round(planes);
-        const ImageF out = filter(chain, frame, planes, {.elide = false}).at(Role::color);
-        const Difference difference = compare(
-            out, reference(chain, frame, planes, {.elide = false}).planes.at(Role::color), 1e-4);
-        EXPECT_LE(difference.fraction, 0.004) << blades << " blades: " << difference.text;
-        const Chain other =
-            chain_of("depth_of_field", {{"samples", int64_t(16)}, {"aperture_blades", blades}});
-        const ImageF more = filter(other, frame, planes, {.elide = false}).at(Role::color);
-        EXPECT_EQ(out.at(8, 8) == more.at(8, 8), blades != 5) << blades << " blades";
+        for (const int64_t blades : {0, 5, 6, 9}) {
+            SCOPED_TRACE(concat(nearer, " times nearer, ", blades, " blades"));
+            const auto chain = [&](int64_t samples) {
+                return chain_of("depth_of_field",
+                                {{"samples", samples}, {"aperture_blades", blades}});
+            };
+            const auto out = [&](int64_t samples) {
+                return filter(chain(samples), frame, planes, {.elide = false}).at(Role::color);
+            };
+            const auto expected = reference(chain(8), frame, planes, {.elide = false});
+            const Difference difference = compare(out(8), expected.planes.at(Role::color), 1e-4);
+            EXPECT_LE(difference.fraction, 0.004) << difference.text;
+            EXPECT_EQ(out(8).at(8, 8) == out(16).at(8, 8), blades != 5);
+        }
     }
 }
 

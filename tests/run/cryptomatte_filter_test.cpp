@@ -89,9 +89,14 @@ TEST(CryptomatteFilter, BoxesOfANeighborAreInTheFramesWindow) {
     FramePlan plan;
     plan.passes.emplace_back();
     for (const auto& [x, y, slots] : {std::tuple(0, 0, 2u),
-                                      {2, 0, 2u},
-                                      {0, 2, 2u},
-                                      {-2, -2, 2u},
+                                      // Each moves by the margin of two pixels.
+                                      {4, 0, 2u},
+                                      {0, 4, 2u},
+                                      {-4, -4, 2u},
+                                      {5, 0, 1u},
+                                      {0, 5, 1u},
+                                      {0, -5, 1u},
+                                      {-5, 0, 1u},
                                       {50, 0, 1u},
                                       {0, 50, 1u},
                                       {0, -50, 1u},

@@ -19,6 +19,7 @@
 #include "passes/registry.h"
 #include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
+#include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/runner.h"
@@ -361,6 +362,34 @@ TEST_F(RunnerTest, EveryViewIsFilteredAsAlone) {
     for (const size_t channel : {size_t(1), size_t(4)}) {
         write(channel);
         EXPECT_EQ(last_frame().status.code(), StatusCode::health) << channel;
+    }
+}
+
+// FXAA is left out of a view of one color, which therefore needs no more pixels than it has.
+TEST_F(RunnerTest, TheDataWindowHoldsWhatEveryViewReaches) {
+    chain("postchain: 1\npasses: [fxaa]\n");
+    settings_.on_existing = io::OnExisting::overwrite;
+    settings_.source.data_window = DataWindow::grow;
+    const auto written = [&](const char* view) {
+        settings_.source.view = view;
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        return test::must(io::ExrFile::open(out(1))).parts()[0].data_window;
+    };
+    for (const bool left_is_plain : {true, false}) {
+        test::FilePart part{.data = {{24, 20}, {47, 35}}, .display = {{0, 0}, {71, 55}}};
+        for (const char* name : {"B", "G", "R", "right.B", "right.G", "right.R"})
+            part.channels.push_back({name});
+        part.edit = [](Imf::Header& header) { Imf::addMultiView(header, {"left", "right"}); };
+        const test::FilePart noise = part;
+        part.bits = [=](size_t channel, int x, int y) {
+            return (channel < 3) == left_is_plain ? 0u : test::sample_bits(noise, channel, x, y);
+        };
+        test::write_file(in(1), {part});
+        const io::Window large = written(left_is_plain ? "right" : "left");
+        EXPECT_LT(large.min_x, 24);
+        EXPECT_EQ(written(left_is_plain ? "left" : "right"), (io::Window{24, 20, 47, 35}));
+        EXPECT_EQ(written("all"), large) << left_is_plain;
     }
 }
 

@@ -156,6 +156,25 @@ TEST_F(WatchFeedTest, AFrameWaitsForNeighborsThatItReadsAndThatWillCome) {
     }
 }
 
+// The neighbor's writer was killed: the frame is filtered without it when the idle time is over.
+TEST_F(WatchFeedTest, ANeighborThatStaysIncompleteIsNotWaitedForToTheEnd) {
+    for (const auto& [neighbor, whole, damaged] :
+         {std::tuple(Role::color_after, 1, 2), {Role::color_before, 2, 1}}) {
+        reads_ = {Role::color, neighbor};
+        settings_.watch->idle_s = 0.2;
+        write(whole);
+        test::write_text(in(damaged), rendered(damaged).substr(0, 500));
+        start("1-2");
+        const auto first = next(), second = next();
+        ASSERT_TRUE(first && second);
+        EXPECT_EQ(first->task.frame, whole);
+        EXPECT_TRUE(first->missing.ok()) << first->missing.message();
+        EXPECT_EQ(second->task.frame, damaged);
+        EXPECT_EQ(second->missing.code(), StatusCode::input);
+        EXPECT_FALSE(next());
+    }
+}
+
 TEST_F(WatchFeedTest, WithoutARangeEveryFrameThatComesIsTaken) {
     write(3);
     start(nullptr);

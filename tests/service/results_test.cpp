@@ -154,6 +154,29 @@ TEST_F(Results, ReportsAreReadAndNothingBesideThem) {
             << name;
 }
 
+TEST_F(Results, OutputsOfARangeOfFrames) {
+    std::ofstream(root("in.0005.exr")) << "no image";
+    open();
+    const std::string id = submit(body());
+    EXPECT_EQ(ended(id).done, 5);
+    fs::remove(root("out/o.0003.exr"));
+    const auto names = [&](int first, int last) {
+        std::vector<std::string> found;
+        for (const ResultFile& file : got(service_->outputs(user(), id, first, last)))
+            found.push_back(file.name);
+        return found;
+    };
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(names(2, 4), (Names{"o.0002.exr", "o.0004.exr"}));
+    EXPECT_EQ(names(4, 4), Names{"o.0004.exr"});
+    EXPECT_EQ(names(0, 1), Names{"o.0001.exr"});
+    EXPECT_EQ(names(5, 99), Names{"o.0006.exr"});
+    for (const auto& [first, last] : {std::pair(3, 3), {5, 5}, {7, 99}, {4, 2}})
+        EXPECT_EQ(problem_of(service_->outputs(user(), id, first, last)).kind,
+                  Problem::Kind::not_found)
+            << first;
+}
+
 // The folders are those of the service when it was submitted, and links lead out of them since.
 TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
     open();

@@ -52,6 +52,30 @@ TEST_F(Team, JobsOfTwoUsersInterleave) {
     }
 }
 
+// It would lose what it has measured.
+TEST_F(Team, AMeasurementDoesNotMakeWayForAnotherUser) {
+    use(kTwoUsers);
+    slice_s_ = 0;
+    hold();
+    for (
+        const std::string own :
+        {R"("kind": "bench", "output": "bench", "split_frames": 0, "sweep": ["fxaa.preset=12,39"])",
+         R"("kind": "ab", "output": "ab", "chain_b": {"postchain": 1, "passes": []}, "page_frames": 1)"}) {
+        test::HeldPass::held = true;
+        test::HeldPass::waits = false;
+        const std::string measures = submit(
+            "{" + own + R"(, "chain": {"postchain": 1, "passes": ["fxaa", "held"]}, "repeats": 2,
+                              "input": "in.####.exr", "frames": "3-4"})",
+            "ann");
+        ASSERT_TRUE(waits());
+        const std::string other =
+            submit(in_folder(body(R"(, "frames": "1")"), own.substr(9, 2)), "ops");
+        test::HeldPass::held = false;
+        EXPECT_LE(done(measures).ended_ms, done(other).ended_ms);
+        EXPECT_THAT(types_of(measures), Not(HasSubstr("requeued"))) << own;
+    }
+}
+
 TEST_F(Team, FoldersAndRightsOfAUser) {
     use(kTwoUsers);
     test::write_sequence(root("bob"), {1, 2}, 24, 16);

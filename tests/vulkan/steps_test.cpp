@@ -214,5 +214,28 @@ TEST(Steps, HaveTimes) {
     }
 }
 
+// A run that is never submitted has no times, and those in flight are forgotten with it.
+TEST(Steps, GivenUpRunsHaveNoTimes) {
+    Subject subject("fxaa");
+    pc_vk_instance* const vulkan = subject.vulkan.get();
+    EXPECT_EQ(pc_vk_set_timing(vulkan, 1), PC_OK);
+    const auto timed = [&](uint64_t number) {
+        subject.frame.frame.frame_number = number;
+        EXPECT_EQ(run(subject.vulkan, subject.chain, subject.frame.vk), PC_OK);
+        uint32_t count = 0;
+        uint64_t frame = 0;
+        (void)pc_vk_timings(vulkan, nullptr, &count, &frame);
+        return frame;
+    };
+    for (uint64_t number = 10; number < 14; ++number) timed(number);
+    subject.frame.frame.frame_number = 14;
+    const VkCommandBuffer never = Vulkan::get().begin();
+    EXPECT_EQ(pc_vk_run(vulkan, subject.chain.get(), &subject.frame.vk, never), PC_OK);
+    vkEndCommandBuffer(never);
+    EXPECT_EQ(pc_vk_give_up(vulkan), PC_OK);
+    const uint64_t known[] = {12, 12, 15};  // the last that was read, and two runs ago
+    for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(timed(15 + i), known[i]) << i;
+}
+
 }  // namespace
 }  // namespace postchain::test::steps_test

@@ -5,9 +5,9 @@
 
 namespace postchain {
 
-// Escapes what Markdown would read as HTML.
+// One line of printable() text: what Markdown would read as HTML or as an escape is escaped.
 std::string markdown_text(const std::string& text);
-// Escapes a string for a cell of a table: one line, bars escaped.
+// The same for a cell of a table: bars are escaped too.
 std::string markdown_cell(const std::string& text);
 
 }  // namespace postchain

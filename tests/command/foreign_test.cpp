@@ -14,7 +14,9 @@ class ForeignTest : public CommandTest {
   protected:
     // No byte that acts on a terminal, and only the command's own lines.
     static void expect_harmless(const Outcome& outcome) {
-        const std::string text = outcome.out + "\n" + outcome.err;
+        expect_harmless(outcome.out + "\n" + outcome.err);
+    }
+    static void expect_harmless(const std::string& text) {
         for (const char c : text)
             ASSERT_TRUE(uint8_t(c) >= 0x20 || c == '\n' || c == '\t') << int(c) << " in " << text;
         EXPECT_FALSE(contains(text, "\x7f")) << text;
@@ -69,6 +71,9 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
         file.channels.push_back({std::string(1, "RGBA"[c]), io::PixelType::float32, &image, c});
     file.channels.push_back({"evil" + evil, io::PixelType::float32, &image, 0});
     file.attributes["note" + evil] = "first\npostchain: error: forged" + evil;
+    std::string large;
+    while (large.size() < 1 << 20) large += evil + "<script>| `";
+    file.attributes["large"] = file.attributes["worldToCamera"] = large;
     const std::string path = at("a" + evil + "b.0001.exr");
     ASSERT_TRUE(io::write_planes_exr(path, file).ok());
     expect_prints(run({"inspect", path}), 0,
@@ -85,8 +90,13 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
           {evil},
           {"run", at(evil), "-i", path, "-o", out(1)},
           {"inspect", path, "--profile", evil},
+          {"sheet", path, "-o", at("sheet" + evil + ".png")},
+          {"ab", at("fxaa.yaml"), at("motion_blur.yaml"), "-i", path, "-o", at("ab"), "--repeats",
+           "1", "--set", "fxaa.preset=12"},
           {"inspect", path, "--view-layer", evil}})
         expect_harmless(run(arguments));
+    for (const char* name : {"ab/report.md", "ab/report.csv", "ab/report.json", "ab/index.html"})
+        expect_harmless(read_text(at(name)));
     // As JSON the names are preserved (except invalid UTF-8).
     const auto json = run({"inspect", path, "--json", "--log-format", "json"});
     expect_harmless(json);
@@ -104,7 +114,9 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
     EXPECT_EQ(json_lines(plan.out).at(0).count("steps"), 1u);
     expect_ends(
         run({"run", at("warp.yaml"), "-i", frames, "--frames", "1", "-o", at("n.####.exr")}), 0);
-    EXPECT_TRUE(exists(at("n.0001.exr.json")));
+    const std::string sidecar = read_text(at("n.0001.exr.json"));
+    EXPECT_TRUE(contains(sidecar, "\\u202e")) << sidecar;
+    expect_harmless(sidecar);
     // Text without control characters is unchanged.
     const std::string name = at("grün 日本.0001.exr");
     ASSERT_TRUE(io::write_planes_exr(name, file).ok());

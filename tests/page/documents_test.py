@@ -11,8 +11,8 @@ import unittest
 from browser import Browser
 
 SOURCES = pathlib.Path(__file__).resolve().parents[2] / "tools/page"
-HOSTILE = "<img hostile src onerror=alert(1)> & \"x\" </script> \u202egpj"
-SHOWN = HOSTILE.replace("\u202e", "\\u{202e}")
+HOSTILE = "<img hostile src onerror=alert(1)> & \"x\" </script> \x1b[31m\u202egpj\u2066"
+SHOWN = HOSTILE.replace("\x1b", "\\x1b").replace("\u202e", "\\u{202e}").replace("\u2066", "\\u{2066}")
 PNG = ("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5E"
        "rkJggg==")
 
@@ -81,7 +81,7 @@ class Documents(unittest.TestCase):
         path = self.folder / f"{name}.html"
         subprocess.run([CMAKE, f"-DROOT={SOURCES}", f"-DPAGE={name}/page.html", f"-DOUTPUT={path}",
                         "-P", SOURCES / "bundle.cmake"], check=True)
-        text = json.dumps(data, ensure_ascii=False).replace("<", "\\u003c")
+        text = json.dumps(data).replace("<", "\\u003c")  # io::json_text() too escapes marks
         path.write_text(path.read_text(encoding="utf8").replace(
             "<!--DATA-->", f'<script type="application/json" id="data">{text}</script>'),
             encoding="utf8")

@@ -5,7 +5,7 @@ import json
 
 from service_page import ALT, OnTheService, SHOWN, run
 
-HOSTILE = "<img hostile src onerror>"
+HOSTILE = "<img hostile src onerror>\u202e\x1b[31m"
 
 
 class Jobs(OnTheService):
@@ -244,16 +244,23 @@ class Jobs(OnTheService):
         (self.path / f"{HOSTILE}.0001.exr").write_bytes(
             (self.path / "shots/sharp.0001.exr").read_bytes())
         job = self.server.submit({
-            "chain_text": f"postchain: 1\n# {HOSTILE}\npasses: [fxaa]\n",
+            "chain_text": "postchain: 1\n# <img hostile>\npasses: [fxaa]\n",
             "input": f"{HOSTILE}.####.exr", "output": "out/x.####.exr"})
         self.open(f"job={job}")
         self.browser.wait("document.querySelector('#job h2')?.innerText.includes('<img')")
-        self.browser.wait("[...document.querySelectorAll('#job-list .name')].some((n) => "
-                          "n.textContent.includes('<img'))")
+        self.shows_only_text("#job-list .name")
         self.browser.run("document.getElementById('show-shots').click();")
-        self.browser.wait("[...document.querySelectorAll('#entries .name')].some((n) => "
-                          "n.textContent.includes('<img'))")
+        self.shows_only_text("#entries .name")
+
+    def shows_only_text(self, selector):
+        """Neither elements nor characters that turn or color the text beside them."""
+        self.browser.wait("[...document.querySelectorAll(args[0])].some((n) => n.textContent.includes('<img')"
+                          " && n.textContent.includes('\\\\u{202e}\\\\x1b[31m'))", selector)
         self.assertFalse(self.browser.run("return !!document.querySelector('[hostile]');"))
+        shown = self.browser.run(
+            "return document.body.innerText + [...document.querySelectorAll('[title], [aria-label]')].map("
+            "(one) => one.title + one.ariaLabel).join('');")
+        self.assertNotRegex(shown, "[\u202e\x1b]")
 
 
 if __name__ == "__main__":

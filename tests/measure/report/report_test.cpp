@@ -282,11 +282,24 @@ TEST(ReportText, NamesAreOnlyText) {
         EXPECT_THAT(text,
                     HasSubstr(place + std::string("&lt;img src=x onerror=alert(1)>&amp;amp;")));
 
+    // Neither a terminal nor a reader sees anything else than these characters.
+    const std::string marks = "a\x1b[31m\xc2\x9b\xe2\x80\xae\xff\n# b\r| c\\| d";
+    const std::string shown = "a\\\\x1b[31m\\\\u{9b}\\\\u{202e}\\\\xff\\\\n# b\\\\x0d";
+    report.title = report.input = report.notes[0] = report.variants[1].name = marks;
+    const std::string plain = report_as_markdown(report);
+    EXPECT_THAT(plain, HasSubstr("# " + shown + "| c\\\\| d\n"));
+    EXPECT_THAT(plain, HasSubstr("| input | " + shown + "\\| c\\\\\\| d |\n"));
+    EXPECT_THAT(plain, HasSubstr("- " + shown));
+    for (const char* raw : {"\x1b", "\xc2\x9b", "\xe2\x80\xae", "\xff", "\r", "\n# b"})
+        EXPECT_EQ(plain.find(raw), std::string::npos) << raw;
+
     for (const char* name : {"=1+1", "+1", "-1", "@SUM(A1)", "\tx", "=HYPERLINK(\"a\",\"b\")"}) {
         report.variants[0].name = name;
         const std::string line = lines_of(report_as_csv(report))[1];
         EXPECT_TRUE(line.starts_with("'") || line.starts_with("\"'")) << line;
     }
+    report.variants[0].name = "a\x1b[31m\xe2\x80\xae\nb";
+    EXPECT_TRUE(lines_of(report_as_csv(report))[1].starts_with("a\\x1b[31m\\u{202e}\\nb,"));
     report.variants[0].name = "a=1";
     EXPECT_TRUE(lines_of(report_as_csv(report))[1].starts_with("a=1,"));
 }

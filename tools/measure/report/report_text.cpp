@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "chain/base/printable.h"
 #include "config/markdown.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/settings/run_settings.h"
@@ -18,8 +19,8 @@ std::string number(const std::optional<double>& value, int digits) {
 std::string field(const std::string& name) {
     const bool formula =
         !name.empty() && std::string("=+-@\t\r").find(name[0]) != std::string::npos;
-    const std::string text = formula ? "'" + name : name;
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    const std::string text = printable(formula ? "'" + name : name);
+    if (text.find_first_of(",\"") == std::string::npos) return text;
     std::string quoted = "\"";
     for (char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
     return quoted + "\"";

@@ -1,5 +1,5 @@
 // Folders of the roots: the sequences in them are opened with a click, with the camera beside them.
-import { by_id, h } from "../shared/dom.js";
+import { by_id, h, printable } from "../shared/dom.js";
 import { rove } from "../shared/roving.js";
 import { counted } from "../shared/words.js";
 import { address, get } from "./api.js";
@@ -60,7 +60,7 @@ function mark_open() {
 
 function draw(focus) {
     const first = ({ frames }) => frames_of(frames)[0];
-    by_id("where").textContent = here.folder === "." ? "all shots" : here.folder || "roots";
+    by_id("where").textContent = here.folder === "." ? "all shots" : printable(here.folder || "roots");
     by_id("up").disabled = here.parent === null;
     by_id("entries").replaceChildren(
         ...here.folders.map((one) => row("\u25b8", one.name, "", { "data-folder": one.path,

@@ -1,5 +1,5 @@
 // The strip of frames below the picture: thumbnails and states. Only the cells in sight exist.
-import { by_id, h, settle } from "../shared/dom.js";
+import { by_id, h, printable, settle } from "../shared/dom.js";
 import { address, jobPath } from "./api.js";
 import { model, page, state } from "./page.js";
 import { is_bad, is_finished } from "./pictures.js";
@@ -41,7 +41,7 @@ function fill(cell, entry, index) {
     cell.box.className = `cell ${entry.state ?? ""}`;
     cell.word.className = entry.state ? `state ${entry.state}` : "";
     cell.word.textContent = word;
-    cell.box.title = entry.message || "";
+    cell.box.title = printable(entry.message || "");
     cell.box.tabIndex = chosen ? 0 : -1;
     if (chosen) cell.box.setAttribute("aria-current", "true");
     else cell.box.removeAttribute("aria-current");

@@ -1,6 +1,6 @@
 // The job that is looked at: its frames in the viewer; beside them progress, actions, and what the
 // frame took.
-import { by_id, h, settle } from "../shared/dom.js";
+import { by_id, h, printable, settle } from "../shared/dom.js";
 import { clock, duration, milliseconds } from "../shared/words.js";
 import { change, get, get_frames, jobPath, post, remove } from "./api.js";
 import { update_film } from "./film.js";
@@ -21,7 +21,7 @@ function act(label, what, options = {}) {
         try {
             await what();
         } catch (error) {
-            parts.error.textContent = error.lines?.().join("\n") ?? error.message;
+            parts.error.textContent = printable(error.lines?.().join("\n") ?? error.message);
         }
         event.target.disabled = false;
     } }, label);
@@ -96,7 +96,7 @@ function draw() {
     const text = [job.verdict, job.message].filter(Boolean).join("\n");
     parts.message.hidden = !text;
     parts.message.className = job.state === "failed" ? "message bad" : "message";
-    parts.message.textContent = text;
+    parts.message.textContent = printable(text);
     const kind = [job.state, job.done > 0].join();
     if (parts.kind === kind) return;  // a button may have the focus
     parts.kind = kind;

@@ -1,6 +1,6 @@
 // The list of jobs: searched by the service, kept up to date by events. Many events cost few
 // requests: those of frames are applied as they are, others ask for the first page again.
-import { by_id, h, settle } from "../shared/dom.js";
+import { by_id, h, printable, settle } from "../shared/dom.js";
 import { rove } from "../shared/roving.js";
 import { clock } from "../shared/words.js";
 import { address, get, jobPath, remove } from "./api.js";
@@ -31,14 +31,14 @@ function row(job) {
         row.thumbnail.addEventListener("error", () => row.thumbnail.classList.add("none"));
         rows.set(job.id, row);
     }
-    row.name.textContent = shotOf(job);
-    row.button.title = [nameOf(job), outputOf(job)].filter(Boolean).join("\n");
+    row.name.textContent = printable(shotOf(job));
+    row.button.title = printable([nameOf(job), outputOf(job)].filter(Boolean).join("\n"));
     row.state.className = `state ${job.state}`;
     row.state.textContent = job.place ? `queued, ${job.place}${kOrdinals[job.place] ?? "th"}` : job.state;
-    row.detail.textContent = [job.owner, workOf(job), progressOf(job, true)]
-        .filter(Boolean).join(" \u00b7 ");
+    row.detail.textContent = printable([job.owner, workOf(job), progressOf(job, true)]
+        .filter(Boolean).join(" \u00b7 "));
     row.when.textContent = clock(job.created);
-    row.output.textContent = outputOf(job) && `\u2192 ${outputOf(job)}`;
+    row.output.textContent = outputOf(job) && printable(`\u2192 ${outputOf(job)}`);
     if (chosen) row.button.setAttribute("aria-pressed", chosen.has(job.id));
     else row.button.removeAttribute("aria-pressed");
     row.bar.hidden = job.state !== "running" || !job.frames;

@@ -1,5 +1,5 @@
 // The center of the page: the open shot or job in the viewer of reports, with live previews.
-import { by_id, h, settle } from "../shared/dom.js";
+import { by_id, h, printable, settle } from "../shared/dom.js";
 import { milliseconds, number } from "../shared/words.js";
 import { fill_bar } from "../viewer/bar.js";
 import { bind_keys } from "../viewer/keys.js";
@@ -203,7 +203,7 @@ async function focus_at(pixel) {
         page.say(`focus ${number(distance)}`);
         read_values(pixel);
     } catch (error) {
-        by_id("values").textContent = error.message;
+        by_id("values").textContent = printable(error.message);
     }
 }
 
@@ -224,8 +224,8 @@ function show_fault() {
         waiting: { canceled: "was not filtered: the job is canceled",
             failed: "was not filtered: the job ended before" }[model.subject.state] ?? "waits to be filtered" };
     fault.className = entry.state === "waiting" ? "" : "bad";
-    fault.textContent = `Frame ${entry.frame} ${what[entry.state] ?? entry.state}${
-        entry.message ? `: ${entry.message}` : "."}`;
+    fault.textContent = printable(`Frame ${entry.frame} ${what[entry.state] ?? entry.state}${
+        entry.message ? `: ${entry.message}` : "."}`);
 }
 
 export function start_look() {

@@ -1,6 +1,6 @@
 // From the picture to a job: the frames that are looked at, through the chosen chain, into a folder
 // beside them; and from a job back to the picture.
-import { by_id, h } from "../shared/dom.js";
+import { by_id, h, printable } from "../shared/dom.js";
 import { ranges } from "../shared/words.js";
 import { address, get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
@@ -72,7 +72,7 @@ async function submit(more = {}) {
         page.jobs.add_job(job);
         await page.open_job(job.id);
     } catch (refusal) {
-        error.textContent = what_exists(refusal) ?? refusal.lines?.().join("\n") ?? refusal.message;
+        error.textContent = printable(what_exists(refusal) ?? refusal.lines?.().join("\n") ?? refusal.message);
         choices.replaceChildren(...await offer(refusal, body, submit));
     }
     button.disabled = false;
@@ -127,7 +127,7 @@ export function start_send() {
     page.planned = (reply, why) => {
         const one = reply?.plan;
         const error = why || reply?.error || "";
-        by_id("plan-error").textContent = error;
+        by_id("plan-error").textContent = printable(error);
         by_id("plan").replaceChildren(...(one ? [h("p", {}, one.passes.map((pass) => pass.pass
             + (pass.left_out ? " (left out)" : "")).join(", then ")),
         ...(reply.warnings ?? []).map((text) => h("p", { class: "message" }, text)),

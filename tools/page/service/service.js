@@ -1,5 +1,5 @@
 // The parts of the page, login, deep links, and the line to the service.
-import { by_id } from "../shared/dom.js";
+import { by_id, printable } from "../shared/dom.js";
 import { rove } from "../shared/roving.js";
 import { get, listen, logIn, logOut, whenTokenIsNeeded } from "./api.js";
 import { folder, open_folder, open_shot, start_browse } from "./browse.js";
@@ -23,7 +23,7 @@ function say(text, bad = false) {
 }
 /** Shows an error until it is closed, something else is opened or the service answers again. */
 page.fail = (error) => {
-    by_id("failure").textContent = error.lines?.().join("\n") ?? error.message;
+    by_id("failure").textContent = printable(error.lines?.().join("\n") ?? error.message);
     by_id("failure-box").hidden = false;
 };
 page.clear_failure = () => { by_id("failure-box").hidden = true; };

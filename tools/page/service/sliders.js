@@ -1,6 +1,6 @@
 // The six values that matter first, as sliders of the chain that is edited; which chain that is; and
 // chains to load.
-import { by_id, h, new_id } from "../shared/dom.js";
+import { by_id, h, new_id, printable } from "../shared/dom.js";
 import { number } from "../shared/words.js";
 import { folder, whenFolderChanges } from "./browse.js";
 import { activeKey, activeChain, chainTitle, choose, compare, isCompared, kOrders, kTiers, lensValue,
@@ -73,7 +73,7 @@ function draw() {
     }
     for (const which of ["a", "b"]) {
         const tab = by_id(`tab-${which}`);
-        tab.textContent = `${which.toUpperCase()} ${chainTitle(which)}`;
+        tab.textContent = printable(`${which.toUpperCase()} ${chainTitle(which)}`);
         tab.setAttribute("aria-pressed", activeKey() === which);
     }
     for (const id of ["tab-b", "swap"]) by_id(id).hidden = !isCompared();

@@ -2,6 +2,15 @@
 
 const kSvg = new Set(["svg", "rect", "line", "circle", "path", "g", "text", "title"]);
 
+// Characters that act on a terminal or turn the direction of the text around them are shown as \x1b
+// and \u{202e} (chain/base/printable.h), except line feeds and tabs.
+const kActing = /[\0-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]/g;
+export const printable = (text) => `${text}`.replace(kActing, (c) => {
+    const code = c.codePointAt(0).toString(16);
+    return c < "\x80" ? `\\x${code.padStart(2, "0")}` : `\\u{${code}}`;
+});
+const kShown = new Set(["alt", "aria-label", "placeholder", "title"]);  // attributes that are read
+
 // h("button", {class: "x", onclick: f, "aria-label": "y"}, child, "text", [more]). A child or an
 // attribute that is false, null or undefined is left out.
 export function h(tag, attributes = {}, ...children) {
@@ -12,20 +21,18 @@ export function h(tag, attributes = {}, ...children) {
         if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
         else if (key === "style")
             for (const [name, v] of Object.entries(value)) element.style.setProperty(name, v);
-        else element.setAttribute(key, value === true ? "" : value);
+        else element.setAttribute(key, value === true ? "" : kShown.has(key) ? printable(value) : value);
     }
-    element.append(...children.flat(2).filter(
-        (c) => c !== undefined && c !== null && c !== false));
+    element.append(...children.flat(2).filter((c) => c !== undefined && c !== null && c !== false)
+        .map((c) => (typeof c === "string" ? printable(c) : c)));
     return element;
 }
 
 export const by_id = (id) => document.getElementById(id);
 
-// The value of <script type="application/json" id="ID">. Marks that reverse the direction of the text
-// around a name are shown as \u{202e}.
-export const json_of = (id) => JSON.parse(by_id(id).textContent.replace(
-    /[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/g,
-    (c) => `\\\\u{${c.codePointAt(0).toString(16)}}`));
+// The value of <script type="application/json" id="ID">, whose strings are only shown.
+export const json_of = (id) => JSON.parse(by_id(id).textContent,
+    (key, value) => (typeof value === "string" ? printable(value) : value));
 
 let ids = 0;
 export const new_id = () => `e${++ids}`;

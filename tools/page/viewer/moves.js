@@ -1,5 +1,5 @@
 // Calls that change the picture of a page with a viewer.
-import { by_id } from "../shared/dom.js";
+import { by_id, printable } from "../shared/dom.js";
 
 /** Adds show(), flip(), step_frame() and say() to a page with `model` and `state`. */
 export function add_moves(page) {
@@ -16,5 +16,5 @@ export function add_moves(page) {
         const at = frames.indexOf(state.get("frame"));
         if (frames.length) state.set({ frame: frames[(at + by + frames.length) % frames.length] });
     };
-    page.say = (text) => { by_id("live").textContent = text; };
+    page.say = (text) => { by_id("live").textContent = printable(text); };
 }

@@ -1,5 +1,5 @@
 // Marks over the canvas: the name of the picture, the error scale, the cursor.
-import { by_id, h, limit } from "../shared/dom.js";
+import { by_id, h, limit, printable } from "../shared/dom.js";
 import { percent } from "../shared/tables.js";
 import { number } from "../shared/words.js";
 import { kMagma } from "./magma.js";
@@ -89,7 +89,7 @@ export function overlay(page) {
             const zoom = viewer.scale();
             by_id("zoom").textContent = `${state.get("zoom") ? "" : "fit, "}${number(zoom)}\u00d7`;
             by_id("missing").hidden = !viewer.missing;
-            by_id("missing").textContent = viewer.missing ?? "";
+            by_id("missing").textContent = printable(viewer.missing ?? "");
             marks.cursor(viewer.cursor);
         },
         busy(on) { by_id("canvas").setAttribute("aria-busy", on); },

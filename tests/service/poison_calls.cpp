@@ -1,11 +1,14 @@
 // Preloaded into a process: kills it when it opens a file whose name ends with POSTCHAIN_POISON,
-// and blocks the opening of one that ends with POSTCHAIN_HANG while the file POSTCHAIN_HANG_WHILE
-// exists, as a disk does that does not answer. That file grows by a byte each time.
+// writes to no address in the thread that reads pixels of one that ends with POSTCHAIN_CRASH, as a
+// decoder with a fault does, and blocks the opening of one that ends with POSTCHAIN_HANG while the
+// file POSTCHAIN_HANG_WHILE exists, as a disk does that does not answer. That file grows by a byte
+// each time.
 #include <array>
 #include <csignal>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <string_view>
 
 #include <dlfcn.h>
@@ -27,6 +30,17 @@ void look_at(const char* path) {
         std::fclose(count);
     }
     while (access(until, F_OK) == 0) usleep(10'000);
+}
+
+// Beyond the header and the table of chunks.
+void look_at(int file, off_t at) {
+    const char* crash = std::getenv("POSTCHAIN_CRASH");
+    if (!crash || at < 4096) return;
+    std::array<char, 4096> path;
+    const ssize_t length =
+        readlink(("/proc/self/fd/" + std::to_string(file)).c_str(), path.data(), path.size());
+    if (length > 0 && std::string_view(path.data(), size_t(length)).ends_with(crash))
+        *static_cast<volatile int*>(nullptr) = 0;
 }
 
 }  // namespace
@@ -57,3 +71,13 @@ extern "C" int open(const char* path, int flags, ...) {
 
 // The same on a system of 64 bits.
 extern "C" int open64(const char* path, int flags, ...) __attribute__((alias("open")));
+
+extern "C" ssize_t pread(int file, void* to, size_t bytes, off_t at) {
+    using Pread = ssize_t (*)(int, void*, size_t, off_t);
+    static const auto next = reinterpret_cast<Pread>(dlsym(RTLD_NEXT, "pread"));
+    look_at(file, at);
+    return next(file, to, bytes, at);
+}
+
+extern "C" ssize_t pread64(int file, void* to, size_t bytes, off_t at)
+    __attribute__((alias("pread")));

@@ -16,7 +16,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from server import (Events, PATIENCE_S, Served, make_scene, serve_command, token_hash, wait_until,  # noqa: E402
+from server import (Events, PATIENCE_S, Served, Server, make_scene, serve_command, token_hash, wait_until,  # noqa: E402
                     work_on)
 from skips import skipped  # noqa: E402
 
@@ -181,6 +181,49 @@ class Serve(Served):
             self.assertEqual(server.ask("GET", image + "1")[0], 200)
             again = server.ask("POST", "/v1/preview", preview | {"frame": 1})
             self.assertEqual((again[0], again[2]), (200, good[2]))
+
+    def test_a_decoder_that_crashes_is_its_jobs_fault(self):
+        """Of one frame of one user: another's job, his frames and images do not suffer."""
+        if not LIBRARY:
+            skipped("a decoder that crashes `postchain serve`: nothing is preloaded with sanitizers")
+            self.skipTest("no library")
+        self.shots("1-4")
+        users = {"ann": "a" * 16, "bob": "b" * 16}
+        for name in users:
+            shutil.copytree(self.path / "shots", self.path / name / "shots")
+        self.write("users.yaml", "postchain_users: 1\nusers:\n" + "".join(
+            f"  {name}: {{tokens: [{token_hash(token)}]}}\n" for name, token in users.items()))
+        head = {name: {"Authorization": f"Bearer {token}"} for name, token in users.items()}
+        environment = os.environ | {"LD_PRELOAD": LIBRARY, "POSTCHAIN_CRASH": "ann/shots/sharp.0002.exr"}
+        command = self.command("--users", str(self.path / "users.yaml"), "--slice", "0")
+        body = {"chain": {"postchain": 1, "passes": ["fxaa"]}, "mkdir": True}
+        deaths, ended = 0, {}
+        while len(ended) < 2:
+            server = Server(command, environment)
+            try:
+                jobs = {name: server.submit(
+                    body | {"input": f"{name}/shots/sharp.####.exr", "output": f"{name}/out/o.####.exr"},
+                    head[name] | {"Idempotency-Key": name}) for name in users}
+                ended = {name: server.ended(job, head[name]) for name, job in jobs.items()}
+            except (OSError, ValueError, AssertionError):
+                ended = {}
+                self.assertEqual(server.stop(), -signal.SIGSEGV)
+                deaths += 1
+                self.assertLess(deaths, 9)
+        frames = {name: server.get(f"/v1/jobs/{jobs[name]}/frames", head[name])["frames"] for name in users}
+        for frame, name, status in [(2, "ann", 422), (2, "bob", 200), (1, "ann", 200)]:
+            got, _, said = server.ask(
+                "GET", f"/v1/image?input={name}/shots/sharp.%23%23%23%23.exr&frame={frame}", None, head[name])
+            self.assertEqual(got, status, said)
+            self.assertEqual(b"sharp.0002.exr: its reader crashed" in said, status == 422)
+        self.assertEqual(server.stop(), 143)
+        self.assertIn("1 of 4 frames quarantined: 2; frame 2: the process died while only this frame was in flight",
+                      ended["ann"]["message"])
+        self.assertEqual([frame["state"] for frame in frames["ann"]], ["written", "quarantined", "written", "written"])
+        self.assertEqual((ended["bob"]["state"], ended["bob"]["done"]), ("done", 4))
+        self.assertEqual([frame["message"] for frame in frames["bob"]], [""] * 4)
+        # First together with others, then alone.
+        self.assertIn(deaths, (3, 4))
 
     def test_programs_of_previews_are_kept(self):
         """Those of the page's first chain from the start, others when they are used."""

@@ -10,6 +10,7 @@
 #include "tests/io/largest_allocation.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::io::test_deep_reader {
 namespace {
@@ -129,6 +130,23 @@ std::string write_row(const TempFolder& folder, const std::vector<test::FileChan
 
 const std::vector<test::FileChannel> kAlphaRedDepth = {{"A"}, {"R"}, {"Z", Imf::FLOAT}};
 using V = std::vector<float>;
+
+// Flat color comes first, except a cryptomatte's preview.
+TEST(DeepReader, DeepColorIsUsedIfThereIsNoOther) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    for (const auto& [layer, is_color] :
+         {std::pair("CryptoObject00", false), {"uCryptoAsset00", false}, {"diffuse", true}}) {
+        FilePart flat{.name = "flat", .data = {{-3, 5}, {27, 24}}, .display = {{0, 0}, {31, 31}}};
+        for (const char* word : {"A", "B", "G", "R"})
+            flat.channels.push_back({concat(layer, ".", word), Imf::FLOAT});
+        write_file(path, {deep_part("deep"), flat});
+        const FileChannels found = channels_of(must(ExrFile::open(path)));
+        ASSERT_EQ(found.parts.size(), 2u);
+        EXPECT_EQ(found.parts[0].channels.empty(), is_color) << layer;
+        EXPECT_EQ(found.parts[1].channels.size(), 4u) << layer;
+    }
+}
 
 TEST(DeepReader, ShowsWhatIsBehind) {
     const TempFolder folder;

@@ -19,6 +19,15 @@ using test::TempFolder;
 using test::write_file;
 using testing::HasSubstr;
 
+// Stored values of no motion.
+TEST(GrownWindow, VectorsAroundHaveTheirOwnBias) {
+    ConvertOptions convention;
+    convention.motion.bias = 0.25;
+    convention.motion_back.bias = 0.5;
+    EXPECT_EQ(outside_value(Role::motion, convention, PixelType::half), 0.25f);
+    EXPECT_EQ(outside_value(Role::motion_back, convention, PixelType::half), 0.5f);
+}
+
 // A larger data window than the file's, in parts of every kind: new pixels are clear, infinitely
 // far and still; samples of subsampled channels stay at their pixels.
 TEST(GrownWindow, WhatIsAroundTheFilesPixels) {

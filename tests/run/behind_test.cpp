@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "chain/frame/behind.h"
 #include "tests/run/fixture.h"
+#include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain::sequence {
 namespace {
@@ -47,6 +49,25 @@ TEST_F(BehindTest, IsNotReplaced) {
     behind_of_frame_2();
     settings_.output = *io::PathPattern::parse(at("behind.####.exr"));
     EXPECT_THAT(failure(), HasSubstr("would replace the layer behind"));
+}
+
+TEST_F(BehindTest, IsInTheMemoryOfThePlan) {
+    const auto planned = [&] {
+        Memory memory;
+        const Status status = plan_sequence(chain_, settings_, [&](const PlannedFrame& frame) {
+            memory = frame.memory;
+            return true;
+        });
+        EXPECT_TRUE(status.ok()) << status.message();
+        return memory;
+    };
+    const Memory without = planned();
+    behind_of_frame_2();
+    const Memory with = planned();
+    // Color, depth and vectors as stored and as planes, and the planes of the frame behind.
+    const uint64_t bytes = 48 * 32 * (2 * 4 * (4 + 1 + 2) + 16 * uint64_t(kBehindPlanes));
+    EXPECT_GE(with.frame, without.frame + bytes);
+    EXPECT_GE(with.process - with.textures, without.process - without.textures + bytes);
 }
 
 TEST_F(BehindTest, DecidesWhatIsMadeAgain) {

@@ -121,6 +121,59 @@ TEST_F(FrameLayersTest, AMatteIsAChannelThatColorCovers) {
     EXPECT_TRUE(found().ok());  // plain.frame and the like are not in the file
 }
 
+// A pattern has no hash.
+TEST_F(FrameLayersTest, IdsWithoutAManifestAreFoundByWholeNames) {
+    test::FrameFile file;
+    for (const char* channel : {"R", "G", "B", "A"})
+        file.mattes[concat("crypto00.", channel)] = ImageF(8, 8, 1);
+    const std::string key = "cryptomatte/1234567/";
+    file.attributes = {{key + "name", std::string("crypto")},
+                       {key + "hash", std::string("MurmurHash3_32")},
+                       {key + "conversion", std::string("uint32_to_float32")}};
+    test::write_frame(path_, test::make_planes(8, 8), file);
+    settings_.cryptomatte = CryptomatteChoice::filter;
+    settings_.ids = {"ball"};
+    const auto layers = found();
+    ASSERT_TRUE(layers.ok()) << layers.status().message();
+    EXPECT_THAT(layers->filtered_ids.at(0), ElementsAre(io::id_of_name("ball")));
+    EXPECT_THAT(layers->warnings,
+                testing::Contains(testing::HasSubstr("'ball' is found by the hash of its name")));
+    for (const char* pattern : {"ba*", "bal?"}) {
+        settings_.ids = {pattern};
+        EXPECT_EQ(found().status().code(), StatusCode::input) << pattern;
+    }
+}
+
+TEST(FillMask, IsAboveTheLayersOfEachFrame) {
+    const auto image = [](float value, int rows = 1) {
+        return std::make_shared<const ImageF>(2, rows, 4, value);
+    };
+    FrameDescription frame;
+    frame.width = 2;
+    frame.height = 1;
+    for (const bool layered : {false, true}) {
+        SharedPlanes planes = {
+            {Role::color, image(1)}, {Role::color_before, image(2)}, {Role::color_after, image(3)}};
+        if (layered) {
+            planes[Role::layers] = image(4);
+            planes[Role::layers_before] = image(5);
+            planes[Role::layers_after] = image(6);
+            frame.layers = 1;
+        }
+        frame.planes = {};
+        for (const auto& [role, plane] : planes) frame.planes.add(role);
+        planes = planes_with_fill_mask(planes, frame);
+        float value = 4;
+        for (const Role role : {Role::layers, Role::layers_before, Role::layers_after}) {
+            ASSERT_TRUE(planes.contains(role)) << name_of(role);
+            ImageF rest = *planes.at(role);
+            EXPECT_EQ(take_fill_mask(rest, 1).data, (std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0}));
+            EXPECT_EQ(rest, layered ? *image(value++) : ImageF());
+        }
+        EXPECT_EQ(with_fill_mask(frame).layers, layered ? 2 : 1);
+    }
+}
+
 // The shares of each pixel sum to 1, also if a pass has made one of them negative.
 TEST(FillMask, IsTakenFromTheTopOfTheLayers) {
     ImageF layers(3, 2, 4, 7);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tests/command/frames.h"
+#include "tools/sequence/run/inspect_frame.h"
 
 namespace postchain::sequence::frame_scan_test {
 namespace {
@@ -144,6 +145,46 @@ TEST_F(FrameScan, VectorsInFractions) {
     ASSERT_TRUE(profile.status().ok()) << profile.status().message();
     settings_.profile = profile.profile;
     expect_like_the_whole();
+}
+
+// A cut is told by the usual change of adjacent frames, not by changes across frames without
+// pixels.
+TEST(Survey, AFrameThatCannotBeReadIsNoChange) {
+    SequenceSurvey survey;
+    const auto add = [&](int frame, float shown) {
+        Thumbnail thumbnail;
+        thumbnail.add(ImageF(16, 9, 4, shown / (1 - shown)), 0, 9);
+        survey.add(frame, SourceFrame(), thumbnail);
+    };
+    add(1, 0.1f);
+    add(2, 0.11f);
+    survey.add_failed(3, Status(StatusCode::input, "f.exr: damaged"));
+    add(4, 0.5f);
+    add(5, 0.51f);
+    survey.add_failed(6, Status(StatusCode::input, "f.exr: damaged"));
+    add(7, 0.9f);
+    add(8, 0.7f);
+    const auto found = survey.findings();
+    ASSERT_EQ(found.size(), 3u);
+    EXPECT_EQ(found.back().frame, 7);
+    EXPECT_EQ(found.back().what,
+              "the image changes 20 times as much as usual to frame 8: a cut? (--cuts 7)");
+}
+
+TEST_F(FrameScan, SignsAreCheckedAgainstTheNextFrameOfTheShot) {
+    for (const int frame : {1, 2}) test::write_frame(path(frame), odd_planes(frame));
+    RunSettings settings;
+    settings.input = *io::InputSpec::parse(folder_.path("f.#.exr"));
+    const auto are_checked = [&](const std::set<int>& cuts) {
+        settings.source.cuts = cuts;
+        SequenceSurvey survey;
+        const auto found = inspect_frame(settings, {{Role::color, path(1)}}, 1, survey);
+        EXPECT_TRUE(found.status.ok()) << found.status.message();
+        return found.signs.has_value() && found.json.contains("sign_check");
+    };
+    EXPECT_TRUE(are_checked({}));
+    EXPECT_FALSE(are_checked({1}));
+    EXPECT_TRUE(are_checked({0, 2}));
 }
 
 }  // namespace

@@ -72,6 +72,8 @@ TEST(Memory, OfMattesAndLayers) {
 
 // Each thread flattens a chunk of its own.
 TEST(Memory, OfADeepFrameByItsChunks) {
+    io::WorkerPool::shared().set_threads(3);
+    EXPECT_GT(io::WorkerPool::shared().slots(), 1u);
     test::TempFolder folder;
     const std::string path = folder.path("f.exr");
     test::FilePart part{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
@@ -89,6 +91,7 @@ TEST(Memory, OfADeepFrameByItsChunks) {
                       chunk * io::WorkerPool::shared().slots();
     }
     EXPECT_EQ(bytes[0], bytes[1]);
+    io::WorkerPool::shared().set_threads(1);
 }
 
 TEST(Memory, WhatIsTooMuchIsRefused) {

@@ -393,6 +393,29 @@ TEST_F(RunnerTest, TheDataWindowHoldsWhatEveryViewReaches) {
     }
 }
 
+// Its frame is read as a neighbor, and its manifest for the matte.
+TEST_F(RunnerTest, TheManifestOfANeighborIsNotReplaced) {
+    chain("postchain: 1\npasses: [fxaa: {matte: \"cryptomatte:ball\"}]\n");
+    settings_.output = *io::PathPattern::parse(at("o.####.exr"));
+    frames("2");
+    for (const auto& [frame, refused] : {std::pair(1, true), {2, true}, {3, true}, {4, false}}) {
+        test::write_sequence(at(""), {1, 2, 3, 4});
+        test::FrameFile file;
+        for (const char* channel : {"R", "G", "B", "A"})
+            file.mattes[concat("crypto00.", channel)] = ImageF(48, 32, 1);
+        const std::string key = "cryptomatte/1234567/";
+        file.attributes = {{key + "name", std::string("crypto")},
+                           {key + "hash", std::string("MurmurHash3_32")},
+                           {key + "conversion", std::string("uint32_to_float32")},
+                           {key + "manif_file", std::string("o.0002.exr.json")}};
+        test::write_frame(in(frame), test::make_planes(48, 32), file);
+        test::write_text(at("o.0002.exr.json"), "{\"ball\": \"64a1a2a3\"}");
+        const std::string why = failure();
+        EXPECT_EQ(why.find("the manifest of cryptomatte crypto") != why.npos, refused)
+            << frame << ": " << why;
+    }
+}
+
 TEST_F(RunnerTest, AFrameThatIsProcessedKnowsTheNextOne) {
     test::write_sequence(at(""), {1, 2, 3, 4, 5});
     std::vector<int> gaps;

@@ -228,6 +228,7 @@ TEST_F(Source, VectorsStoredWithLossAreNamed) {
                 AllOf(HasSubstr("motion_back is stored with loss (dwab: ViewLayer.Vector.Y)"),
                       Not(HasSubstr(": motion is"))));
     EXPECT_EQ(said("generic", io::ExrMethod::zip), "");
+    EXPECT_EQ(said("arnold", io::ExrMethod::pxr24), "") << "its steps do not show";
 }
 
 // Vectors that lead to another shot are replaced by those of the frame's other side.

@@ -144,6 +144,14 @@ TEST(Gates, AWaitIsNotTheFaultOfAStep) {
     EXPECT_EQ(progress.longest(at(9))->seconds, 6);
     progress.step(sequence::FrameStep::read, 2, false, at(9));
     EXPECT_EQ(progress.longest(at(9))->seconds, 2);
+    // Nor that of a measurement, whose time begins now.
+    progress.step(sequence::FrameStep::filter, 1, false, at(9));
+    progress.does("a measurement did not end");
+    const auto begun = Progress::Clock::now();
+    EXPECT_EQ(progress.waits(true, begun + 10s), 0);
+    EXPECT_EQ(progress.waits(false, begun + 90s), 80);
+    EXPECT_GE(progress.longest(begun + 100s)->seconds, 20);
+    EXPECT_LT(progress.longest(begun + 100s)->seconds, 60);
 }
 
 // A worker and previews around one gate, whose previews may take an hour.

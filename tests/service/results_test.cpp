@@ -8,6 +8,7 @@
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
+#include "tools/service/work/job_files.h"
 #include "tools/service/work/previews.h"
 
 namespace postchain::service {
@@ -152,6 +153,21 @@ TEST_F(Results, ReportsAreReadAndNothingBesideThem) {
         EXPECT_EQ(problem_of(service_->report_file(user(), id, name)).kind,
                   Problem::Kind::not_found)
             << name;
+}
+
+TEST_F(Results, BytesOfWhatIsWritten) {
+    const auto write = [&](const std::string& name, size_t bytes) {
+        std::ofstream(root(name)) << std::string(bytes, 'x');
+    };
+    size_t bytes = 1;
+    for (const char* name : {"out/one.exr", "out/one.exr.json", "out/one.exr.png", "out/f.0001.exr",
+                             "out/f.0001.exr.json", "out/f.0001.exr.png", "out/g.0001.exr"})
+        write(name, std::exchange(bytes, 2 * bytes));
+    EXPECT_EQ(bytes_on_disk(root("out/one.exr")), 1 + 2 + 4);
+    EXPECT_EQ(bytes_on_disk(root("out/f.####.exr")), 8 + 16 + 32);
+    EXPECT_EQ(bytes_on_disk(root("out")), 127);
+    EXPECT_EQ(bytes_on_disk(root("out/one.exr") + "\n" + root("out/g.####.exr")), 7 + 64);
+    EXPECT_EQ(bytes_on_disk(root("out/none.exr")), 0);
 }
 
 TEST_F(Results, OutputsOfARangeOfFrames) {

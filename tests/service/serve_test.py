@@ -219,6 +219,7 @@ class Serve(Served):
         self.assertEqual(server.stop(), 143)
         self.assertIn("1 of 4 frames quarantined: 2; frame 2: the process died while only this frame was in flight",
                       ended["ann"]["message"])
+        self.assertIn("its file, or one beside it that its filters read", ended["ann"]["message"])
         self.assertEqual([frame["state"] for frame in frames["ann"]], ["written", "quarantined", "written", "written"])
         self.assertEqual((ended["bob"]["state"], ended["bob"]["done"]), ("done", 4))
         self.assertEqual([frame["message"] for frame in frames["bob"]], [""] * 4)

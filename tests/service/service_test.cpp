@@ -195,6 +195,14 @@ TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     close();
 }
 
+// The message of the command names options.
+TEST_F(Jobs, AFaultNamesTheKeysOfTheRequest) {
+    open();
+    EXPECT_THAT(refused(body(R"(, "ocio": "in.0001.exr")")).detail,
+                HasSubstr("ocio: has no effect by itself; add png: true, output_transfer: or "
+                          "input_transfer"));
+}
+
 TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
     std::ofstream(root("in.0002.exr"), std::ios::binary) << "no EXR";
     attempts_ = 1;

@@ -306,6 +306,26 @@ TEST(coc_errors, name_the_value) {
     EXPECT_EQ(planes(1, 2, 4), "far_sharp");
 }
 
+TEST(coc_errors, a_place_whose_depth_is_not_known) {
+    for (const auto& coc : {"lens"s, "range"s})
+        EXPECT_EQ(key_of_error({{"focus_at", std::array{0.8, 0.5}}, {"coc", coc}}, round_camera()),
+                  "focus_at");
+}
+
+TEST(coc_errors, two_shapes_of_one_aperture) {
+    Camera camera = round_camera();
+    camera.aperture_image = BokehKernel("picture.png");
+    EXPECT_EQ(key_of_error({}, camera), "aperture_image") << "it was not read";
+    EXPECT_EQ(key_of_error({{"aperture_blades", int64_t(7)}}, camera), "aperture_blades");
+    EXPECT_EQ(key_of_error({{"aperture_curvature", 0.25}}, camera), "aperture_curvature");
+    Camera blades = camera, curvature = camera;
+    blades.aperture_blades = 7;
+    curvature.aperture_curvature = 0.25;
+    EXPECT_EQ(key_of_error({}, blades), "aperture_blades");
+    EXPECT_EQ(key_of_error({}, curvature), "aperture_curvature");
+    EXPECT_EQ(key_of_error({{"method", "gilham"s}}, blades), "") << "has no aperture";
+}
+
 // The largest auto kernel of a 16384 px wide display fits; a larger one is reported.
 TEST(coc_errors, kernel_too_wide) {
     FrameDescription frame = describe_round(deep_planes(4, 4));

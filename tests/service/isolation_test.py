@@ -7,7 +7,7 @@ import time
 import unittest
 
 from attacked import Attacked, GET
-from server import PATIENCE_S, parse, read_all, wait_until
+from server import PATIENCE_S, parse, read_all, statuses, wait_until
 
 AT_ONCE_S = 5  # for a request that waits for nothing, on a busy machine
 
@@ -127,6 +127,25 @@ class Connections(Attacked):
             self.assertIn(b" 200 ", served.recv(100000))
         for client in half:
             client.close()
+
+
+class ConnectionsOfAClient(Attacked):
+    settings = ["max_connections_per_address=3"]
+    answers = [200, 200, 200, 429, 429]
+
+    def test_are_limited(self):
+        clients, answers = [], []
+        for _ in self.answers:
+            clients.append(self.send(GET, "127.0.0.2"))
+            answers += statuses(clients[-1].recv(100000))
+        for client in clients:
+            client.close()
+        self.assertEqual(answers, self.answers)
+
+
+class ConnectionsOfAProxy(ConnectionsOfAClient):
+    settings = ConnectionsOfAClient.settings + ["trust_own=1"]
+    answers = [200] * 5
 
 
 class Strangers(Attacked):

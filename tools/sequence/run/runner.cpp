@@ -53,7 +53,9 @@ class Runner {
               settings.source, settings.input,
               [&job](const FrameHeader& header) { return job.planes(header); },
               [this](int frame) { return job_.keep() == io::Keep::all && feed_.has(frame); }),
-          gate_(settings.source.max_memory) {}
+          gate_(settings.source.max_memory) {
+        reader_.try_files(callbacks.try_file);
+    }
 
     Result<RunSummary> run() {
         start_ = Clock::now();
@@ -193,6 +195,7 @@ class Runner {
                         [this](const FrameHeader& of) { return job_.planes(of); },
                         [this](int frame) { return feed_.has(frame); })
                     .first->second;
+            reader.try_files(callbacks_.try_file);
             ASSIGN_OR_RETURN(auto inputs, reader.open(task.source, task.files).at("view " + name));
             const io::Window &its = color_part(inputs.frame->header).data_window,
                              &own = color_part(header).data_window;

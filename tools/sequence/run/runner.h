@@ -66,6 +66,7 @@ struct RunCallbacks {
     FrameStart start = {};
     WaitObserver waits = {};  // while the walk can only wait for a frame
     StepObserver steps = {};
+    SequenceReader::TryFile try_file = {};  // on the reader thread
 };
 
 // Runs the job on each frame of the feed. Failures of single frames are in the summary; under

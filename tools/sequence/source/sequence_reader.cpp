@@ -72,6 +72,7 @@ Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::s
                        "on this frame (inverse warps do)"));
         return inputs;
     }
+    if (given) RETURN_IF_ERROR(tried(path, number));
     auto behind = open_behind(settings_, path, *inputs.frame);
     if (!behind.ok() && (given || behind.status().code() == StatusCode::memory))
         return behind.status();
@@ -93,6 +94,7 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     // A neighbor needs none, so a frame's own is opened apart.
     entry->files.erase(Role::behind);
     for (const auto& [role, path] : entry->files) entry->stamps.push_back(io::FileStamp::of(path));
+    for (const auto& [role, path] : entry->files) RETURN_IF_ERROR(tried(path, number));
     ASSIGN_OR_RETURN(auto header, open_source_frame(settings_, entry->files, number));
     if (input_.patterns.contains(Role::behind)) header.has_behind = true;
     entry->planes = planes_to_read(header, planes_of_(header));
@@ -246,7 +248,9 @@ void SequenceReader::compare_slow_motion(SourceFrame& frame) {
     for (const Neighbor neighbor : {Neighbor::after, Neighbor::before}) {
         if (!absence(number, neighbor).empty()) continue;
         const int other = number + frames_to(neighbor);
-        auto color = read_color(settings_, on_disk_->at(other).at(Role::color), other);
+        const std::string& path = on_disk_->at(other).at(Role::color);
+        if (!tried(path, other).ok()) continue;
+        auto color = read_color(settings_, path, other);
         if (!color.ok()) continue;
         compared_slow_motion_ = true;
         const double change =

@@ -61,6 +61,10 @@ class SequenceReader {
                    IsWhole whole = {});
     ~SequenceReader();
 
+    // Called with each file before it is opened. An error is the file's.
+    using TryFile = std::function<Status(const std::string& path, int number)>;
+    void try_files(TryFile try_file) { try_file_ = std::move(try_file); }
+
     // Sets the frames on disk, with the files of input_of_neighbors(). Otherwise they are listed
     // when the first frame with a neighbor is opened.
     void see(std::shared_ptr<const FramesOnDisk> on_disk) { on_disk_ = std::move(on_disk); }
@@ -77,6 +81,9 @@ class SequenceReader {
 
   private:
     struct Entry;
+    Status tried(const std::string& path, int number) const {
+        return try_file_ ? try_file_(path, number) : Status();
+    }
     Result<std::shared_ptr<Entry>> enter(int number, const std::map<Role, std::string>& files);
     void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
     std::string absence(int number, Neighbor neighbor);
@@ -87,6 +94,7 @@ class SequenceReader {
     io::InputSpec input_;
     PlanesOf planes_of_;
     IsWhole whole_;
+    TryFile try_file_;
     std::map<int, std::shared_ptr<Entry>> window_;  // by number
     std::shared_ptr<const FramesOnDisk> on_disk_;
     size_t decoded_ = 0;

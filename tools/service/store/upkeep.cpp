@@ -234,9 +234,7 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
             const std::string message = concat(
                 "the process died while only this frame was in "
                 "flight, at the last of ",
-                most_attempts,
-                " attempts; its file, or one beside it that its filters read, may crash the "
-                "reader");
+                most_attempts, " attempts");
             database.run(
                 "UPDATE frames SET state = 'quarantined', message = ? WHERE job = ? AND frame = ?",
                 message, job, frame);

@@ -23,6 +23,7 @@ class FramesWork {
   public:
     FramesWork(const Job& job, JobRequest& request, const WorkContext& context)
         : id_(job.id),
+          body_(job.body),
           request_(request),
           chain_(request.chain.chain),
           settings_(request.run),
@@ -67,6 +68,7 @@ class FramesWork {
         std::vector<int> frames;
         bool judged = false;  // one frame, whose existing output may be this job's
         std::set<int> begun;
+        std::set<int> suspects;  // frames in flight when a process died, and those beside them
     };
 
     // --------------------------------------------------------------------------- beginning
@@ -94,6 +96,8 @@ class FramesWork {
         const FrameToDo& first = *std::ranges::min_element(waiting, less);
         Batch batch;
         batch.judged = is_judged(first);
+        for (const FrameToDo& frame : waiting)
+            if (frame.alone) batch.suspects.insert({frame.frame - 1, frame.frame, frame.frame + 1});
         for (const FrameToDo& frame : waiting) {
             const bool alike = frame.alone == first.alone && frame.attempts == first.attempts &&
                                frame.begun == first.begun && is_judged(frame) == batch.judged;
@@ -141,7 +145,9 @@ class FramesWork {
                  .stop = &context_.stop,
                  .start = [&](const FrameTask& task) { return start(task); },
                  .steps = [&](sequence::FrameStep step, int frame,
-                              bool begins) { context_.progress.step(step, frame, begins); }})
+                              bool begins) { context_.progress.step(step, frame, begins); },
+                 .try_file = [&](const std::string& path,
+                                 int frame) { return tried(batch, path, frame); }})
                 .status();
         context_.progress.does("the job did not go on");
         return status;
@@ -162,6 +168,12 @@ class FramesWork {
                 return Status(StatusCode::input,
                               path + ": links outside the folders of this service");
         return check_folder(settings_.output.folder(), roots);
+    }
+
+    // Called on the reader thread. A file that kills the process that decodes it kills another one.
+    Status tried(const Batch& batch, const std::string& path, int frame) const {
+        if (!context_.try_file || !batch.suspects.contains(frame)) return Status();
+        return context_.try_file({path, frame, settings_.source, body_}, context_.reader.roots());
     }
 
     void finish(const sequence::FrameReport& report, const sequence::RunProgress& progress) {
@@ -255,7 +267,7 @@ class FramesWork {
         return end.ok() ? *end : store_failed(end.status());
     }
 
-    const std::string id_;
+    const std::string id_, body_;
     const JobRequest& request_;
     const Chain& chain_;
     RunSettings settings_;

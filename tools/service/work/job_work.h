@@ -13,6 +13,7 @@
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/gl_device.h"
+#include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
 
 namespace postchain::service {
@@ -49,15 +50,19 @@ class Progress {
     std::optional<Clock::time_point> waits_since_;
 };
 
+// Reads a file in another process. Errors (input): it cannot be read. Empty = no such process.
+using TryFile = std::function<Status(const ShownFrame&, const Roots&)>;
+
 struct WorkContext {
     JobStore& store;
     const JobReader& reader;
     GlDevice& gl;
     Counters& counters;
     const egl::ContextOptions& device;
-    std::atomic<bool>& stop;                // set: the job ends within the current frame
-    const std::atomic<bool>& lost;          // set: the job has ended; the store is no longer ours
-    Progress& progress;                     // steps under way
+    std::atomic<bool>& stop;        // set: the job ends within the current frame
+    const std::atomic<bool>& lost;  // set: the job has ended; the store is no longer ours
+    Progress& progress;             // steps under way
+    const TryFile& try_file;
     ContinueCallback ask_gate;              // asked by the executor of `gl` too
     std::function<void()> between;          // call after each frame
     std::function<void(double)> remaining;  // call with an estimate in seconds

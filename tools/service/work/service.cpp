@@ -386,6 +386,13 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
         work.frame_timeout_s = settings.frame_timeout_s;
         work.slice_s = settings.slice_s;
         work.drain = settings.drain;
+        if (!settings.program.empty())
+            work.try_file = [at = state.get()](ShownFrame shown, const Roots& roots) {
+                shown.source.max_memory = at->memory / 4;
+                const Status read = at->image(shown, roots, {.side = 16}).status();
+                // Other errors are those of images.
+                return read.code() == StatusCode::input ? read : Status();
+            };
         state->backend = std::make_unique<Worker>(*state->store, state->readers, state->counters,
                                                   state->gate, registry, work);
     }

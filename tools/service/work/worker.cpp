@@ -298,6 +298,7 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
                               self.stop,
                               self.lost,
                               self.progress,
+                              settings_.try_file,
                               ask,
                               [&] {
                                   if (!self.lost) between(self, job);

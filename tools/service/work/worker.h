@@ -25,6 +25,7 @@ struct WorkerSettings {
     double frame_timeout_s = 0;               // of each step of a frame; 0 = none
     double slice_s = 60;                      // a job makes way for another user's after this time
     std::chrono::milliseconds drain{20'000};  // for the work under way
+    TryFile try_file = {};                    // before a frame that may have killed the process
 };
 
 class Worker final : public Backend {

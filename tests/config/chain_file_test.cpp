@@ -243,6 +243,8 @@ TEST(FindChain, PrefersShippedNamesAndReadsFiles) {
     EXPECT_EQ(found.text, chain_of("tint"));
     EXPECT_FALSE(found.shipped);
     EXPECT_EQ(must(load_chain(folder.path("mine.yaml"), fake_passes())).chain.links.size(), 1u);
+    EXPECT_THAT(test::error_of(load_chain(folder.path("mine.yaml/a.yaml"), fake_passes())),
+                HasSubstr("mine.yaml/a.yaml: cannot be opened: Not a directory"));
     EXPECT_TRUE(must(find_chain("paper")).shipped);
 
     const Status missing = find_chain("papr").status();

@@ -82,6 +82,25 @@ TEST(Schema, AgreesWithTheParserAtTheEndsOfEveryRange) {
     EXPECT_GT(checked, 300u);
 }
 
+// Whether one row of a pair names the other, or both do.
+TEST(Schema, RefusesPairsThatExcludeEachOther) {
+    const test::ChainSchema schema(builtin_passes());
+    const auto accepts = [&](const std::string& values) {
+        const std::string pass = "postchain: 1\npasses: [{motion_blur: {" + values + "}}]\n";
+        const std::string camera =
+            "postchain: 1\ncamera: {" + values + "}\npasses: [motion_blur]\n";
+        const bool of_camera = values.starts_with("aperture");
+        return schema.violation(of_camera ? camera : pass).empty();
+    };
+    for (const auto& [one, other] : {std::pair("shutter_frames: 0.5", "shutter_angle_deg: 180"),
+                                     {"aperture_image: a.png", "aperture_blades: 5"}}) {
+        EXPECT_TRUE(accepts(one)) << one;
+        EXPECT_TRUE(accepts(other)) << other;
+        EXPECT_FALSE(accepts(concat(one, ", ", other))) << one;
+        EXPECT_FALSE(accepts(concat(other, ", ", one))) << other;
+    }
+}
+
 TEST(Schema, SaysTypesRangesAndDefaults) {
     const TextNode schema = tree_of(chain_schema(fake_passes()));
     EXPECT_EQ(schema.find("$schema")->text, "https://json-schema.org/draft/2020-12/schema");

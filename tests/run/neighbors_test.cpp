@@ -316,6 +316,29 @@ TEST_F(NeighborsTest, OneThatCannotBeReadIsNoneAndIsWarnedOf) {
     }
 }
 
+// Of its caller's trial of the files.
+TEST_F(NeighborsTest, OneWhoseTrialFailsIsNotOpened) {
+    write({1, 2, 3, 4});
+    std::set<int> tried;
+    const auto summary = run_sequence(
+        chain_, settings_, test::executor(), "renderer",
+        {.finished = [&](const FrameReport& report,
+                         const RunProgress&) { reports_[report.frame] = report; },
+         .try_file =
+             [&](const std::string& path, int number) {
+                 EXPECT_EQ(path, in(number));
+                 tried.insert(number);
+                 return number == 3 ? Status(StatusCode::input, path + ": crashes") : Status();
+             }});
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_EQ(tried, (std::set<int>{1, 2, 3, 4}));
+    expect(1, kFirst, "");
+    expect(2, "", "in.0003.exr: crashes");
+    expect(4, "in.0003.exr: crashes", kLast);
+    EXPECT_EQ(reports_.at(3).outcome, Outcome::failed);
+    EXPECT_THAT(reports_.at(3).status.message(), HasSubstr("in.0003.exr: crashes"));
+}
+
 // A neighbor without memory fails the frame: if it were left out, the image would depend on the
 // machine.
 TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {

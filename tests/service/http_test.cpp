@@ -10,6 +10,7 @@
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/guard.h"
 #include "tools/service/http/job_json.h"
+#include "tools/service/http/route.h"
 
 namespace postchain::service {
 namespace {
@@ -439,6 +440,24 @@ TEST(Targets, AreDecodedAndCannotLeaveTheirPath) {
          {"", "*", "v1", "/v1/../jobs", "/v1/.", "/%2e%2e/x", "/a%2fb", "/a%5cb", "/a\\b", "/%00",
           "/%zz", "/%", "/%4", "/a#b", "/?a=1&a=2", "/?%00=1", "/?a=%0d"})
         EXPECT_FALSE(parse_target(text)) << text;
+}
+
+TEST(Routes, TakeWholeSegments) {
+    const std::vector<Route> routes = {{.path = "/jobs/{id}"},
+                                       {.path = "/jobs/{id}/report/{file...}"}};
+    const auto values = [&](const char* text) {
+        const auto found = find_route(routes, "GET", *parse_target(text));
+        const auto* match = std::get_if<Match>(&found);
+        return match ? match->values : std::vector<std::string>{"none"};
+    };
+    using Values = std::vector<std::string>;
+    EXPECT_EQ(values("/jobs/1"), Values{"1"});
+    EXPECT_EQ(values("/jobs/1/report/a"), (Values{"1", "a"}));
+    EXPECT_EQ(values("/jobs/1/report/a/b"), (Values{"1", "a/b"}));
+    for (const char* text :
+         {"/jobs/", "/jobs", "/jobs/1/", "/jobs//report/a", "/jobs/1/report", "/jobs/1/report/",
+          "/jobs/1/report//a", "/jobs/1/report/a//b", "/jobs/1/report/a/"})
+        EXPECT_EQ(values(text), Values{"none"}) << text;
 }
 
 std::vector<Event> events_of(int64_t first,

@@ -235,6 +235,27 @@ TEST(Input, FramesAreRefusedWithASentence) {
     EXPECT_FALSE(equal_bits(subject.frame.output.read(), untouched));
 }
 
+TEST(Input, DepthIsReadInEveryLayoutForReads) {
+    Subject subject;
+    pc_vk_frame frame = subject.frame.vk;
+    frame.depth.format = VK_FORMAT_D32_SFLOAT_S8_UINT;
+    const auto prepared = [&](VkImageLayout layout) {
+        frame.depth.layout = layout;
+        return pc_vk_prepare(subject.instance.get(), subject.chain.get(), &frame, 1);
+    };
+    for (const VkImageLayout layout :
+         {VK_IMAGE_LAYOUT_GENERAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+          VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+          VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_STENCIL_ATTACHMENT_OPTIMAL,
+          VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL})
+        EXPECT_EQ(prepared(layout), PC_OK) << layout << " " << pc_error();
+    for (const VkImageLayout layout :
+         {VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+          VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+          VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_STENCIL_READ_ONLY_OPTIMAL})
+        EXPECT_EQ(prepared(layout), PC_ERROR_INPUT) << layout;
+}
+
 TEST(Input, ValidationRefusesSingularMatrices) {
     Subject subject;
     auto info = vk_info(kWidth, kHeight);

@@ -1,235 +1,26 @@
-// Edges that move or are out of focus, thin lines and hidden lights against exact ground truth. The
-// frames are those of a renderer: color of a pixel's whole area, motion vectors averaged over it,
-// depth of one random place in it. Each case prints its errors, in parts of the contrast. The
-// limits are what the filter reaches.
+// Edges that move or are out of focus, thin lines and hidden lights against exact ground truth.
+// Each case prints its errors, in parts of the contrast. The limits are what the filter reaches.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <iostream>
-#include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "chain/frame/behind.h"
+#include "tests/support/exact_scene.h"
 #include "tests/support/gpu.h"
-#include "tests/support/images.h"
 
 namespace postchain::test::edges_test {
 namespace {
 
-constexpr double kFar = 1e6;  // px, beyond any picture
-constexpr double kWavePx = 4;
-constexpr double kWave = 2 * std::numbers::pi / kWavePx;
-
-struct Span {
-    double begin, end;  // px
-};
-using Spans = std::function<std::vector<Span>(double y)>;
-
-struct Surface {
-    Spans spans;  // at the frame's time, in the row at y
-    double gray;
-    double inverse_depth;
-    double speed = 0;  // px per frame, along rows
-    double wave = 0;   // amplitude of a sine along rows with a period of kWavePx
-};
-
-struct Scene {
-    std::vector<Surface> surfaces;  // from front to back; the last fills the picture
-    bool lens = false;              // round_camera(), otherwise a pinhole
-    bool behind = false;            // with the layer behind in place of both neighbors
-    bool alone = false;             // without motion, neighbors and the layer behind
-    bool round = false;             // rows of a pixel differ
-    int height = 67;
-};
-
-constexpr int kWidth = 157;
-
-std::vector<Span> everywhere(double) {
-    return {{-kFar, kFar}};
-}
-
-Spans bar(double begin, double end, double top = -kFar, double bottom = kFar) {
-    return [=](double y) {
-        return y >= top && y < bottom ? std::vector<Span>{{begin, end}} : std::vector<Span>{};
-    };
-}
-
-Spans fence(double first, double width, double period) {
-    return [=](double) {
-        std::vector<Span> spans;
-        for (int i = -10; i < 20; ++i)
-            spans.push_back({first + i * period, first + i * period + width});
-        return spans;
-    };
-}
-
-Spans discs(const std::vector<std::array<double, 2>>& centers, double radius) {
-    return [=](double y) {
-        std::vector<Span> spans;
-        for (const auto& [cx, cy] : centers) {
-            const double squared = radius * radius - (y - cy) * (y - cy);
-            if (squared > 0) spans.push_back({cx - std::sqrt(squared), cx + std::sqrt(squared)});
-        }
-        return spans;
-    };
-}
+using namespace exact;
 
 // A slanted line of 1 px.
 std::vector<Span> slanted(double y) {
     if (y < 18 || y >= 42) return {};
     const double slope = 0.15, half = 0.5 * std::hypot(1, slope), x = 78 - slope * (y - 30);
     return {{x - half, x + half}};
-}
-
-// Radius of the circle of confusion of round_camera(), px.
-double radius_of(const Scene& scene, const Surface& surface) {
-    return scene.lens ? 32 * (0.25 - surface.inverse_depth) : 0;
-}
-
-// Mean gray of a surface between two places of it.
-double gray_between(const Surface& surface, double begin, double end) {
-    if (surface.wave == 0) return surface.gray;
-    const double sum = (std::cos(kWave * begin) - std::cos(kWave * end)) / kWave;
-    return surface.gray + surface.wave * sum / (end - begin);
-}
-
-// A row of pixels: light and the share of each surface.
-struct Row {
-    explicit Row(size_t surfaces) : light(kWidth), shares(surfaces, light) {}
-    std::vector<double> light;
-    std::vector<std::vector<double>> shares;
-};
-
-// Adds what the row at y shows at this time and from this place of the lens, -1..1. depth: 1 shows
-// the first surface behind.
-void add_row(const Scene& scene, double y, double time, double lens, double weight, Row& row,
-             int depth = 0) {
-    struct Placed {
-        double begin, end;
-        size_t surface;
-    };
-    std::vector<Placed> placed;
-    std::vector<double> ends = {0, kWidth}, moved;
-    for (size_t i = 0; i < scene.surfaces.size(); ++i) {
-        const Surface& s = scene.surfaces[i];
-        moved.push_back(s.speed * time + radius_of(scene, s) * lens);
-        for (const Span& span : s.spans(y)) {
-            const double begin = std::max(span.begin + moved[i], 0.0);
-            const double end = std::min(span.end + moved[i], double(kWidth));
-            if (begin >= end) continue;
-            placed.push_back({begin, end, i});
-            ends.push_back(begin);
-            ends.push_back(end);
-        }
-    }
-    std::sort(ends.begin(), ends.end());
-    for (size_t k = 0; k + 1 < ends.size(); ++k) {
-        const double middle = (ends[k] + ends[k + 1]) / 2;
-        int hidden = depth;
-        size_t shown = 0;
-        for (const Placed& p : placed)
-            if (middle >= p.begin && middle < p.end) {
-                shown = p.surface;
-                if (hidden-- == 0) break;
-            }
-        const Surface& s = scene.surfaces[shown];
-        for (double begin = ends[k]; begin < ends[k + 1];) {
-            const int x = int(begin);
-            const double end = std::min(ends[k + 1], x + 1.0), share = weight * (end - begin);
-            row.light[size_t(x)] +=
-                share * gray_between(s, begin - moved[shown], end - moved[shown]);
-            row.shares[shown][size_t(x)] += share;
-            begin = end;
-        }
-    }
-}
-
-// Rows of a pixel, in frame and ground truth alike: both show the same steps in place of an
-// outline.
-int rows_of(const Scene& scene) {
-    return scene.round ? 8 : 1;
-}
-
-Row row_at(const Scene& scene, int y, double time, int depth = 0) {
-    const int rows = rows_of(scene);
-    Row row(scene.surfaces.size());
-    for (int i = 0; i < rows; ++i)
-        add_row(scene, y + (i + 0.5) / rows, time, 0, 1.0 / rows, row, depth);
-    return row;
-}
-
-FramePlanes frame_at(const Scene& scene, double time, int depth = 0) {
-    FramePlanes planes;
-    ImageF& color = planes[Role::color] = ImageF(kWidth, scene.height, 4, 1);
-    ImageF& inverse_depth = planes[Role::inverse_depth] = ImageF(kWidth, scene.height, 1);
-    ImageF& motion = planes[Role::motion] = ImageF(kWidth, scene.height, 2);
-    const ImageF random = noise_image(kWidth, scene.height, 1, uint32_t(56 + time));
-    for (int y = 0; y < scene.height; ++y) {
-        const Row row = row_at(scene, y, time, depth);
-        for (int x = 0; x < kWidth; ++x) {
-            double left = random.at(x, y), speed = 0;
-            std::optional<float> place;
-            for (size_t i = 0; i < scene.surfaces.size(); ++i) {
-                const double share = row.shares[i][size_t(x)];
-                speed += share * scene.surfaces[i].speed;
-                left -= share;
-                if (left < 0 && !place) place = float(scene.surfaces[i].inverse_depth);
-            }
-            for (int c = 0; c < 3; ++c) color.at(x, y, c) = float(row.light[size_t(x)]);
-            inverse_depth.at(x, y) = place.value_or(float(scene.surfaces.back().inverse_depth));
-            motion.at(x, y) = float(speed);
-        }
-    }
-    planes[Role::motion_back] = motion;
-    return planes;
-}
-
-// With both neighbors or the layer behind, or neither.
-FramePlanes frames_of(const Scene& scene) {
-    FramePlanes planes = frame_at(scene, 0);
-    if (scene.alone) {
-        planes.erase(Role::motion);
-        planes.erase(Role::motion_back);
-        return planes;
-    }
-    if (scene.behind) {
-        planes[Role::behind] = stack_behind(frame_at(scene, 0, 1));
-        return planes;
-    }
-    for (const Neighbor neighbor : kNeighbors)
-        for (auto& [role, plane] : frame_at(scene, neighbor == Neighbor::before ? -1 : 1))
-            planes[role_of(neighbor, role)] = std::move(plane);
-    return planes;
-}
-
-FrameDescription description_of(const Scene& scene, const FramePlanes& planes) {
-    FrameDescription frame = describe_round(planes);
-    if (!scene.lens) frame.camera.f_stop = 1e9;
-    return frame;
-}
-
-// Mean of the pixels of row y while the shutter is open, for half a frame. A lens only blurs what
-// is the same in all rows, so that it acts along rows alone.
-std::vector<double> truth_of(const Scene& scene, int y) {
-    const int times = 32, places = scene.lens ? 48 : 1, rows = rows_of(scene);
-    Row row(scene.surfaces.size());
-    double sum = 0;
-    for (int k = 0; k < places; ++k) {
-        const double place = 2 * (k + 0.5) / places - 1;
-        const double part = std::sqrt(1 - place * place);  // of the lens's disc
-        sum += part;
-        for (int i = 0; i < times; ++i)
-            for (int j = 0; j < rows; ++j)
-                add_row(scene, y + (j + 0.5) / rows, ((i + 0.5) / times - 0.5) / 2, place,
-                        part / times / rows, row);
-    }
-    for (double& light : row.light) light /= sum;
-    return row.light;
 }
 
 struct Errors {
@@ -301,7 +92,7 @@ double amplitude(const ImageF& image, int block_x, int block_y) {
 // largest: how far apart the amplitudes are in all blocks above it.
 Errors wave_errors(const Scene& scene, const ImageF& out) {
     const Surface& wall = scene.surfaces.back();
-    const double path = wall.speed / 2, radius = std::abs(radius_of(scene, wall));
+    const double path = wall.path(0.5), radius = std::abs(radius_of(scene, wall));
     const auto mean_over = [](double px) {
         return px > 0 ? std::sin(kWave * px / 2) / (kWave * px / 2) : 1;
     };
@@ -338,7 +129,7 @@ Surface wall(double gray, double inverse_depth = 0.1) {
 
 // A surface at inverse depth 0.4 that moves before a still wall.
 Scene before_wall(const Spans& spans, double gray, double wall_gray, double speed) {
-    return {.surfaces = {{spans, gray, 0.4, speed}, wall(wall_gray)}};
+    return {.surfaces = {{spans, gray, 0.4, steady(speed)}, wall(wall_gray)}};
 }
 Scene round_before_wall(const Spans& spans, double gray, double wall_gray, double speed) {
     Scene scene = before_wall(spans, gray, wall_gray, speed);
@@ -349,7 +140,7 @@ Scene round_before_wall(const Spans& spans, double gray, double wall_gray, doubl
 // A still surface before a wall that moves, as seen by a camera that follows it.
 Scene followed(const Spans& spans, double gray, double wall_gray) {
     Scene scene = round_before_wall(spans, gray, wall_gray, 0);
-    scene.surfaces.back().speed = 44;
+    scene.surfaces.back().path = steady(44);
     return scene;
 }
 
@@ -359,7 +150,7 @@ const Spans kLine = bar(78.5, 79.5);  // covers half of two pixels
 constexpr double kNear = 0.25 + 3.7 / 32, kBehindFocus = 0.25 - 3.7 / 32;
 
 Scene line_out_of_focus(double inverse_depth, double gray, double speed) {
-    Surface line = {kLine, gray, inverse_depth, speed};
+    Surface line = {kLine, gray, inverse_depth, steady(speed)};
     const double wall_gray = gray > 0.1 ? 0.2 : 0.8;
     return {.surfaces = {line, wall(wall_gray, inverse_depth > 0.25 ? 0.25 : 0.05)}, .lens = true};
 }
@@ -373,20 +164,22 @@ Scene still_bar(double inverse_depth, double wall_inverse_depth, bool alone) {
 
 // A ball that a post hides at the frame's time alone. The camera may pan.
 Scene hidden_ball(bool behind, double pan = 0) {
-    Scene scene = {
-        .surfaces = {{bar(68, 88), 0.3, 0.5}, {discs({{78, 30}}, 8), 3, 0.25, 60}, wall(0.2)},
-        .behind = behind,
-        .round = true};
-    for (Surface& surface : scene.surfaces) surface.speed -= 40 * pan * surface.inverse_depth;
-    return scene;
+    const auto path = [pan](double speed, double inverse_depth) {
+        return steady(speed - 40 * pan * inverse_depth);
+    };
+    return {.surfaces = {{bar(68, 88), 0.3, 0.5, path(0, 0.5)},
+                         {discs({{78, 30}}, 8), 3, 0.25, path(60, 0.25)},
+                         {everywhere, 0.2, 0.1, path(0, 0.1)}},
+            .behind = behind,
+            .round = true};
 }
 
 // Lamps that pickets hide at the frame's time alone, on a wall that moves less.
 Scene hidden_lamps(double speed) {
     Surface back = wall(0.2);
-    back.speed = 0.6 * speed;
-    return {.surfaces = {{fence(6, 8, 20), 0.1, 0.5, 50},
-                         {discs({{50.3, 22}, {70.3, 34}}, 1.6), 12, 0.17, speed},
+    back.path = steady(0.6 * speed);
+    return {.surfaces = {{fence(6, 8, 20), 0.1, 0.5, steady(50)},
+                         {discs({{50.3, 22}, {70.3, 34}}, 1.6), 12, 0.17, steady(speed)},
                          back}};
 }
 
@@ -422,9 +215,9 @@ Scene window_behind_a_bar() {
 // A wall of fine waves above a rail that moves or is out of focus further.
 Scene wave(double speed, bool lens) {
     const double depth = lens ? 0.25 - 0.7 / 32 : 0.1, rail_depth = lens ? 0.25 + 5.0 / 32 : 0.5;
-    Surface waves = {everywhere, 0.5, depth, speed, 0.3};
+    Surface waves = {everywhere, 0.5, depth, steady(speed), 0.3};
     // The circle of confusion of the rail ends below the blocks.
-    return {.surfaces = {{bar(40, 100, 70, 80), 0.4, rail_depth, lens ? 0.0 : 60.0}, waves},
+    return {.surfaces = {{bar(40, 100, 70, 80), 0.4, rail_depth, steady(lens ? 0 : 60)}, waves},
             .lens = lens,
             .height = 93};
 }

@@ -153,10 +153,16 @@ def test_diff_of_sequences(frames):
     a = [planes_of(number)["color"] for number in (0, 1, 2)]
     b = [0.9 * one for one in a]
     both = postchain.diff(a, b)
-    assert len(both["frames"]) == 3 and both["frames"][0]["tde"] is None
+    assert len(both["frames"]) == 3
+    assert both["frames"][0]["tde"] is None and both["frames"][0]["temporal_error"] is None
     change = [numpy.abs((y1 - x1) - (y0 - x0))[..., :3].mean()
               for x0, x1, y0, y1 in zip(a, a[1:], b, b[1:])]
     assert both["summary"]["tde"] == pytest.approx(numpy.mean(change), rel=1e-5)
+    shown = [[(numpy.maximum(x, 0) / (1 + numpy.maximum(x, 0)))[..., :3] ** (1 / 2.2) for x in side] for side in (a, b)]
+    truth, test = (numpy.diff(side, axis=0) for side in shown)
+    rms = [numpy.sqrt((one ** 2).mean((1, 2, 3))) for one in (test - truth, truth)]
+    assert both["summary"]["temporal_error"] == pytest.approx(numpy.mean(rms[0] / rms[1]), rel=1e-5)
+    assert set(postchain.diff(a, b, metrics=["temporal_error"])["summary"]) == {"nonfinite", "temporal_error"}
     files = postchain.diff(frames / "frame.####.exr", frames / "frame.####.exr")
     assert files["summary"]["hdr_flip"] == 0 and len(files["frames"]) == 3
 

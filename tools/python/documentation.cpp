@@ -7,6 +7,7 @@
 #include "passes/registry.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/compare.h"
+#include "tools/measure/metrics/temporal.h"
 #include "tools/measure/scenes/scene.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/python/errors.h"
@@ -73,7 +74,8 @@ py::object tables() {
     json["inspect_keys"] = inspect_keys();
     json["plan_sequence_keys"] = plan_sequence_keys();
     json["run_keys"] = run_keys();
-    for (const auto& row : metrics::metric_rows()) json["metrics"].push_back(row.name);
+    for (const auto* rows : {&metrics::metric_rows(), &metrics::temporal_rows()})
+        for (const auto& row : *rows) json["metrics"].push_back(row.name);
     for (const auto& row : metrics::map_rows()) json["maps"].push_back(row.name);
     json["scenes"] = io::Json::array();
     for (const auto& scene : scenes::scenes()) json["scenes"].push_back(scene.name);

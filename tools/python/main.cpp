@@ -11,6 +11,7 @@
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/flip.h"
+#include "tools/measure/metrics/temporal.h"
 #include "tools/measure/scenes/scene.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/python/chain_object.h"
@@ -252,14 +253,15 @@ void add_experiments(py::module_& module) {
 
 void add_measurements(py::module_& module) {
     std::string metrics;
-    for (const auto& row : metrics::metric_rows()) metrics += "\n  " + row.name + ": " + row.help;
+    for (const auto* rows : {&metrics::metric_rows(), &metrics::temporal_rows()})
+        for (const auto& row : *rows) metrics += "\n  " + row.name + ": " + row.help;
     std::string maps;
     for (const auto& row : metrics::map_rows()) maps += "\n  " + row.name + ": " + row.help;
     const std::string diff_text =
         "Errors of `test` against `reference`: arrays, files, patterns \"A.####.exr\", or lists "
         "of\narrays and files. Returns a dict by metric, for sequences {\"frames\": [...], "
-        "\"summary\":\n{...}}, with tde (mean |change of the error| from frame to frame). None: "
-        "the metric is\nundefined (PSNR of equal images: infinite).\n\nmetrics (default: all):" +
+        "\"summary\":\n{...}}. Only these have tde and temporal_error. None: the metric is "
+        "undefined\n(PSNR of equal images: infinite).\n\nmetrics (default: all):" +
         metrics + "\nmap: also return this error map as \"map\":" + maps +
         "\nover: composite both over this linear gray first\n"
         "pixels_per_degree: of visual angle, for FLIP";

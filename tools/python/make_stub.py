@@ -35,7 +35,6 @@ def passes(tables):
     blocks = [f"{name} = {literal(tables[key])}" for name, key in (
         ("DepthEncoding", "depth_encodings"), ("Metric", "metrics"), ("SceneName", "scenes"),
         ("ToneMapper", "tone_mappers"))]
-    blocks[1] = blocks[1][:-1] + ', "tde"]'
     blocks.append("ErrorMap = " + literal([""] + tables["maps"]))
     blocks.append("PassName = " + literal(one["name"] for one in tables["passes"]))
     classes, keys = [table_class("CameraValues", tables["camera"])], []

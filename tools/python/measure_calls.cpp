@@ -1,5 +1,7 @@
 #include "tools/python/measure_calls.h"
 
+#include <set>
+
 #include "chain/base/text.h"
 #include "config/camera_file.h"
 #include "tools/measure/metrics/compare.h"
@@ -15,8 +17,6 @@ namespace py = pybind11;
 
 namespace postchain::python {
 namespace {
-
-constexpr const char* kTde = "tde";
 
 // An image to compare: pixels, or a file to read them from.
 struct Picture {
@@ -69,8 +69,11 @@ Status stopped() {
 class Comparer {
   public:
     Comparer(const sequence::SourceSettings& source, const DiffRequest& request,
-             metrics::CompareSettings settings, bool tde)
-        : source_(source), request_(request), settings_(std::move(settings)), tde_(tde) {}
+             metrics::CompareSettings settings, std::set<std::string> temporal)
+        : source_(source),
+          request_(request),
+          settings_(std::move(settings)),
+          temporal_(std::move(temporal)) {}
 
     struct Frame {
         metrics::Values values;
@@ -101,10 +104,10 @@ class Comparer {
         if (!pair.ok()) return at(pair.status());
         ASSIGN_OR_RETURN(auto compared, metrics::compare(*pair, settings_));
         Frame frame{std::move(compared.values), std::move(compared.map)};
-        if (tde_) {
-            if (const Status status = temporal_.add(*pair); !status.ok()) return at(status);
-            frame.values.emplace_back(kTde, temporal_.last());
-        }
+        if (temporal_.empty()) return frame;
+        if (const Status status = temporal_error_.add(*pair); !status.ok()) return at(status);
+        for (const auto& value : temporal_error_.last())
+            if (temporal_.contains(value.first)) frame.values.push_back(value);
         return frame;
     }
 
@@ -124,8 +127,8 @@ class Comparer {
     const sequence::SourceSettings& source_;
     const DiffRequest& request_;
     metrics::CompareSettings settings_;
-    const bool tde_;
-    metrics::TemporalError temporal_;
+    const std::set<std::string> temporal_;
+    metrics::TemporalError temporal_error_;
 };
 
 py::dict dict_of(const metrics::Values& values) {
@@ -135,16 +138,17 @@ py::dict dict_of(const metrics::Values& values) {
     return dict;
 }
 
-metrics::CompareSettings compare_settings(const DiffRequest& request, bool sequence, bool& tde) {
+// temporal: those of metrics::temporal_rows() that are requested.
+metrics::CompareSettings compare_settings(const DiffRequest& request, bool sequence,
+                                          std::set<std::string>& temporal) {
     metrics::CompareSettings settings;
-    tde = sequence && request.metrics.empty();
+    for (const auto& row : metrics::temporal_rows())
+        if (sequence && request.metrics.empty()) temporal.insert(row.name);
     for (const std::string& name : request.metrics) {
-        if (name == kTde && !sequence)
-            raise_usage("metrics: tde needs two frames or more; give lists");
-        if (name == kTde)
-            tde = true;
-        else
-            settings.metrics.insert(name);
+        const bool is_temporal = metrics::is_temporal(name);
+        if (is_temporal && !sequence)
+            raise_usage("metrics: ", name, " needs two frames or more; give lists");
+        (is_temporal ? temporal : settings.metrics).insert(name);
     }
     // An empty set would be all metrics.
     if (settings.metrics.empty() && !request.metrics.empty()) settings.metrics.insert("nonfinite");
@@ -176,14 +180,14 @@ py::dict diff(const py::object& reference, const py::object& test, const DiffReq
             raise(Status(StatusCode::input,
                          concat(a.pictures[i].path, " against ", b.pictures[i].path,
                                 ": the frames of the patterns differ; give lists of files")));
-    bool tde = false;
+    std::set<std::string> temporal;
     const bool many = a.pictures.size() > 1;
-    const metrics::CompareSettings settings = compare_settings(request, many, tde);
+    const metrics::CompareSettings settings = compare_settings(request, many, temporal);
     const sequence::SourceSettings source =
         job_settings("diff", "frame.exr", "", py::none(), values, file_keys()).source;
     std::vector<Comparer::Frame> frames;
     const Status status = in_background("diff", [&](Call& call) -> Status {
-        Comparer comparer(source, request, settings, tde);
+        Comparer comparer(source, request, settings, temporal);
         if (many) RETURN_IF_ERROR(comparer.find_exposures(a.pictures, call.stop()));
         for (size_t i = 0; i < a.pictures.size(); ++i) {
             if (call.stop()) return stopped();

@@ -1,38 +1,125 @@
 #include "tools/measure/metrics/temporal.h"
 
 #include <cmath>
+#include <string>
 
 #include "tests/measure/metrics/support.h"
 
 namespace postchain::metrics::temporal_test {
 namespace {
 
+std::optional<double> last(const TemporalError& error, const std::string& name = "temporal_error") {
+    for (const auto& [metric, value] : error.last())
+        if (metric == name) return value;
+    ADD_FAILURE() << name;
+    return std::nullopt;
+}
+
 // A constant error does not count, however large; one that grows by 0.25 per frame does.
-TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
+TEST(TemporalError, LinearChangeOfTheErrorAlone) {
     TemporalError still, growing;
     for (int t = 0; t < 4; ++t) {
         const auto truth = gray(5, 4, 0.1 * t);
         ASSERT_TRUE(still.add(pair(gray(5, 4, 0.1 * t + 3), truth)).ok());
         ASSERT_TRUE(growing.add(pair(gray(5, 4, 0.1 * t + 0.25 * t), truth)).ok());
     }
-    EXPECT_EQ(growing.steps(), 3);
-    EXPECT_NEAR(*still.mean(), 0, 1e-6);
-    EXPECT_NEAR(*growing.mean(), 0.25, 1e-6);
-    EXPECT_NEAR(*growing.last(), 0.25, 1e-6);
+    EXPECT_NEAR(*last(still, "tde"), 0, 1e-6);
+    EXPECT_NEAR(*last(growing, "tde"), 0.25, 1e-6);
 }
 
 // A single pixel of 4 x 5 that is too bright by 2 in the middle frame of three: it appears and
 // disappears, each time 2/20 in the mean.
-TEST(TemporalError, SinglePixelThatFlickers) {
+TEST(TemporalError, LinearChangeOfASinglePixel) {
     TemporalError error;
     auto test = gray(4, 5, 1);
     const auto truth = gray(4, 5, 1);
     ASSERT_TRUE(error.add(pair(test, truth)).ok());
-    EXPECT_FALSE(error.mean());
+    EXPECT_FALSE(last(error, "tde"));
+    EXPECT_FALSE(last(error));
     for (int c = 0; c < 3; ++c) test.at(2, 2, c) = 3;
+    for (const auto& image : {test, truth}) {
+        ASSERT_TRUE(error.add(pair(image, truth)).ok());
+        EXPECT_NEAR(*last(error, "tde"), 0.1, 1e-9);
+    }
+}
+
+// Displayed values: the ground truth rises from 0.25 by 0.125 a frame, and what is shown is
+// `error(t)` above it.
+template <class F>
+double error_of(const F& error) {
+    TemporalError temporal;
+    for (int t = 0; t < 3; ++t) {
+        const double truth = 0.25 + 0.125 * t;
+        const auto shown = gray(4, 3, shown_as(truth + error(t)));
+        EXPECT_TRUE(temporal.add(pair(shown, gray(4, 3, shown_as(truth)))).ok());
+    }
+    return *last(temporal);
+}
+
+TEST(TemporalError, IsTheChangeOfTheErrorOverThatOfTheTruth) {
+    EXPECT_NEAR(error_of([](int) { return 0.125; }), 0, 1e-6);
+    EXPECT_NEAR(error_of([](int t) { return 0.125 * t; }), 1, 1e-5);
+    EXPECT_NEAR(error_of([](int t) { return -0.125 * t; }), 1, 1e-5);  // it stands still
+    EXPECT_NEAR(error_of([](int t) { return t % 2 * 0.03125; }), 0.25, 1e-5);
+}
+
+// Only one of four pixels changes: the truth by 0.2 and the error by 0.1, both rms over all four.
+TEST(TemporalError, IsARatioOfRootMeanSquares) {
+    TemporalError error;
+    ImageF test = gray(4, 1, shown_as(0.3)), truth = test;
     ASSERT_TRUE(error.add(pair(test, truth)).ok());
+    for (int c = 0; c < 3; ++c) {
+        truth.at(1, 0, c) = float(shown_as(0.5));
+        test.at(1, 0, c) = float(shown_as(0.5));
+        test.at(2, 0, c) = float(shown_as(0.4));
+    }
+    ASSERT_TRUE(error.add(pair(test, truth)).ok());
+    EXPECT_NEAR(*last(error), 0.5, 1e-5);
+}
+
+// Where the ground truth stands still, the unit is a step of an 8-bit display.
+TEST(TemporalError, CountsInStepsOfTheDisplayOverAStillTruth) {
+    TemporalError error;
+    const auto truth = gray(4, 4, shown_as(0.5));
     ASSERT_TRUE(error.add(pair(truth, truth)).ok());
-    EXPECT_NEAR(*error.mean(), 0.1, 1e-9);
+    ASSERT_TRUE(error.add(pair(gray(4, 4, shown_as(0.5 + 3.0 / 255)), truth)).ok());
+    EXPECT_NEAR(*last(error), 3, 1e-3);
+}
+
+// Four pixels, one of each class in the frame that is added; the error of one alone changes.
+TEST(TemporalError, IsMeasuredApartInEachClass) {
+    using enum PixelClass;
+    for (size_t changed = 0; changed < kPixelClasses; ++changed) {
+        TemporalError error;
+        Image<PixelClass> classes(4, 1, 1);
+        classes.data = {still, moving, defocused, outline};
+        const ImageF before = gray(4, 1, shown_as(0.25)), truth = gray(4, 1, shown_as(0.5));
+        ImageF test = truth;
+        for (int c = 0; c < 3; ++c) test.at(int(changed), 0, c) = float(shown_as(0.75));
+        ASSERT_TRUE(error.add(pair(before, before), classes).ok());
+        ASSERT_TRUE(error.add(pair(test, truth), classes).ok());
+        for (size_t i = 0; i < kPixelClasses; ++i)
+            EXPECT_NEAR(*last(error, temporal_class_rows()[i].name), i == changed, 1e-5);
+        EXPECT_NEAR(*last(error), 0.5, 1e-5);
+    }
+}
+
+// A pixel that moves in one of the two frames is not still, and no class has a value without
+// pixels.
+TEST(TemporalError, TakesTheClassOfEitherFrame) {
+    for (const bool first : {true, false}) {
+        TemporalError error;
+        const ImageF image = gray(3, 2, 1);
+        for (const bool second : {false, true})
+            ASSERT_TRUE(
+                error
+                    .add(pair(image, image),
+                         Image<PixelClass>(
+                             3, 2, 1, first == second ? PixelClass::still : PixelClass::moving))
+                    .ok());
+        EXPECT_FALSE(last(error, "temporal_error_still"));
+        EXPECT_EQ(last(error, "temporal_error_moving"), 0);
+    }
 }
 
 // Values 1, 2, 3, 4 have the sample deviation sqrt(5/3); one of two pixels flickers.

@@ -10,6 +10,7 @@
 
 #include <cstdio>
 #include <optional>
+#include <set>
 
 #include "chain/base/printable.h"
 #include "tools/apps/postchain/log.h"
@@ -31,8 +32,6 @@ namespace {
 using io::Json;
 using metrics::Values;
 
-// The only metric of more than one pair: mean |change of the error| from frame to frame.
-constexpr const char* kTde = "tde";
 constexpr const char* kDefaultMap = "hdr_flip";
 
 struct DiffOptions {
@@ -58,8 +57,8 @@ struct DiffWork {
     std::vector<DiffFrame> frames;
     bool sequence = false;
     metrics::CompareSettings compare;
-    std::optional<double> over;  // gray that both are composited over first
-    bool tde = false;
+    std::optional<double> over;      // gray that both are composited over first
+    std::set<std::string> temporal;  // of metrics::temporal_rows()
     std::vector<metrics::MetricLimit> limits;
     std::vector<io::PathPattern> maps;
     io::OutputFiles files;  // the maps and the compared inputs
@@ -72,17 +71,18 @@ struct DiffWork {
 
 std::string known_metrics() {
     std::string text;
-    for (const auto& row : metrics::metric_rows()) text += row.name + ", ";
-    return text + kTde;
+    for (const auto* rows : {&metrics::metric_rows(), &metrics::temporal_rows()})
+        for (const auto& row : *rows) text += (text.empty() ? "" : ", ") + row.name;
+    return text;
 }
 
 Status check_metric(const char* option, const std::string& name, bool sequence) {
-    if (name != kTde && !metrics::find_metric(name))
+    if (!metrics::is_temporal(name) && !metrics::find_metric(name))
         return Status(StatusCode::usage,
                       concat(option, ": unknown metric '", name, "'; known are ", known_metrics()));
-    if (name == kTde && !sequence)
+    if (metrics::is_temporal(name) && !sequence)
         return Status(StatusCode::usage,
-                      concat(option, ": tde needs two frames or more; name a sequence"));
+                      concat(option, ": ", name, " needs two frames or more; name a sequence"));
     return Status();
 }
 
@@ -211,13 +211,11 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     const bool many = work.frames.size() > 1;
     for (const auto& row : metrics::metric_rows())
         if (diff.metrics.empty()) work.compare.metrics.insert(row.name);
-    work.tde = diff.metrics.empty() && many;
+    for (const auto& row : metrics::temporal_rows())
+        if (diff.metrics.empty() && many) work.temporal.insert(row.name);
     const auto want = [&](const char* option, const std::string& name) {
         RETURN_IF_ERROR(check_metric(option, name, many));
-        if (name == kTde)
-            work.tde = true;
-        else
-            work.compare.metrics.insert(name);
+        (metrics::is_temporal(name) ? work.temporal : work.compare.metrics).insert(name);
         return Status();
     };
     for (const auto& name : diff.metrics) RETURN_IF_ERROR(want("--metric", name));
@@ -226,7 +224,8 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
         RETURN_IF_ERROR(want("--fail-above", limit.metric));
         work.limits.push_back(std::move(limit));
     }
-    // If only tde is requested, the set must not be empty: that would select all metrics.
+    // If only temporal metrics are requested, the set must not be empty: that would select all
+    // metrics.
     if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
     work.over = diff.over;
     if (diff.pixels_per_degree) work.compare.flip.pixels_per_degree = *diff.pixels_per_degree;
@@ -405,10 +404,11 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
         if (!compared.ok()) return end_with(compared.status());
         exposures = compared->exposures;
         Values values = compared->values;
-        if (work.tde) {
+        if (!work.temporal.empty()) {
             if (Status status = temporal.add(*pair); !status.ok())
                 return end_with(status.at(frame.a + " against the frame before"));
-            values.emplace_back(kTde, temporal.last());
+            for (const auto& value : temporal.last())
+                if (work.temporal.contains(value.first)) values.push_back(value);
         }
         if (const auto bad = pair->reference.nonfinite)
             log::warning(
@@ -470,7 +470,9 @@ RunSubcommand add_diff(CLI::App& subcommand, Options& o) {
     const auto diff = std::make_shared<DiffOptions>();
     const metrics::FlipSettings flip;
     std::string names, maps;
-    for (const auto& row : metrics::metric_rows()) names += row.name + " (" + row.help + "), ";
+    for (const auto* rows : {&metrics::metric_rows(), &metrics::temporal_rows()})
+        for (const auto& row : *rows)
+            names += concat(names.empty() ? "" : ", ", row.name, " (", row.help, ")");
     for (const auto& row : metrics::map_rows())
         maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
                        row.shown_max, ")");
@@ -483,8 +485,7 @@ RunSubcommand add_diff(CLI::App& subcommand, Options& o) {
                     "of A on disk)")
         ->type_name("RANGE");
     add_list(subcommand, "--metric", "NAME", diff->metrics,
-             "metric, may be repeated (default: all): " + names +
-                 "tde (mean |change of the error| from frame to frame)");
+             "metric, may be repeated (default: all): " + names);
     add_list(subcommand, "--fail-above", "METRIC=NUMBER", diff->fail_above,
              "exit with 8 if a frame or the summary exceeds it, may be repeated: "
              "flip=0.05");

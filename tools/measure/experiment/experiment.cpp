@@ -6,6 +6,7 @@
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/noise.h"
 #include "tools/measure/metrics/sharpness.h"
+#include "tools/measure/metrics/temporal.h"
 #include "tools/measure/report/words.h"
 
 namespace postchain::experiment {
@@ -63,8 +64,9 @@ std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_trut
         columns.push_back(
             {row.name, row.help, row.is_error ? report::Better::lower : report::Better::higher});
     if (kind == report::Kind::ab || with_truth)
-        columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the previous frame",
-                           report::Better::lower});
+        for (const auto* rows : {&metrics::temporal_rows(), &metrics::temporal_class_rows()})
+            for (const auto& row : *rows)
+                columns.push_back({row.name, row.help, report::Better::lower});
     const std::string where = concat(" (up to ", kStabilityFrames, " frames)");
     columns.push_back({"flicker",
                        concat("standard deviation over ", kFlickerSeeds,

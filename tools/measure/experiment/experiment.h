@@ -38,12 +38,12 @@ class ProgressMeter {
     double start_s_ = 0;
 };
 
-// Columns of a report, in order. Edges and sharpness need a ground truth; so does tde in bench,
-// whose converged images are not of consecutive frames.
+// Columns of a report, in order. Edges and sharpness need a ground truth; so do temporal errors in
+// bench, whose converged images are not of consecutive frames.
 std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_truth);
 
-// Values of one image by name in metric_columns(), without tde, flicker and grid; and its maps:
-// kStoredMaps, and those averaged over tiles (relmse, smape, mse: means over RGB).
+// Values of one image by name in metric_columns(), without temporal errors, flicker and grid; its
+// maps: kStoredMaps, and those averaged over tiles (relmse, smape, mse: means over RGB).
 struct Measured {
     std::map<std::string, double> values;
     std::map<std::string, ImageF> maps;

@@ -102,7 +102,7 @@ Status ResultStore::keep(const std::string& name, const std::string& work,
 std::string conditions_of(const report::Report& report, const ExperimentSettings& settings,
                           const RuleNames& rules) {
     std::string text =
-        concat("results 3\n", report.version, "\n", report.renderer, "\n", report.threads, "\n",
+        concat("results 4\n", report.version, "\n", report.renderer, "\n", report.threads, "\n",
                report.precision, "\n", report.tone_mapper, " ", settings.flip.pixels_per_degree,
                " ", report.exposure_start, " ", report.exposure_stop, "\n", kConvergedSeeds, " ",
                settings.repeats, "\n", report.reference, "\n");

@@ -37,9 +37,12 @@ struct Frame {
     int number = 0;
     metrics::RgbImage input;
     std::optional<metrics::RgbImage> truth;
-    // The frame before, for tde: if results are resumed they are made again, not kept in memory.
+    Image<metrics::PixelClass> classes;  // with a ground truth, or compared with the first result
+    // The frame before, for temporal errors: if results are resumed they are made again, not kept
+    // in memory.
     std::optional<sequence::SourceFrame> before;
     std::optional<metrics::RgbImage> truth_before;
+    Image<metrics::PixelClass> classes_before;
     std::map<std::string, Converged> converged;  // by the converged chain's text
     std::optional<metrics::RgbImage> of_first;   // the first chain's result, if it is the reference
     std::vector<std::map<std::string, ImageF>> maps;  // by variant, if tiles are drawn
@@ -53,7 +56,7 @@ struct Findings {
     FrameResult result;
 };
 
-// For tde: the error of the last frame that was measured.
+// For temporal errors: the error of the last frame that was measured.
 struct LastError {
     metrics::TemporalError error;
     std::optional<int> frame;
@@ -356,13 +359,22 @@ class Run {
     Result<Frame> inputs_of(const sequence::SourceFrame& source) {
         Frame frame{.source = source, .number = source.description.frame_number};
         ASSIGN_OR_RETURN(frame.input, metrics::rgb_image_of(*source.planes.at(Role::color)));
+        frame.classes = classes_of(source);
         if (!input_.has_truth(frame.number)) return frame;
         ASSIGN_OR_RETURN(frame.truth, input_.truth->load(frame.number));
         if (!store_ || !input_.follows(frame.number)) return frame;
         ASSIGN_OR_RETURN(frame.before,
                          read_frame(input_, settings_.run, frame.number - 1, wanted_));
         ASSIGN_OR_RETURN(frame.truth_before, input_.truth->load(frame.number - 1));
+        frame.classes_before = classes_of(*frame.before);
         return frame;
+    }
+
+    static Image<metrics::PixelClass> classes_of(const sequence::SourceFrame& source) {
+        return metrics::pixel_classes(source.description, [&](Role role) {
+            const auto plane = source.planes.find(role);
+            return plane == source.planes.end() ? nullptr : plane->second.get();
+        });
     }
 
     // Scores the unfiltered input, to show whether filtering helped, and measures the noise of the
@@ -452,9 +464,9 @@ class Run {
         return &found->second;
     }
 
-    // Metrics and maps of an image. tde is the step from the frame before, whose error is in
-    // `last`; if results are resumed `before` makes its image again: an earlier run may have
-    // measured it.
+    // Metrics and maps of an image. Temporal errors are of the step from the frame before, whose
+    // error is in `last`; if results are resumed `before` makes its image again: an earlier run may
+    // have measured it.
     template <class Before>
     Status score(const Frame& frame, const metrics::Pair& pair, LastError& last, Findings& found,
                  const Before& before) {
@@ -467,10 +479,11 @@ class Run {
         if (frame.before) {
             ASSIGN_OR_RETURN(const ImageF image, before());
             ASSIGN_OR_RETURN(auto pair_before, metrics::pair_of(image, frame.truth_before->rgb));
-            RETURN_IF_ERROR(last.error.add(pair_before));
+            RETURN_IF_ERROR(last.error.add(pair_before, frame.classes_before));
         }
-        RETURN_IF_ERROR(last.error.add(pair));
-        if (const auto step = last.error.last()) found.result.metrics["tde"] = *step;
+        RETURN_IF_ERROR(last.error.add(pair, frame.classes));
+        for (const auto& [name, value] : last.error.last())
+            if (value) found.result.metrics[name] = *value;
         last.frame = frame.number;
         if (store_) last = {};  // an image for each variant
         return Status();

@@ -6,6 +6,7 @@
 
 #include "tools/measure/metrics/display.h"
 #include "tools/measure/metrics/sharpness.h"
+#include "tools/measure/metrics/temporal.h"
 
 namespace postchain::metrics {
 namespace {
@@ -163,7 +164,12 @@ std::vector<std::pair<std::string, double>> metric_constants() {
             {"min_energy", kMinEnergy},
             {"blurred_part", kBlurredPart},
             {"sharp_part", kSharpPart},
-            {"energy_epsilon", kEnergyEpsilon}};
+            {"energy_epsilon", kEnergyEpsilon},
+            {"least_change", kLeastChange},
+            {"moving_px", kMovingPx},
+            {"defocused_px", kDefocusedPx},
+            {"depth_jump", kDepthJump},
+            {"outline_reach_px", kOutlineReachPx}};
 }
 
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text) {

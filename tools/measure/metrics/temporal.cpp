@@ -1,8 +1,10 @@
 #include "tools/measure/metrics/temporal.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdlib>
+
+#include "tools/measure/metrics/display.h"
 
 namespace postchain::metrics {
 namespace {
@@ -14,28 +16,83 @@ Status same_size(const A& a, const B& b) {
                                             b.width, "x", b.height));
 }
 
+// Squared changes of displayed values, and pixels.
+struct Changes {
+    double error = 0, truth = 0;
+    size_t pixels = 0;
+
+    void add(const Changes& more) {
+        error += more.error;
+        truth += more.truth;
+        pixels += more.pixels;
+    }
+    std::optional<double> value() const {
+        if (pixels == 0) return std::nullopt;
+        const double components = 3 * double(pixels);
+        return std::sqrt(error / components) /
+               std::max(std::sqrt(truth / components), kLeastChange);
+    }
+};
+
 }  // namespace
 
-Status TemporalError::add(const Pair& pair) {
-    ImageF now(pair.width(), pair.height(), 3);
-    for (size_t i = 0; i < now.data.size(); ++i)
-        now.data[i] = pair.test.rgb.data[i] - pair.reference.rgb.data[i];
-    if (!before_.empty()) {
-        RETURN_IF_ERROR(same_size(now, before_));
-        double sum = 0;
-        for (size_t i = 0; i < now.data.size(); ++i)
-            sum += std::abs(double(now.data[i]) - double(before_.data[i]));
-        last_ = sum / double(now.data.size());
-        sum_ += *last_;
-        ++steps_;
-    }
-    before_ = std::move(now);
-    return Status();
+const std::vector<MetricRow>& temporal_rows() {
+    static const std::vector<MetricRow> rows = {
+        {"tde", "mean |change of the error| from frame to frame, linear"},
+        {"temporal_error",
+         "rms change of the displayed error from frame to frame, over the ground truth's own "
+         "change"}};
+    return rows;
 }
 
-std::optional<double> TemporalError::mean() const {
-    if (steps_ == 0) return std::nullopt;
-    return sum_ / steps_;
+const std::vector<MetricRow>& temporal_class_rows() {
+    static const std::vector<MetricRow> rows = [] {
+        std::vector<MetricRow> made;
+        for (const char* name : kPixelClassNames)
+            made.push_back({concat("temporal_error_", name),
+                            concat("temporal_error of pixels that are ", name)});
+        return made;
+    }();
+    return rows;
+}
+
+bool is_temporal(const std::string& name) {
+    return std::ranges::any_of(temporal_rows(),
+                               [&](const MetricRow& row) { return row.name == name; });
+}
+
+Status TemporalError::add(const Pair& pair, Image<PixelClass> classes) {
+    last_.clear();
+    if (before_) RETURN_IF_ERROR(same_size(pair.test.rgb, before_->test.rgb));
+    double linear = 0;
+    Changes whole;
+    std::array<Changes, kPixelClasses> parts;
+    for (size_t i = 0; before_ && i < pair.pixels(); ++i) {
+        Changes here = {.pixels = 1};
+        for (int c = 0; c < 3; ++c) {
+            const float test[] = {before_->test_pixel(i)[c], pair.test_pixel(i)[c]};
+            const float truth[] = {before_->reference_pixel(i)[c], pair.reference_pixel(i)[c]};
+            const auto change = [](const float(&values)[2]) {
+                return double(display_value(values[1])) - double(display_value(values[0]));
+            };
+            const double changed = change(truth), error = change(test) - changed;
+            linear +=
+                std::abs(double(test[1]) - double(truth[1]) - (double(test[0]) - double(truth[0])));
+            here.error += error * error;
+            here.truth += changed * changed;
+        }
+        whole.add(here);
+        if (!classes.empty() && !classes_before_.empty())
+            parts[size_t(std::max(classes.data[i], classes_before_.data[i]))].add(here);
+    }
+    using Value = std::optional<double>;
+    last_ = {{"tde", before_ ? Value(linear / (3 * double(pair.pixels()))) : Value()},
+             {"temporal_error", whole.value()}};
+    for (size_t i = 0; i < kPixelClasses; ++i)
+        last_.emplace_back(temporal_class_rows()[i].name, parts[i].value());
+    before_ = pair;
+    classes_before_ = std::move(classes);
+    return Status();
 }
 
 Status Flicker::add(const RgbImage& image) {

@@ -2,26 +2,40 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/pair.h"
+#include "tools/measure/metrics/pixel_class.h"
 
 namespace postchain::metrics {
 
-// TDE: mean over pixels, RGB and steps of |(O_t - O_t-1) - (R_t - R_t-1)|, linear values. A
-// constant error adds nothing; a flickering one does.
+// A change of the ground truth below one step of an 8-bit display counts as this step.
+inline constexpr double kLeastChange = 1.0 / 255;
+
+// tde and temporal_error; then temporal_error_still and so on, of each class of pixels.
+const std::vector<MetricRow>& temporal_rows();
+const std::vector<MetricRow>& temporal_class_rows();
+bool is_temporal(const std::string& name);  // in temporal_rows()
+
+// The change of the error from frame to frame, e_t - e_t-1.
+//   tde             mean |change| over pixels and RGB, linear
+//   temporal_error  rms of the displayed change over the rms of the ground truth's own change
+// A constant error adds nothing; a flickering one does.
 class TemporalError {
   public:
-    // Adds the next frame; the first one only initializes. Errors (input): another size.
-    Status add(const Pair& pair);
-    int steps() const { return steps_; }
-    std::optional<double> last() const { return last_; }  // value of the last step
-    std::optional<double> mean() const;                   // empty before the second frame
+    // Adds the next frame; the first one only initializes. `classes`: of its pixels; may be empty.
+    // Errors (input): another size.
+    Status add(const Pair& pair, Image<PixelClass> classes = {});
+    // Of the last step, by both lists of rows. A class without pixels has no value, and none has
+    // one before the second frame.
+    const Values& last() const { return last_; }
 
   private:
-    ImageF before_;  // test - reference of the previous frame
-    double sum_ = 0;
-    int steps_ = 0;
-    std::optional<double> last_;
+    std::optional<Pair> before_;
+    Image<PixelClass> classes_before_;
+    Values last_;
 };
 
 // Flicker: mean over pixels and RGB of the sample standard deviation (n - 1) over renderings of one

@@ -43,8 +43,8 @@ struct MetricInfo {
     Better better = Better::lower;
 };
 
-// One metric of one variant. `frames` parallels Report::frames; the first frame's tde and frames
-// that failed have no value.
+// One metric of one variant. `frames` parallels Report::frames; the first frame's temporal
+// errors and frames that failed have no value.
 struct Series {
     std::vector<std::optional<double>> frames;
     std::optional<double> mean;

@@ -17,8 +17,8 @@ double gray_between(const Surface& surface, double begin, double end) {
 }
 
 // Adds what the row at y shows at this time and from this place of the lens, -1..1.
-void add_row(const Scene& scene, double y, double time, double lens, double weight, Row& row,
-             int depth = 0) {
+void add_row(const Scene& scene, double y, double time, double focus_time, double lens,
+             double weight, Row& row, int depth = 0) {
     struct Placed {
         double begin, end;
         size_t surface;
@@ -27,7 +27,7 @@ void add_row(const Scene& scene, double y, double time, double lens, double weig
     std::vector<double> ends = {0, kWidth}, moved;
     for (size_t i = 0; i < scene.surfaces.size(); ++i) {
         const Surface& s = scene.surfaces[i];
-        moved.push_back(s.path(time) + radius_of(scene, s) * lens);
+        moved.push_back(s.path(time) + radius_of(scene, s, focus_time) * lens);
         for (const Span& span : s.spans(y)) {
             const double begin = std::max(span.begin + moved[i], 0.0);
             const double end = std::min(span.end + moved[i], double(kWidth));
@@ -130,15 +130,15 @@ Spans discs(const std::vector<std::array<double, 2>>& centers, double radius) {
     };
 }
 
-double radius_of(const Scene& scene, const Surface& surface) {
-    return scene.lens ? 32 * (0.25 - surface.inverse_depth) : 0;
+double radius_of(const Scene& scene, const Surface& surface, double time) {
+    return scene.lens ? 32 * (scene.focus(time) - surface.inverse_depth) : 0;
 }
 
 Row row_at(const Scene& scene, int y, double time, int depth) {
     const int rows = rows_of(scene);
     Row row(scene.surfaces.size());
     for (int i = 0; i < rows; ++i)
-        add_row(scene, y + (i + 0.5) / rows, time, 0, 1.0 / rows, row, depth);
+        add_row(scene, y + (i + 0.5) / rows, time, time, 0, 1.0 / rows, row, depth);
     return row;
 }
 
@@ -159,9 +159,10 @@ FramePlanes frames_of(const Scene& scene, double time) {
     return planes;
 }
 
-FrameDescription description_of(const Scene& scene, const FramePlanes& planes) {
+FrameDescription description_of(const Scene& scene, const FramePlanes& planes, double time) {
     FrameDescription frame = describe_round(planes);
     if (!scene.lens) frame.camera.f_stop = 1e9;
+    frame.camera.focus_distance = 1 / scene.focus(time);
     return frame;
 }
 
@@ -175,11 +176,23 @@ std::vector<double> truth_of(const Scene& scene, int y, double time) {
         sum += part;
         for (int i = 0; i < times; ++i)
             for (int j = 0; j < rows; ++j)
-                add_row(scene, y + (j + 0.5) / rows, time + ((i + 0.5) / times - 0.5) / 2, place,
-                        part / times / rows, row);
+                add_row(scene, y + (j + 0.5) / rows, time + ((i + 0.5) / times - 0.5) / 2, time,
+                        place, part / times / rows, row);
     }
     for (double& light : row.light) light /= sum;
     return row.light;
+}
+
+ImageF truth_image(const Scene& scene, double time) {
+    ImageF image(kWidth, scene.height, 3);
+    std::vector<double> row;
+    for (int y = 0; y < scene.height; ++y) {
+        const bool same = y > 0 && !scene.round;
+        if (!same) row = truth_of(scene, y, time);
+        for (int x = 0; x < kWidth; ++x)
+            for (int c = 0; c < 3; ++c) image.at(x, y, c) = float(row[size_t(x)]);
+    }
+    return image;
 }
 
 }  // namespace postchain::test::exact

@@ -39,6 +39,8 @@ struct Scene {
     bool behind = false;            // with the layer behind in place of both neighbors
     bool alone = false;             // without motion, neighbors and the layer behind
     bool round = false;             // rows of a pixel differ
+    // Inverse depth that is in focus at this time; while the shutter is open it does not change.
+    Path focus = [](double) { return 0.25; };
     int height = 67;
 };
 
@@ -48,7 +50,7 @@ Spans fence(double first, double width, double period);
 Spans discs(const std::vector<std::array<double, 2>>& centers, double radius);
 
 // Radius of the circle of confusion of round_camera(), px.
-double radius_of(const Scene& scene, const Surface& surface);
+double radius_of(const Scene& scene, const Surface& surface, double time = 0);
 
 // A row of pixels: light and the share of each surface.
 struct Row {
@@ -61,9 +63,11 @@ Row row_at(const Scene& scene, int y, double time, int depth = 0);
 
 // The frame at this time with both neighbors or the layer behind, or neither.
 FramePlanes frames_of(const Scene& scene, double time = 0);
-FrameDescription description_of(const Scene& scene, const FramePlanes& planes);
+FrameDescription description_of(const Scene& scene, const FramePlanes& planes, double time = 0);
 // Mean of the pixels of row y while the shutter is open around this time, for half a frame. A lens
 // only blurs what is the same in all rows, so that it acts along rows alone.
 std::vector<double> truth_of(const Scene& scene, int y, double time = 0);
+// All rows, RGB.
+ImageF truth_image(const Scene& scene, double time);
 
 }  // namespace postchain::test::exact

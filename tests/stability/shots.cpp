@@ -11,6 +11,7 @@
 #include "tests/support/gpu.h"
 #include "tests/support/random.h"
 #include "tests/support/status.h"
+#include "tools/measure/experiment/pixel_classes.h"
 #include "tools/measure/metrics/display.h"
 #include "tools/measure/metrics/temporal.h"
 
@@ -359,7 +360,7 @@ Measured measure(const std::vector<ShotFrame>& frames, const Chain& chain) {
     for (const ShotFrame& frame : frames) {
         const ImageF color = filter(chain, frame.description, frame.planes).at(Role::color);
         const metrics::Pair pair = must(metrics::pair_of(color, frame.truth));
-        const auto classes = metrics::pixel_classes(frame.description, [&](Role role) {
+        const auto classes = experiment::pixel_classes(frame.description, [&](Role role) {
             const auto plane = frame.planes.find(role);
             return plane == frame.planes.end() ? nullptr : &plane->second;
         });

@@ -65,8 +65,16 @@ TEST(AbAgainstNothing, ValuesAreKnown) {
     }
     // The error is constant: only rounding is left in tde. The first frame has no difference over
     // time.
-    EXPECT_FALSE(values.at("tde").frames[0]);
+    EXPECT_FALSE(values.at("tde").frames[0] || values.at("temporal_error").frames[0]);
     EXPECT_LT(*values.at("tde").frames[1], 1e-6);
+    // The pixels move or are outlines. A ratio of sums lies between those of the parts.
+    const double moving = *values.at("temporal_error_moving").frames[1];
+    const double outline = *values.at("temporal_error_outline").frames[1];
+    EXPECT_NE(moving, outline);
+    EXPECT_GT(*values.at("temporal_error").frames[1], std::min(moving, outline));
+    EXPECT_LT(*values.at("temporal_error").frames[1], std::max(moving, outline));
+    for (const char* none : {"temporal_error_still", "temporal_error_defocused"})
+        EXPECT_FALSE(values.at(none).mean) << none;
     EXPECT_EQ(report.comparison->metrics[0].n, 3);
 }
 

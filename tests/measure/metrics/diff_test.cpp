@@ -8,6 +8,7 @@
 #include "tests/support/images.h"
 #include "tests/support/status.h"
 #include "tools/measure/metrics/compare.h"
+#include "tools/measure/metrics/display.h"
 
 namespace postchain::test {
 namespace {
@@ -54,7 +55,7 @@ TEST_F(DiffCommand, PrintsOneObjectWithAKeyPerMetric) {
     EXPECT_EQ(all["settings"]["relmse_epsilon"], 0.01);
     EXPECT_EQ(all["settings"]["pixels_per_degree"], 67.02);
     EXPECT_EQ(all["settings"]["tone_mapper"], "aces");
-    EXPECT_FALSE(all.contains("tde"));
+    EXPECT_FALSE(all.contains("tde") || all.contains("temporal_error"));
     const Json two = json("a.exr", "b.exr", {"--metric", "smape", "--metric", "mse"});
     EXPECT_TRUE(two.contains("smape") && two.contains("mse") && !two.contains("psnr"));
 }
@@ -139,7 +140,8 @@ TEST_F(DiffCommand, UsageErrorsExitWithTwo) {
         {"a.exr", "a.exr", {"--map", at("out/m.jpg")}},
         {"a.exr", "a.exr", {"--map", at("m.exr"), "--map-metric", "psnr"}},
         {"a.exr", "a.exr", {"--frames", "1-3"}},
-        {"a.exr", "a.exr", {"--metric", "tde"}},
+        {"a.exr", "a.exr", {"--metric", "tde"}, "tde needs two frames"},
+        {"a.exr", "a.exr", {"--metric", "temporal_error"}, "temporal_error needs two frames"},
         {"a.exr", "a.exr", {"--on-existing", "skip"}},
         {"a.exr", "a.exr", {"--map", at("a.exr"), "--on-existing", "overwrite"}},
         {"a.####.exr", "a.exr", {}},
@@ -196,6 +198,17 @@ TEST_F(DiffCommand, SequencesPrintALinePerFrameAndASummary) {
     EXPECT_TRUE(lines[0]["tde"].is_null());
     EXPECT_NEAR(lines[2]["tde"].get<double>(), 0.1, 1e-6);
     EXPECT_NEAR(summary["tde"].get<double>(), 0.1, 1e-6);
+    // The reference stands still: in steps of an 8-bit display.
+    const auto steps = [](double gray) {
+        return 255 * (double(metrics::display_value(float(gray + 0.1))) -
+                      double(metrics::display_value(float(gray))));
+    };
+    EXPECT_TRUE(lines[0]["temporal_error"].is_null());
+    EXPECT_NEAR(lines[1]["temporal_error"].get<double>(), steps(0.6), 1e-3);
+    EXPECT_NEAR(summary["temporal_error"].get<double>(), (steps(0.6) + steps(0.7)) / 2, 1e-3);
+    const Outcome alone = diff("a.####.exr", "b.####.exr", {"--metric", "temporal_error"});
+    EXPECT_FALSE(contains(alone.out, "tde")) << alone.text();
+    EXPECT_TRUE(contains(alone.out, "temporal_error none")) << alone.text();
 }
 
 TEST_F(DiffCommand, FramesChooseAndMissingOnesAreErrors) {

@@ -7,6 +7,7 @@
 
 #include "chain/pass/resolved_chain.h"
 #include "config/text_tree.h"
+#include "tools/measure/experiment/pixel_classes.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
@@ -359,7 +360,12 @@ Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& 
     report.page_frames = spread_frames(report.scored_frames, settings.page_frames);
     report.metrics = metric_columns(kind, input.truth.has_value());
     report.constants = metrics::metric_constants();
-    report.constants.emplace_back("pixels_per_degree", settings.flip.pixels_per_degree);
+    for (const auto& constant : {std::pair("pixels_per_degree", settings.flip.pixels_per_degree),
+                                 {"moving_px", kMovingPx},
+                                 {"defocused_px", kDefocusedPx},
+                                 {"depth_jump", kDepthJump},
+                                 {"outline_reach_px", kOutlineReachPx}})
+        report.constants.push_back(constant);
     report.exposure_start = input.exposures.start;
     report.exposure_stop = input.exposures.stop;
     report.exposures = input.exposures.exposures();

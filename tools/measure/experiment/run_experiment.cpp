@@ -10,6 +10,7 @@
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/outcome.h"
+#include "tools/measure/experiment/pixel_classes.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/result_store.h"
 #include "tools/measure/experiment/statistics.h"
@@ -371,7 +372,7 @@ class Run {
     }
 
     static Image<metrics::PixelClass> classes_of(const sequence::SourceFrame& source) {
-        return metrics::pixel_classes(source.description, [&](Role role) {
+        return pixel_classes(source.description, [&](Role role) {
             const auto plane = source.planes.find(role);
             return plane == source.planes.end() ? nullptr : plane->second.get();
         });

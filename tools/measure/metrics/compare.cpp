@@ -165,11 +165,7 @@ std::vector<std::pair<std::string, double>> metric_constants() {
             {"blurred_part", kBlurredPart},
             {"sharp_part", kSharpPart},
             {"energy_epsilon", kEnergyEpsilon},
-            {"least_change", kLeastChange},
-            {"moving_px", kMovingPx},
-            {"defocused_px", kDefocusedPx},
-            {"depth_jump", kDepthJump},
-            {"outline_reach_px", kOutlineReachPx}};
+            {"least_change", kLeastChange}};
 }
 
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text) {

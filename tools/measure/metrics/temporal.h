@@ -1,15 +1,21 @@
 // Errors visible only over frames, seeds or positions. Formulas: docs/metrics.md.
 #pragma once
 
+#include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/pair.h"
-#include "tools/measure/metrics/pixel_class.h"
 
 namespace postchain::metrics {
+
+// What a pixel shows, of the last kind that applies (tools/measure/experiment/pixel_classes.h).
+enum class PixelClass : uint8_t { still, moving, defocused, outline };
+inline constexpr const char* kPixelClassNames[] = {"still", "moving", "defocused", "outline"};
+inline constexpr size_t kPixelClasses = std::size(kPixelClassNames);
 
 // A change of the ground truth below one step of an 8-bit display counts as this step.
 inline constexpr double kLeastChange = 1.0 / 255;

@@ -1,16 +1,18 @@
-#include "tools/measure/metrics/pixel_class.h"
+#include "tools/measure/experiment/pixel_classes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-namespace postchain::metrics {
+namespace postchain::experiment {
 namespace {
 
-// Radius of the circle of confusion of a thin lens, px.
-class Lens {
+using metrics::PixelClass;
+
+// Radius of the circle of confusion, px.
+class ThinLens {
   public:
-    explicit Lens(const FrameDescription& frame) {
+    explicit ThinLens(const FrameDescription& frame) {
         const Camera& c = frame.camera;
         if (!c.focal_length_mm || !c.sensor_width_mm || !c.f_stop || !c.focus_distance) return;
         const double f = *c.focal_length_mm / 1000 /
@@ -69,7 +71,7 @@ ImageF outline_field(const ImageF& depth, const ImageF& radius) {
 Image<PixelClass> pixel_classes(const FrameDescription& frame,
                                 const std::function<const ImageF*(Role)>& plane) {
     Image<PixelClass> classes(frame.width, frame.height, 1, PixelClass::still);
-    const Lens lens(frame);
+    const ThinLens lens(frame);
     const double shutter = frame.camera.shutter_frames.value_or(kDefaultShutterFrames);
     const ImageF* depth = plane(Role::inverse_depth);
     ImageF blur(frame.width, frame.height, 1);  // radius of motion and lens together
@@ -92,4 +94,4 @@ Image<PixelClass> pixel_classes(const FrameDescription& frame,
     return classes;
 }
 
-}  // namespace postchain::metrics
+}  // namespace postchain::experiment

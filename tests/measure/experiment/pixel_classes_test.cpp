@@ -1,13 +1,14 @@
-#include "tools/measure/metrics/pixel_class.h"
+#include "tools/measure/experiment/pixel_classes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
-namespace postchain::metrics::pixel_class_test {
+namespace postchain::experiment::pixel_classes_test {
 namespace {
 
+using metrics::PixelClass;
 using enum PixelClass;
 
 // A frame of 41 x 9 pixels without motion, at inverse depth 0.25, seen by a lens that is focused
@@ -105,4 +106,4 @@ TEST(PixelClasses, HaveNoOutlineOnASlope) {
 }
 
 }  // namespace
-}  // namespace postchain::metrics::pixel_class_test
+}  // namespace postchain::experiment::pixel_classes_test

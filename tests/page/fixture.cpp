@@ -1,5 +1,6 @@
 #include "tests/page/fixture.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -205,6 +206,16 @@ Report make_ab_report(const std::string& folder) {
     report.variants.resize(2);
     std::erase_if(report.images, [](const StoredImage& image) { return image.variant > 1; });
     report.winner = Winner{0, "hdr_flip", "it says so"};
+    report.scored_frames = report.frames;
+    report.slice = Slice{40, 16, 64};
+    for (int v = -1; v < 2; ++v) {
+        ImageF slice(64, 2, 3);
+        for (int i = 0; i < 2; ++i) {
+            const ImageF whole = v < 0 ? truth_image(kFrames[i]) : variant_image(v, kFrames[i]);
+            std::copy_n(whole.pixel(16, 40), 3 * 64, slice.pixel(0, i));
+        }
+        store(report, stored_image(ImageKind::slice, v, kFrames[0], concat("slice", v + 1)), slice);
+    }
     const auto compared = [](const char* metric, Finding finding) {
         MetricComparison one;
         one.metric = metric;

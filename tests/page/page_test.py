@@ -253,6 +253,22 @@ class WithWebGl(Page, unittest.TestCase):
         self.browser.mouse(at, "down", "up")
         self.assertEqual(self.states("show", "x", "y"), ["2", 20, 20])
 
+    def test_one_row_over_time(self):
+        """Row 40 from pixel 16 on; a line of 8 CSS pixels for each frame."""
+        self.open("show=1", "ab.html")
+        self.browser.run("document.querySelector('[aria-label=\"One row over time\"]').scrollIntoView();")
+        self.assertEqual(len(self.texts(".slices span")), 3)
+        self.browser.wait("[...document.querySelectorAll('.slices canvas')].every((c) =>"
+                          "c.getContext('2d').getImageData(63, 1, 1, 1).data[3])")
+        for index, of in enumerate((truth, lambda x, y: variant(0, x, y), lambda x, y: variant(1, x, y))):
+            left, top, width, height = self.box_of(".slices canvas", index)[:4]
+            self.assertEqual(height, 16)
+            for line, dimmer in ((0, 1), (1, 0.5)):
+                rgb = of(16 + 50, 40)
+                at = (left + width * 50.5 / 64, top + 8 * line + 4)
+                self.assert_color(self.browser.pixel(*map(math.floor, at)),
+                                  shown([rgb[0] * dimmer, *rgb[1:]]))
+
     def test_asks_for_nothing(self):
         self.browser.keys("0", "3", ".")
         self.settle()

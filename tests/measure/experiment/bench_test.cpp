@@ -174,6 +174,19 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
         EXPECT_EQ(report.exposure_start, start);
         EXPECT_EQ(report.exposure_stop, stop);
         EXPECT_NEAR(*report.variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
+        // The slices over time: a row for each frame, also from the results of the first run.
+        const auto slice = [&](int variant) {
+            return test::must(load_image(report, *report.find(ImageKind::slice, variant, 1)));
+        };
+        const ImageF truth = slice(-1), nothing = slice(0);
+        ASSERT_EQ(nothing.width, report.slice->width);
+        ASSERT_EQ(nothing.height, 3);
+        for (const auto& [i, offset] : {std::pair{0, 0.375f}, {1, 1.0f}, {2, 0.0f}})
+            for (int x = 0; x < nothing.width; ++x)
+                EXPECT_NEAR(truth.at(x, i) - nothing.at(x, i), offset, 1e-6);
+        const ImageF second = test::must(load_image(report, *report.find(ImageKind::color, 0, 1)));
+        for (int x = 0; x < nothing.width; ++x)
+            EXPECT_EQ(nothing.at(x, 0, 1), second.at(report.slice->left + x, report.slice->row, 1));
     }
 }
 

@@ -4,10 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <future>
 #include <limits>
 
 #include "tests/measure/experiment/support.h"
+#include "tests/support/images.h"
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/experiment/report_folder.h"
@@ -58,6 +60,25 @@ TEST_F(TruthFiles, AnotherSizeNamesBoth) {
     test::write_truth(folder_.path(), 3, 1, 0.1f, 41);
     expect_refused("64x41");
     EXPECT_THAT(test::error_of(truth()), HasSubstr("in.0003.exr is 64x40"));
+}
+
+// Row 3 changes most in one pixel, row 7 in sum; there the pixels from 560 on change twice as much.
+TEST_F(TruthFiles, TheSliceIsWhereItChangesMost) {
+    for (int frame = 1; frame <= 3; ++frame) {
+        const ImageF gray = test::make_image(600, 12, 3, [&](int x, int y, int) {
+            if (frame != 2) return 0.5;
+            return y == 3 && x == 9 ? 0.9 : y == 7 ? 0.5 + (x < 560 ? 0.05 : 0.1) : 0.5;
+        });
+        for (const char* name : {"in", "truth"})
+            test::write_rgb(folder_.path(concat(name, ".000", frame, ".exr")), gray);
+    }
+    const Slice slice = test::must(truth()).slice().value();
+    EXPECT_EQ(slice.row, 7);
+    EXPECT_EQ(slice.left, 600 - 512);
+    EXPECT_EQ(slice.width, 512);
+    std::filesystem::remove(folder_.path("truth.0001.exr"));
+    std::filesystem::remove(folder_.path("truth.0003.exr"));
+    EXPECT_FALSE(test::must(truth()).slice());
 }
 
 Status write_cropped(const std::string& path, const ImageF& whole, const io::Window& data) {

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <thread>
 
 #include "chain/pass/resolved_chain.h"
 #include "config/text_tree.h"
 #include "tools/measure/experiment/pixel_classes.h"
+#include "tools/measure/metrics/display.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
@@ -102,9 +104,50 @@ std::string Truth::identity(int frame) const {
     return concat(fs::path(path).filename().string(), " ", stamp.bytes, " ", stamp.time);
 }
 
+namespace {
+
+constexpr int kSlicePx = 512;
+
+// Adds the squared change of the displayed values, over RGB.
+void add_change(const ImageF& from, const ImageF& to, ImageF& sum) {
+    for (size_t i = 0; i < sum.pixels(); ++i)
+        for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+            const float d =
+                metrics::display_value(to.data[c]) - metrics::display_value(from.data[c]);
+            sum.data[i] += d * d;
+        }
+}
+
+// The row with the largest sum, and the pixels of it with the largest.
+report::Slice slice_of(const ImageF& change) {
+    report::Slice slice;
+    double most = -1;
+    for (int y = 0; y < change.height; ++y) {
+        const float* row = change.pixel(0, y);
+        const double sum = std::accumulate(row, row + change.width, 0.0);
+        if (sum <= most) continue;
+        most = sum;
+        slice.row = y;
+    }
+    slice.width = std::min(kSlicePx, change.width);
+    const float* row = change.pixel(0, slice.row);
+    double here = std::accumulate(row, row + slice.width, 0.0);
+    most = here;
+    for (int left = 1; left + slice.width <= change.width; ++left) {
+        here += double(row[left + slice.width - 1]) - double(row[left - 1]);
+        if (here <= most) continue;
+        most = here;
+        slice.left = left;
+    }
+    return slice;
+}
+
+}  // namespace
+
 Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper mapper) {
     ASSIGN_OR_RETURN(auto list, io::find_frames(input.input, input.frames));
     exposures_ = {};
+    ImageF before, change;
     for (int frame : frames_) {
         const std::string& path = files_.at(frame).at(Role::color);
         ASSIGN_OR_RETURN(auto filtered,
@@ -139,7 +182,11 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
         if (black(*image))
             return Status(StatusCode::input, path + ": the ground truth is black; check the file");
         exposures_ = metrics::joined(exposures_, metrics::exposure_range(*image, mapper));
+        if (change.empty()) change = ImageF(image->rgb.width, image->rgb.height, 1);
+        if (!before.empty()) add_change(before, image->rgb, change);
+        before = std::move(image->rgb);
     }
+    if (frames_.size() > 1) slice_ = slice_of(change);
     return Status();
 }
 
@@ -342,6 +389,7 @@ Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& 
             input.stamps.push_back(io::FileStamp::of(path));
         RETURN_IF_ERROR(truth.survey(settings.run, mapper));
         input.exposures = truth.exposures();
+        report.slice = truth.slice();
         input.truth = std::move(truth);
         report.truth = settings.truth_is.empty() ? settings.truth : settings.truth_is;
         report.reference = "truth";

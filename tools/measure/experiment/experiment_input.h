@@ -38,6 +38,8 @@ class Truth {
     // window or data window does not cover that of the input's frame, NaN or Inf, all black.
     Status survey(const sequence::RunSettings& input, metrics::ToneMapper mapper);
     const metrics::ExposureRange& exposures() const { return exposures_; }
+    // Where it changes most from frame to frame; none of a single frame.
+    const std::optional<report::Slice>& slice() const { return slice_; }
 
     // Covers the filtered window of the input's frame.
     Result<metrics::RgbImage> load(int frame) const;
@@ -52,6 +54,7 @@ class Truth {
     std::vector<int> frames_;
     std::map<int, io::Window> windows_;  // data windows of the input's frames, by number
     metrics::ExposureRange exposures_;
+    std::optional<report::Slice> slice_;
 };
 
 // The requested frames. Errors (input): one is not on disk.

@@ -63,6 +63,7 @@ std::optional<FrameResult> ResultStore::frame(const std::string& name, int frame
         FrameResult result;
         json.at("metrics").get_to(result.metrics);
         json.at("split").get_to(result.split);
+        json.at("slice").get_to(result.slice);
         for (const report::Json& one : json.at("left_out"))
             result.elisions.push_back(report::elision_from(one));
         return result;
@@ -89,6 +90,7 @@ Status ResultStore::keep(const std::string& name, int frame, const std::string& 
     const report::Json json = {{"key", key(work)},
                                {"metrics", result.metrics},
                                {"split", result.split},
+                               {"slice", result.slice},
                                {"left_out", left_out}};
     return save(path(concat(name, ".", frame)), io::json_text(json, 1));
 }
@@ -106,6 +108,8 @@ std::string conditions_of(const report::Report& report, const ExperimentSettings
                report.precision, "\n", report.tone_mapper, " ", settings.flip.pixels_per_degree,
                " ", report.exposure_start, " ", report.exposure_stop, "\n", kConvergedSeeds, " ",
                settings.repeats, "\n", report.reference, "\n");
+    if (const auto& slice = report.slice)
+        text += concat("slice ", slice->row, " ", slice->left, " ", slice->width, "\n");
     for (const auto& rule : rules) text += rule + "\n";
     return text;
 }

@@ -16,6 +16,7 @@ struct FrameResult {
     std::map<std::string, double> metrics;
     std::optional<report::ErrorSplit> split;
     std::vector<Elision> elisions;
+    std::vector<float> slice;  // RGB of report::Slice; empty: none
 };
 
 class ResultStore {

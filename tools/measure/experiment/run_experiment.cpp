@@ -1,6 +1,7 @@
 #include "tools/measure/experiment/run_experiment.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <set>
 #include <string>
@@ -391,6 +392,7 @@ class Run {
         RETURN_IF_ERROR(store_images(kInput, frame, found));
         FrameResult noise;
         ASSIGN_OR_RETURN(noise.metrics, noise_of_truth(*frame.truth, frame.input));
+        noise.slice = slice_of(*frame.truth);
         RETURN_IF_ERROR(keep(report::kInputName, kInput, frame.number, found.result, stamps));
         RETURN_IF_ERROR(keep(kTruthName, kInput, frame.number, noise, stamps));
         input_results_[frame.number] = std::move(found.result);
@@ -426,6 +428,7 @@ class Run {
         ASSIGN_OR_RETURN(auto pair, metrics::pair_of(found.color, reference));
         RETURN_IF_ERROR(score(frame, pair, last_errors_[v], found,
                               [&] { return filtered(chain, *frame.before, nullptr); }));
+        if (frame.truth) found.result.slice = slice_of(pair.test);
         if (!split) return found;
         ASSIGN_OR_RETURN(auto exact, run_reference(chain, frame.source.description,
                                                    frame.source.planes, options));
@@ -436,6 +439,36 @@ class Run {
         if (!frame.truth)
             found.result.split->notes.push_back("no model error: " + report_.no_truth);
         return found;
+    }
+
+    // Pixels of report_.slice.
+    std::vector<float> slice_of(const metrics::RgbImage& image) const {
+        if (!report_.slice) return {};
+        const auto& [row, left, width] = *report_.slice;
+        const float* first = image.rgb.pixel(left, row);
+        return {first, first + 3 * width};
+    }
+
+    // Slices over time, with a row for each scored frame; NaN where a frame failed.
+    Status store_slices() {
+        if (!report_.slice) return Status();
+        const std::vector<int>& frames = report_.scored_frames;
+        const auto store = [&](int v, const std::string& name,
+                               const std::map<int, FrameResult>& results) {
+            if (results.empty()) return Status();
+            ImageF image(report_.slice->width, int(frames.size()), 3, std::nanf(""));
+            for (size_t i = 0; i < frames.size(); ++i)
+                if (const auto found = results.find(frames[i]); found != results.end())
+                    std::ranges::copy(found->second.slice, image.pixel(0, int(i)));
+            return report::store_image(
+                report_,
+                report::stored_image(report::ImageKind::slice, v, frames[0], name + ".slice"),
+                image);
+        };
+        RETURN_IF_ERROR(store(kInput, kTruthName, truth_results_));
+        for (size_t v = 0; v < variants_.size(); ++v)
+            RETURN_IF_ERROR(store(int(v), file_name(int(v)), results_[v]));
+        return Status();
     }
 
     Result<ImageF> filtered(const Chain& chain, const sequence::SourceFrame& frame,
@@ -535,6 +568,7 @@ class Run {
 
     // --------------------------------------------------------------------------- results
     Status finish() {
+        RETURN_IF_ERROR(store_slices());
         std::vector<std::pair<WorstTile, std::string>> worst;
         for (size_t v = 0; v < variants_.size(); ++v) {
             gather(v);

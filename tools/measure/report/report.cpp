@@ -33,7 +33,7 @@ const char* name_of(Finding finding) {
 }
 
 const char* name_of(ImageKind kind) {
-    constexpr const char* kNames[] = {"input", "truth", "color", "error", "converged"};
+    constexpr const char* kNames[] = {"input", "truth", "color", "error", "converged", "slice"};
     return kNames[size_t(kind)];
 }
 

@@ -146,6 +146,7 @@ enum class ImageKind {
     color,      // a variant's result
     error,      // error map of a variant or of the scored input; one channel
     converged,  // without ground truth: a variant's reference; variants may share it
+    slice,      // of the ground truth or a variant: Report::slice over the scored frames
 };
 const char* name_of(ImageKind kind);
 struct StoredImage {
@@ -155,6 +156,12 @@ struct StoredImage {
     std::string map;   // ImageKind::error: hdr_flip or flip; the page makes other maps
     std::string path;  // relative to Report::folder
     int width = 0, height = 0, channels = 0;  // linear RGB, or 1
+};
+
+// A part of one row of pixels, which is shown over time.
+struct Slice {
+    int row = 0;
+    int left = 0, width = 0;  // pixels, inside the image
 };
 
 // A region with large errors, or a chosen one.
@@ -213,6 +220,7 @@ struct Report {
 
     std::vector<StoredImage> images;
     std::vector<Crop> crops;
+    std::optional<Slice> slice;         // of several scored frames with a ground truth
     std::vector<std::string> warnings;  // doubtful metrics, variants no better than the input
     std::vector<std::string> notes;     // omitted parts, minor doubts
 

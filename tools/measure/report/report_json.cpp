@@ -181,6 +181,10 @@ static void to_json(Json& json, const Crop& crop) {
             {"width", crop.width}, {"height", crop.height}, {"why", crop.why}};
 }
 
+static void to_json(Json& json, const Slice& slice) {
+    json = {{"row", slice.row}, {"left", slice.left}, {"width", slice.width}};
+}
+
 static void to_json(Json& json, const MetricInfo& metric) {
     json = {{"name", metric.name}, {"help", metric.help}, {"better", name_of(metric.better)}};
 }
@@ -229,6 +233,7 @@ Json report_json(const Report& report) {
             {"under", report.under},
             {"images", report.images},
             {"crops", report.crops},
+            {"slice", report.slice},
             {"warnings", report.warnings},
             {"notes", report.notes}};
 }

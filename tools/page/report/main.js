@@ -15,6 +15,7 @@ import { overlay } from "../viewer/overlay.js";
 import { add_frames_plot, add_pareto } from "./plots.js";
 import { State } from "../viewer/state.js";
 import { fields_of } from "./fields.js";
+import { add_slices } from "./slices.js";
 import { add_facts, add_left_out, add_variants } from "./tables.js";
 import { Viewer } from "../viewer/viewer.js";
 
@@ -103,6 +104,7 @@ function start() {
     add_comparison(page, more);
     add_pareto(page, more);
     add_frames_plot(page, more);
+    add_slices(page, more);
     add_crops(page, more);
     add_split(page, more);
     add_times(page, more);

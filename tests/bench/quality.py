@@ -3,7 +3,8 @@
 docs/quality.md and docs/studies/tables.md.
 
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
-                           [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
+                           [--row TEXT] [--repeat 3] [--exact EXACT_SHOTS] [--json FILE] [--write FILE]
+                           [--pictures FOLDER]
 
 Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
 dof and both (ground truth), camera.json and, for the rows that need them, peer_*.####.exr and
@@ -17,6 +18,9 @@ noise of the ground truth: a quarter of the halves' mean squared difference is t
 has the PSNR of that noise alone, and HDR-FLIP and SSIM between the halves.
 
 A second table has the PSNR near the rims of bokeh only (docs/metrics.md#rims-of-bokeh), and their pixels.
+
+--exact runs that program (tests/stability/exact_shots.cpp) and prints error and temporal error on shots with
+exact ground truth after the other tables (docs/stability.md#in-time).
 
 --json writes every figure, with chains and the commit. --write puts the tables, without times, between
 the two marks of a Markdown file (quality_tables.py). --pictures makes strips of full-size crops instead
@@ -257,6 +261,12 @@ def pictures(options, data, frame, folder):
         strip(shown, options.crop, options.pictures / f"{scene.name}-quality.jpg")
 
 
+def exact(program, folder):
+    """Figures of shots with exact ground truth: by shot, chain and metric."""
+    call(program, f"--json={folder / 'exact.json'}")
+    return json.loads((folder / "exact.json").read_text("utf8"))
+
+
 def scene_set(text):
     """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"; or a file."""
     folder, _, frame = text.partition(":")
@@ -281,17 +291,20 @@ def main():
     parser.add_argument("--scene", action="append", help="only these scenes")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
+    parser.add_argument("--exact", type=pathlib.Path, metavar="EXACT_SHOTS",
+                        help="the program, for the tables of exact shots")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="output of every figure")
     parser.add_argument("--write", type=pathlib.Path, metavar="FILE", help="Markdown file for the tables")
     parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
-    figures, commits, versions = [], set(), set()
+    figures, commits, versions, shots = [], set(), set(), {}
     with tempfile.TemporaryDirectory() as folder:
         for data, frame in options.sets:
             if data.suffix == ".json":
                 content = json.loads(data.read_text("utf8"))
                 figures += content["figures"]
+                shots.update(content.get("exact", {}))
                 commits.add(content["commit"])
                 versions.add(content["version"])
             elif options.pictures:
@@ -301,17 +314,21 @@ def main():
                 versions.add(call(options.postchain, "--version").strip())
                 for name in options.table or TABLES:
                     figures += table(options, data, frame, name, pathlib.Path(folder))
+        if options.exact:
+            shots.update(exact(options.exact, pathlib.Path(folder)))
     labels = [quality_tables.NOISE, *(label for rows in TABLES.values() for label, _ in rows)]
     # A merged file may have rows that this version does not.
     figures.sort(key=lambda figure: labels.index(figure["row"]) if figure["row"] in labels else len(labels))
     quality_tables.print_tables(figures, times=True)
+    if shots:
+        quality_tables.print_exact(shots)
     if options.write:
         with contextlib.redirect_stdout(io.StringIO()) as text:
             quality_tables.print_tables(figures, times=False)
         quality_tables.write_between_marks(options.write, text.getvalue())
     if options.json:
         content = {"commit": ", ".join(sorted(commits)),
-                   "version": ", ".join(sorted(versions)), "figures": figures}
+                   "version": ", ".join(sorted(versions)), "figures": figures, "exact": shots}
         options.json.write_text(json.dumps(content, indent=1) + "\n")
 
 

@@ -84,6 +84,24 @@ def print_tables(figures, times):
         _print_rims(scenes, rows)
 
 
+EXACT = {"error": 4, "error_still": 4, "temporal_error": 3, "temporal_error_still": 3}  # digits
+
+
+def print_exact(shots):
+    """Means over the frames of shots with exact ground truth (exact_shots --json), by chain."""
+    for metric, digits in EXACT.items():
+        chains = list(next(iter(shots.values())))
+        rows = {shot: [of_chains[chain][metric]["mean"] for chain in chains] for shot, of_chains in shots.items()}
+        rows = {shot: row for shot, row in rows.items() if None not in row}
+        if not rows:
+            continue
+        rows["mean"] = [_mean(column) for column in zip(*rows.values())]
+        _print_head(f"exact shots, {metric}", *chains)
+        for shot, row in rows.items():
+            _print_row(shot, *(f"{value:.{digits}f}".removeprefix("0") for value in row))
+        print()
+
+
 def write_between_marks(path, text):
     """Replaces what is between two lines MARK by text."""
     parts = path.read_text("utf8").split(MARK)

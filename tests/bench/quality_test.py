@@ -137,6 +137,26 @@ class Quality(unittest.TestCase):
         content = json.loads(merged.read_text())
         self.assertEqual((content["commit"], content["version"]), ("of-a, of-b", "va, vb"))
 
+    def test_exact_shots_follow_the_other_tables(self):
+        def chain(error, still):
+            return {metric: {"mean": still if metric.endswith("still") else error}
+                    for metric in quality_tables.EXACT}
+        figures = {"pan": {"fast": chain(0.25, 0.5), "best": chain(0.125, None)},
+                   "stop": {"fast": chain(0.75, 0.5), "best": chain(0.375, 0.25)}}
+        program = self.data / "exact_shots"
+        program.write_text(f"#!{sys.executable}\nimport sys\n"
+                           f"open(sys.argv[1].removeprefix('--json='), 'w').write({json.dumps(figures)!r})\n")
+        program.chmod(0o755)
+        other, found = self.data / "other.json", self.data / "found.json"
+        other.write_text(json.dumps({"commit": "c", "version": "v", "figures": []}))
+        printed = main(POSTCHAIN, other, "--exact", program, "--json", found)
+        self.assertIn("| exact shots, error | fast | best |\n|---|---|---|\n| pan | .2500 | .1250 |\n"
+                      "| stop | .7500 | .3750 |\n| mean | .5000 | .2500 |\n\n", printed)
+        self.assertIn("| exact shots, temporal_error_still | fast | best |\n|---|---|---|\n"
+                      "| stop | .500 | .250 |\n| mean | .500 | .250 |\n\n", printed)
+        self.assertEqual(json.loads(found.read_text())["exact"], figures)
+        self.assertEqual(main(POSTCHAIN, found), printed)
+
     def test_rims_have_a_table_of_their_own(self):
         channels = [f"ViewLayer.{group}.{letter}" for group, letters in
                     (("Combined", "RGBA"), ("Depth", "Z"), ("Vector", "XYZW")) for letter in letters]

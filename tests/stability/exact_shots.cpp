@@ -16,7 +16,7 @@ namespace {
 
 using namespace postchain;
 using namespace postchain::test::stability;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 constexpr const char* kChains[] = {"paper", "realtime", "fast", "balanced", "best"};
 

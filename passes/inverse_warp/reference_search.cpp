@@ -11,7 +11,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kEdgePart = 0.25;
-constexpr double kFilled = 0.9;
+constexpr double kFilled = 0.9, kBehind = 1.3;
 constexpr double kLamp = 3, kLeastPart = 1e-4;
 constexpr double kShows = 0.3, kOneColor = 0.25, kLost = 0.4, kMuchLonger = 2;
 constexpr std::array<int, 6> kDistances = {1, 2, 3, 5, 9, 16};
@@ -215,12 +215,12 @@ Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const
 
 bool Background::is_filled(Vec at, double inverse_depth, double q) const {
     for (const Level& level : levels_) {
-        double same = 0, total = 0;
+        double near = 0, total = 0;
         for (const auto& [cell, weight] : around(level, at, inverse_depth)) {
-            if (one_depth(cell->inverse_depth, q)) same += weight;
+            if (cell->inverse_depth * kBehind > q) near += weight;
             total += weight;
         }
-        if (total > 0) return same >= kFilled * total;
+        if (total > 0) return near >= kFilled * total;
     }
     return false;
 }

@@ -23,7 +23,7 @@ layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 
 const int kNeighborSteps = 3;  // from each start surface
 const float kClosePx = 2.5;    // of a surface that comes almost to p, along each axis
-const float kFilled = 0.9;     // part of the fill that shows one surface
+const float kFilled = 0.9, kBehind = 1.3;  // part of the fill that is not farther than this, times
 const float kStillPx = 0.5;    // path of a surface that stays in place
 
 uvec4 surface_in(int frame, ivec2 x) {
@@ -140,15 +140,15 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     return nearest;
 }
 
-// Is (nearly) all of the fill at the place `at` behind the farthest surface visited the surface found?
+// Is (nearly) all of the fill of the farthest surface visited, at the place `at`, hardly behind the surface found?
 bool is_filled(Found found, Surface far, vec2 at) {
     const Cells cells = background_cells(at, far.inverse_depth);
     const vec4 depths = vec4(depth_of_cell(cells.upper.xy), depth_of_cell(cells.upper.zw),
                              depth_of_cell(cells.lower.xy), depth_of_cell(cells.lower.zw));
-    precise float same = 0.0;
+    precise float near = 0.0;
     for (int i = 0; i < 4; ++i)
-        if (one_depth(depths[i], found.inverse_depth)) same += cells.weights[i];
-    return same > 0.0 && same >= kFilled * cells.total;
+        if (depths[i] * kBehind > found.inverse_depth) near += cells.weights[i];
+    return near > 0.0 && near >= kFilled * cells.total;
 }
 
 // Was the farthest surface visited found at a neighbor's edge, and does this frame show it beside the place

@@ -6,6 +6,7 @@
 
 #include "chain/pass/pass.h"
 #include "chain/pass/work_list.h"
+#include "passes/common/keep.h"
 #include "passes/common/wide_color.h"
 #include "passes/fxaa/reference.h"
 #include "shaders/shared/fxaa_uniforms.h"
@@ -90,7 +91,10 @@ const ParameterTable& parameter_table() {
             .choice("hint_gate", &Parameters::hint_gate, {"tile", "pixel"},
                     {.help = "pixels where the hint holds: tiles with motion, or pixels that "
                              "really blur",
-                     .read_if = {{{"hint", {"none"}, true}}}})
+                     .read_if = {{{"hint", {"none"}, true}}, {{"where", {"blurred"}}}}})
+            .choice("where", &Parameters::where, {"everywhere", "blurred"},
+                    {.help = "every pixel, for frames of one sample a pixel, or only those in "
+                             "which an earlier blur leaves noise, for antialiased frames"})
             .table();
     return table;
 }
@@ -145,7 +149,7 @@ class FxaaPass final : public PlainPass {
     RoleUse roles() const override {
         RoleUse use;
         use.required = {Role::color};
-        if (parameters_.hint != Hint::none) use.optional = {Role::hint};
+        if (reads_hint()) use.optional = {Role::hint};
         return use;
     }
 
@@ -163,7 +167,7 @@ class FxaaPass final : public PlainPass {
         }
         if (thresholds(parameters_).least >= 2 * kQuietContrast) {
             guarantees.driven_by = {Role::color};
-            if (parameters_.hint != Hint::none) guarantees.driven_by.add(Role::hint);
+            if (reads_hint()) guarantees.driven_by.add(Role::hint);
         }
         return guarantees;
     }
@@ -182,6 +186,9 @@ class FxaaPass final : public PlainPass {
         const FrameBounds& bounds = context.frame.bounds;
         if (context.frame.width == 1 && context.frame.height == 1)
             return Identity{kRuleFacts, {"a single pixel has no neighbor to blend with"}};
+        if (parameters_.where == Where::blurred && !uses_hint(context))
+            return Identity{kRuleFacts,
+                            {"where: blurred, and no motion blur or joint blur ran before it"}};
         if (!context.color_is_input) return std::nullopt;
         // The checkerboard blends at any luma, and layers may have more colors.
         const bool blends = uses_hint(context) && context.frame.layers > 0;
@@ -213,6 +220,8 @@ class FxaaPass final : public PlainPass {
         const bool own_luma = !has_luma_plane(context);
         const TextureId luma = own_luma ? -1 : add_luma(planner, color);
         const TextureId result = planner.texture("fxaa", context.color_format());
+        TextureId layers = -1;
+        if (planner.has(Role::layers)) layers = planner.layers("layers", context.layers_format());
 
         Step step;
         step.name = "fxaa";
@@ -221,7 +230,10 @@ class FxaaPass final : public PlainPass {
             {"DIRECTIONAL", flag(directional)},
             {"LUMA_PLANE", flag(!own_luma)},
             {"BLEND_TONEMAPPED", std::to_string(parameters_.blend == Blend::tonemapped)},
-            {"HINT", std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0)}};
+            {"HINT", std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0)},
+            {"BLURRED", parameters_.where == Where::everywhere ? "0"
+                        : hinted                               ? "1"
+                                                               : "2"}};
         context.choose_form(step.program);
         if (own_luma)
             step.program.defines["LUMA_DISPLAY"] = flag(parameters_.luma == Luma::display);
@@ -232,14 +244,20 @@ class FxaaPass final : public PlainPass {
         // Fetches of a pixel at an edge, without the walk along it.
         const int lumas = own_luma ? 2 : directional ? 13 : 9;
         const int colors = mixed_colors(hinted);
-        step.taps = pixels * uint64_t(lumas + colors + (hinted ? 1 : 0));
+        const int taps_px = lumas + colors + (hinted ? 1 : 0);
+        step.taps = pixels * uint64_t(taps_px);
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * uint64_t(taps_px);
+        const Blocks blocks = add_blocks(planner);
+        launch_by(step, blocks.filtered);
         std::vector<Binding> arrays;
-        if (planner.has(Role::layers)) {
-            const TextureId layers = planner.layers("layers", context.layers_format());
-            arrays = {{3, planner.input(Role::layers)}, {1, layers, Access::write}};
-            planner.output(Role::layers, layers);
-        }
+        if (layers >= 0) arrays = {{3, planner.input(Role::layers)}, {1, layers, Access::write}};
         add_layered_step(planner, std::move(step), arrays, pixels * uint64_t(colors));
+        if (blocks.kept >= 0) {
+            elide_blocks(planner, "fxaa", kRuleUnhintedBlocks, {"no pixel of theirs has a hint"},
+                         blocks.kept, taps_px);
+            add_keep(planner, blocks.kept, {.color = result, .layers = layers});
+        }
+        if (layers >= 0) planner.output(Role::layers, layers);
         planner.output(Role::color, result);
     }
 
@@ -259,8 +277,35 @@ class FxaaPass final : public PlainPass {
     ParameterRef parameters() override { return &parameters_; }
 
   private:
+    // Work lists; -1: all blocks are filtered.
+    struct Blocks {
+        TextureId filtered = -1, kept = -1;
+    };
+
+    Blocks add_blocks(PassPlanner& planner) const {
+        Blocks blocks;
+        if (parameters_.where != Where::blurred || !uses_hint(planner.context()) ||
+            !planner.context().uses(kRuleUnhintedBlocks))
+            return blocks;
+        Step step;
+        step.name = "blocks";
+        step.program = {"fxaa/blocks.comp", {{"HINT", "0"}, {"BLURRED", "1"}}};
+        step.bindings = {{2, planner.input(Role::hint), Access::sample_nearest}};
+        blocks.filtered = add_work_list(planner, step, 0, "filtered_blocks");
+        blocks.kept = add_work_list(planner, step, 1, "kept_blocks");
+        step.take_uniforms<shared::FxaaUniforms>();
+        step.spread = Area().in_squares(4 * kBlockPx);  // a work group sorts 4 x 4 blocks
+        step.taps = planner.context().frame.pixels();
+        planner.step(std::move(step));
+        return blocks;
+    }
+
+    bool reads_hint() const {
+        return parameters_.hint != Hint::none || parameters_.where == Where::blurred;
+    }
+
     bool uses_hint(const PlanContext& context) const {
-        return parameters_.hint != Hint::none && context.available.has(Role::hint);
+        return reads_hint() && context.available.has(Role::hint);
     }
 
     // Without it a work group of a GPU computes the lumas of its pixels and of two around. A walk
@@ -347,6 +392,8 @@ const PassType& pass_type() {
             "along edges.",
         .parameters = &parameter_table(),
         .create = [] { return std::make_unique<FxaaPass>(); },
+        .rules = {{kRuleUnhintedBlocks, true,
+                   "FXAA of blocks without a hint, with where: blurred"}},
         .variants = {
             {"without the checkerboard", {{"hint", "none"}}},
             {"blend: stored", {{"blend", "stored"}}},

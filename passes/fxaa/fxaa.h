@@ -25,8 +25,16 @@ enum class Blend {
     tonemapped,  // a mean in which a bright texel counts less, 1/sqrt(1 + largest channel)
     stored,      // the mean of the stored values
 };
+// Pixels that are filtered.
+enum class Where {
+    everywhere,
+    blurred,  // those of an earlier blur's hint, in part where the gate is below 1
+};
 enum class Hint { none, checkerboard, threshold };
 enum class HintGate { tile, pixel };  // channel x or y of the hint plane
+
+// Rule of elision: with where: blurred.
+inline constexpr const char* kRuleUnhintedBlocks = "unhinted_blocks";
 
 struct Parameters {
     Mode mode = Mode::search;
@@ -37,6 +45,7 @@ struct Parameters {
     Luma luma = Luma::display;
     double exposure_ev = 0;
     Blend blend = Blend::tonemapped;
+    Where where = Where::everywhere;
     Hint hint = Hint::threshold;
     HintGate hint_gate = HintGate::pixel;
 };
@@ -55,7 +64,8 @@ Thresholds thresholds(const Parameters& parameters);
 std::vector<int64_t> presets();
 const std::vector<double>& preset_steps(int preset);
 
-// "fxaa": reads color, and hint (optional) unless Parameters::hint is none; writes color.
+// "fxaa": reads color, and hint (optional) unless Parameters::hint is none and Parameters::where
+// everywhere; writes color.
 const PassType& pass_type();
 
 }  // namespace postchain::fxaa

@@ -233,7 +233,9 @@ ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const I
             h = h > 0 ? std::min(h, 1.0) : 0;
 
             const Pixel center = pixel_at(color, x, y);
-            const double scale = parameters.hint == Hint::threshold ? 1 - h : 1;
+            const bool blurred = parameters.where == Where::blurred;
+            double scale = 1;
+            if (parameters.hint == Hint::threshold) scale = blurred ? 0 : 1 - h;
             Pixel pixel;
             if (parameters.mode == Mode::directional) {
                 pixel = directional(parameters, color, luma, x, y, scale);
@@ -247,8 +249,13 @@ ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const I
                     blend(parameters, center, pixel_at(color, x, y - 1), checkerboard_weight);
                 pixel = h == 1 ? taps : blend(parameters, pixel, taps, h);
             }
-            for (int c = 0; c < color.channels; ++c)
-                result.at(x, y, c) = pixel[static_cast<size_t>(c)];
+            const double share = blurred ? h : 1;
+            for (int c = 0; c < color.channels; ++c) {
+                const double own = center[static_cast<size_t>(c)];
+                result.at(x, y, c) = share == 1
+                                         ? pixel[static_cast<size_t>(c)]
+                                         : own + share * (pixel[static_cast<size_t>(c)] - own);
+            }
         }
     }
     return result;

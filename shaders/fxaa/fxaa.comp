@@ -6,9 +6,11 @@
 // LUMA_PLANE 0: lumas are computed here (LUMA_DISPLAY). 1: by luma.comp.
 // LAYERS: number of extra layers
 // DIRECTIONAL 0: mode: search. 1: mode: directional. HINT 0: none. 1: checkerboard. 2: threshold.
+// BLURRED 1: where: blurred. 2: likewise, without a hint. LIST: only the blocks of a work list
 #include "common/layers.glsl"
-#include "common/work_group.glsl"
+#include "common/work_list.glsl"
 #include "shared/fxaa_uniforms.h"
+#include "fxaa/gate.glsl"
 #include "fxaa/blend.glsl"
 #if LUMA_PLANE
 #include "fxaa/transparency.glsl"
@@ -19,9 +21,6 @@
 layout(binding = 0) uniform sampler2D color_plane;
 #if LUMA_PLANE
 layout(binding = 1) uniform sampler2D luma_plane;
-#endif
-#if HINT
-layout(binding = 2) uniform sampler2D hint_plane;
 #endif
 layout(binding = 0) writeonly uniform image2D result_plane;
 #ifdef LAYERS
@@ -59,7 +58,7 @@ float luma_at(ivec2 p) {
 
 // A GPU keeps the lumas of a work group's pixels, and of those around it, in the group's memory.
 #ifdef SOFTWARE_RENDERER
-void load_lumas() {}
+void load_lumas(ivec2 block) {}
 
 // The luma at an offset of at most kLumaReachPx along each axis from this invocation's pixel p.
 float luma_beside(ivec2 p, ivec2 offset) {
@@ -70,15 +69,15 @@ const int kLumaReachPx = DIRECTIONAL == 1 ? 2 : 1;
 const int kLumaEdge = kBlockPx + 2 * kLumaReachPx;
 shared float lumas[kLumaEdge * kLumaEdge];
 
-void load_lumas() {
-    const ivec2 first = kBlockPx * group_at() - kLumaReachPx;
+void load_lumas(ivec2 block) {
+    const ivec2 first = kBlockPx * block - kLumaReachPx;
     for (int i = int(gl_LocalInvocationIndex); i < kLumaEdge * kLumaEdge; i += kBlockPx * kBlockPx)
         lumas[i] = luma_at(first + ivec2(i % kLumaEdge, i / kLumaEdge));
     barrier();
 }
 
 float luma_beside(ivec2 p, ivec2 offset) {
-    const ivec2 place = p - kBlockPx * group_at() + kLumaReachPx + offset;
+    const ivec2 place = p % kBlockPx + kLumaReachPx + offset;
     return lumas[place.y * kLumaEdge + place.x];
 }
 #endif
@@ -89,15 +88,9 @@ float luma_beside(ivec2 p, ivec2 offset) {
 #include "fxaa/search.glsl"
 #endif
 
-vec4 result_at(ivec2 p) {
-    const vec4 center = color_at(p);
+vec4 filtered_with_hint(ivec2 p, vec4 center, float hint) {
 #ifdef LAYERS
     for (int i = 0; i < 9; ++i) shares[i] = 0.0;
-#endif
-#if HINT
-    const vec2 gates = texelFetch(hint_plane, p, 0).xy;
-    float hint = uniforms.hint_gate == 0 ? gates.x : gates.y;
-    hint = hint > 0.0 ? min(hint, 1.0) : 0.0;  // NaN means no hint
 #endif
 #if HINT == 1
     // Shortcut of the checkerboard: two taps at any luma; a hint between 0 and 1 lies between the
@@ -119,10 +112,26 @@ vec4 result_at(ivec2 p) {
     return hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
 #endif
 #elif HINT == 2
-    precise const float scale = 1.0 - hint;
+    // Where the gate mixes, it needs no threshold besides.
+    precise const float scale = BLURRED > 0 ? 0.0 : 1.0 - hint;
     return filtered(p, center, scale);
 #else
     return filtered(p, center, 1.0);
+#endif
+}
+
+vec4 result_at(ivec2 p) {
+    const vec4 center = color_at(p);
+#if BLURRED
+    const float hint = hint_at(p);
+    const vec4 all = filtered_with_hint(p, center, hint);
+#ifdef LAYERS
+    for (int i = 0; i < 9; ++i) shares[i] *= hint;
+#endif
+    precise const vec4 part = center + hint * (all - center);
+    return hint < 1.0 ? part : all;
+#else
+    return filtered_with_hint(p, center, hint_at(p));
 #endif
 }
 
@@ -147,9 +156,10 @@ void store_layers(ivec2 p) {
 #endif
 
 void main() {
-    load_lumas();
-    const ivec2 p = invocation_at();
-    if (any(greaterThanEqual(p, uniforms.size))) return;
+    ivec2 p;
+    const bool is_pixel = next_pixel(uniforms.size, p);
+    load_lumas(p / kBlockPx);
+    if (!is_pixel) return;
     const vec4 result = result_at(p);
     STORE(result_plane, p, result);
 #ifdef LAYERS

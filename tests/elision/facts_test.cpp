@@ -217,15 +217,17 @@ TEST(IdentityByFacts, FxaaStaysWhereLumaIsHeld) {
 
 // FXAA after a blur that is left out: in the complete run the blur writes a hint of 0 for the whole
 // frame, which equals no hint, and takes the place of the frame's own and of an earlier blur's.
+// FXAA where: blurred is then left out too.
 TEST(IdentityByFacts, ABlurLeftOutLeavesNoHint) {
     const std::pair<const char*, double> left_out[] = {{"min_speed_px", 50.0},
                                                        {"shutter_frames", 0.0}};
-    const std::pair<const char*, const char*> readers[] = {{"checkerboard", "tile"},
-                                                           {"threshold", "pixel"}};
+    const std::array<const char*, 3> readers[] = {{"checkerboard", "tile", "everywhere"},
+                                                  {"threshold", "pixel", "everywhere"},
+                                                  {"none", "pixel", "blurred"}};
     for (const auto& [key, value] : left_out)
-        for (const auto& [hint, gate] : readers)
+        for (const auto& [hint, gate, where] : readers)
             for (const char* former : {"none", "frame", "blur"}) {
-                SCOPED_TRACE(concat(key, " ", hint, ", former hint: ", former));
+                SCOPED_TRACE(concat(key, " ", hint, " ", where, ", former hint: ", former));
                 const Precision precision = kPrecisions[hint == "threshold"s];
                 Chain chain;
                 if (former == "blur"s)
@@ -233,7 +235,9 @@ TEST(IdentityByFacts, ABlurLeftOutLeavesNoHint) {
                 append(chain, "motion_blur",
                        {{"mode", "guertin"}, {"samples", int64_t(5)}, {key, value}});
                 append(chain, "fxaa",
-                       {{"hint", std::string(hint)}, {"hint_gate", std::string(gate)}});
+                       {{"hint", std::string(hint)},
+                        {"hint_gate", std::string(gate)},
+                        {"where", std::string(where)}});
                 FramePlanes planes = flat_planes(half_noise(50, 37, 4, 1), {12, 3});
                 if (former == "frame"s) planes[Role::hint] = constant_image(50, 37, {1, 1});
                 const Elided elided =
@@ -241,7 +245,7 @@ TEST(IdentityByFacts, ABlurLeftOutLeavesNoHint) {
                                      only({kRuleFacts, kRuleConfiguration}, precision));
                 const auto& passes = elided.plan.passes;
                 EXPECT_TRUE(passes[passes.size() - 2].elided);
-                EXPECT_FALSE(passes.back().elided);
+                EXPECT_EQ(passes.back().elided, where == "blurred"s);
             }
 }
 

@@ -1,6 +1,8 @@
-// still_blocks and sky_blocks: blocks that the motion blur sorts out on the device.
+// still_blocks, sky_blocks and unhinted_blocks: blocks that motion blur and FXAA sort out on the
+// device.
 
 #include "chain/pass/work_list.h"
+#include "passes/fxaa/fxaa.h"
 #include "passes/motion_blur/motion_blur.h"
 #include "tests/elision/support.h"
 
@@ -190,6 +192,39 @@ TEST(SkyTiles, AFrameOfOneDepth) {
     // Depths that differ in the last bit are two depths.
     scene.depth(40, 20) = neighbor(0.25f, 1);
     EXPECT_LT(sky_blocks_of_unknown(), 6u);
+}
+
+// FXAA where: blurred: single pixels with a hint, also in the last row and column and beside a
+// border of blocks, whose lumas lie in another block.
+TEST(UnhintedBlocks, PixelsAlone) {
+    FramePlanes planes = flat_planes(half_noise(101, 67, 4, 5));
+    ImageF& hint = planes[Role::hint] = ImageF(101, 67, 2);
+    const std::pair<int, int> places[] = {{0, 0}, {47, 15}, {48, 32}, {100, 20}, {70, 66}};
+    for (const auto& [x, y] : places) hint.at(x, y, 1) = 0.7f;
+    hint.at(5, 50, 1) = NAN;
+    for (const char* mode : {"search", "directional"})
+        for (const bool layered : {false, true}) {
+            SCOPED_TRACE(concat(mode, ", layered: ", layered));
+            FramePlanes given = planes;
+            if (layered) {  // which has half of the light
+                given[Role::layers] = planes.at(Role::color);
+                for (float& value : given[Role::layers].data) value /= 2;
+            }
+            const Elided elided = expect_same_bits(
+                test::chain_of("fxaa", {{"mode", std::string(mode)}, {"where", "blurred"s}}),
+                describe(given), given, only({fxaa::kRuleUnhintedBlocks}));
+            EXPECT_EQ(elided.blocks("filtered_blocks"), 5u);
+            EXPECT_EQ(elided.blocks("kept_blocks"), 7u * 5 - 5);
+            int changed = 0;
+            for (int y = 0; y < 67; ++y)
+                for (int x = 0; x < 101; ++x)
+                    changed +=
+                        elided.outputs.at(Role::color).at(x, y) != planes.at(Role::color).at(x, y);
+            EXPECT_EQ(changed, 5);
+            for (size_t i = 0; layered && i < 4u * 101 * 67; ++i)
+                ASSERT_NEAR(2 * elided.outputs.at(Role::layers).data[i],
+                            elided.outputs.at(Role::color).data[i], 1e-6);
+        }
 }
 
 }  // namespace

@@ -148,8 +148,12 @@ RandomCase random_case(uint64_t seed) {
     const int width = size(), height = size();
     result.planes[Role::color] = random_color(width, height, random);
     add_layers(result.planes, width, height, random);
-    if (random.chance(0.1))
-        result.planes[Role::hint] = noise_image(width, height, 2, uint32_t(seed), 0, 1.2f);
+    if (random.chance(0.1)) {  // in the right half
+        ImageF& hint = result.planes[Role::hint] =
+            noise_image(width, height, 2, uint32_t(seed), 0, 1.2f);
+        for (int y = 0; y < height; ++y)
+            std::fill(hint.pixel(0, y), hint.pixel(width / 2, y), 0.0f);
+    }
     // From random numbers of their own: cases without them stay as they were.
     Random held_shape(seed / kCasesOfAShape * 15485863 + 5), held(seed * 15485863 + 3);
     const int most_layers = held_shape.whole(1, 6);

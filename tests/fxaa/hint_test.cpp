@@ -1,11 +1,14 @@
 // The hint: the report's checkerboard simulated literally, and the effect of each choice.
 
+#include <array>
 #include <cmath>
 
 #include "tests/fxaa/support.h"
 
 namespace postchain::test {
 namespace {
+
+using namespace std::string_literals;
 
 SettingList hinted(const char* hint, const char* gate = "tile") {
     return {{"luma", "stored"}, {"blend", "stored"}, {"hint", hint}, {"hint_gate", gate}};
@@ -98,6 +101,40 @@ TEST(Hint, TheGateChoosesTheChannel) {
         EXPECT_TRUE(equal_bits(run(hinted(hint), color), plain)) << "without a plane";
     }
     EXPECT_TRUE(equal_bits(run(hinted("none"), color, constant_hint(48, 32, 1, 1)), plain));
+}
+
+// A gate h of the pixel mixes in h of what FXAA makes of it. Without a hint the pixel keeps its
+// bits.
+TEST(Hint, WhereBlurredMixesByTheGate) {
+    const ImageF color = noise_image(48, 32, 4, 17, 0.2f, 0.8f);
+    ImageF gates = constant_hint(48, 32, 1, 0);
+    for (int y = 5; y < 30; ++y)
+        for (int x = 9; x < 44; ++x) gates.at(x, y, 1) = std::array{NAN, 0.25f, 0.75f, 3.0f}[x % 4];
+    for (const char* mode : {"search", "directional"})
+        for (const char* hint : {"none", "checkerboard", "threshold"}) {
+            SCOPED_TRACE(concat(mode, " ", hint));
+            SettingList settings = hinted(hint, "pixel");
+            settings.push_back({"mode", std::string(mode)});
+            const ImageF everywhere =  // both thresholds are 0 inside the gate
+                run(settings, color, hint == "threshold"s ? constant_hint(48, 32, 1, 1) : gates);
+            settings.push_back({"where", std::string("blurred")});
+            const ImageF out = run(settings, color, gates);
+            EXPECT_FALSE(equal_bits(out, color));
+            const fxaa::Parameters parameters = parameters_of(settings);
+            const ImageD wide = image_cast<double>(color), hints = image_cast<double>(gates);
+            const ImageD reference = fxaa::reference_fxaa(
+                parameters, wide, fxaa::reference_luma(parameters, wide, {}), &hints);
+            for (int y = 0; y < 32; ++y)
+                for (int x = 0; x < 48; ++x)
+                    for (int c = 0; c < 4; ++c) {
+                        const float gate = gates.at(x, y, 1), own = color.at(x, y, c);
+                        const double h = gate > 0 ? std::min(gate, 1.0f) : 0;
+                        const double mixed = own + h * (everywhere.at(x, y, c) - own);
+                        ASSERT_NEAR(out.at(x, y, c), mixed, h == 0 ? 0 : 1e-6) << x << "," << y;
+                        if (parameters.mode == fxaa::Mode::directional)  // the search has ties
+                            ASSERT_NEAR(out.at(x, y, c), reference.at(x, y, c), 1e-5);
+                    }
+        }
 }
 
 }  // namespace

@@ -74,6 +74,7 @@ const std::map<std::string_view, Row>& table() {
         {"blend", {kEdges}},
         {"hint", {kEdges, "hint of motion blur"}},
         {"hint_gate", {kEdges, "where the hint holds"}},
+        {"where", {kEdges, "pixels that are filtered"}},
         {"noise", {kNoise, "pattern"}},
         {"seed", {kNoise}},
         {"animate_noise", {kNoise, "changes with the frame"}},

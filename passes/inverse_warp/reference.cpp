@@ -58,6 +58,8 @@ struct Sums {
     double moment = 0;        // of the displacements, px^2
     double longest_path = 0;  // squared, px^2
     Soft soft;
+    double shown = 0;          // brightness as shown ...
+    double shown_squared = 0;  // ... and its square
     std::array<Half, 2> halves;
 };
 
@@ -115,6 +117,10 @@ void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Hit& hi
     sums.weight += now.weight;
     sums.moment += now.weight * dot(moved_px, moved_px);
     if (settings.shutter) sums.longest_path = std::max(sums.longest_path, dot(hit.path, hit.path));
+    double light = 0;
+    for (size_t c = 0; c < 3; ++c) light += std::max(hit.color[c], 0.0) / 3;
+    sums.shown += now.weight * std::sqrt(light / (1 + light));
+    sums.shown_squared += now.weight * light / (1 + light);
     add_to_half(sums.halves, now.number, difference, now.weight);
     add_soft(sums.soft, hit, difference, now.weight, settings);
 }
@@ -138,6 +144,18 @@ double weight_of_more(double noise, int samples) {
     // The means of halves of n samples of variance v differ by 4 v/n in the mean square.
     const double variance = noise * samples / 4;
     return std::clamp((variance / kNoiseVariance - 1) / (kFullWeight - 1), 0.0, 1.0);
+}
+
+// The hint's pixel gate: noise, as shown, of a mean of such samples above .002 and at most .006;
+// radius of the even disc with their second moment above 1 px and at most 4 px.
+double noise_gate(const Sums& sums) {
+    if (sums.weight == 0) return 0;
+    const double mean = sums.shown / sums.weight;
+    const double variance = std::max(sums.shown_squared / sums.weight - mean * mean, 0.0);
+    const double noise = std::sqrt(variance / sums.weight);
+    const double radius_px = std::sqrt(2 * sums.moment / sums.weight);
+    return std::clamp((noise - 0.002) / 0.004, 0.0, 1.0) *
+           std::clamp((radius_px - 1) / 3, 0.0, 1.0);
 }
 
 // denoise.comp
@@ -612,10 +630,8 @@ class Gather {
                       (s_.parameters.samples + pixel.weight_of_more * s_.more_samples()));
         for (int c = 0; c < 3; ++c)
             spread_.at(x, y, c) = noise * mean_of_soft * sums.soft.spread[size_t(c)];
-        // Half-length of the even streak with this second moment: above half a pixel?
-        const bool blurred = sums.weight > 0 && std::sqrt(3 * sums.moment / sums.weight) > 0.5;
         const double in_focus = std::clamp(1 - std::abs(pixel.surface->radius), 0.0, 1.0);
-        store_hint(pixel, {1, blurred ? 1.0 : 0.0}, in_focus);
+        store_hint(pixel, {1, noise_gate(sums)}, in_focus);
     }
 
     // The stages of denoising, packed as their textures are: the share beside the red, green and

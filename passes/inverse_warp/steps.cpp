@@ -569,12 +569,12 @@ class Planner {
             const TextureId given = planner_.input(Role::hint);
             return {given, planner_.texture("hint", planner_.describe(given).format)};
         }
-        if (planner_.wanted(Role::hint)) return {-1, planner_.texture("hint", Format::rg8)};
+        if (planner_.wanted(Role::hint)) return {-1, planner_.texture("hint", Format::rg32f)};
         planner_.elide({.kind = ElisionKind::output,
                         .item = "hint",
                         .rule = kRuleUnusedStep,
                         .fact = {"no later pass reads it"},
-                        .saving = {.bytes = 2 * pixels_}});
+                        .saving = {.bytes = 8 * pixels_}});
         return {};
     }
 

@@ -2,6 +2,7 @@
 //
 // DENOISE: samples of blurred surfaces are also summed apart, for denoise.comp
 // ADAPTIVE: and two halves of the samples, for adaptive.glsl
+// HINT: and their brightness, for the hint
 
 // The surface that a sample sees, and where its color comes from.
 struct Hit {
@@ -28,6 +29,7 @@ struct Sums {
     float moment;  // of the displacements, px^2
     float longest_path;  // squared, px^2
     Soft soft;
+    vec3 shown;  // brightness as shown: of the first sample; sums of differences to it, and of squares
     Half even, odd;  // by the count of binary digits 1 of a sample's number
 };
 
@@ -37,7 +39,7 @@ const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
     const Half none = Half(vec3(0.0), 0.0);
-    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), none, none);
+    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), vec3(0.0), none, none);
 }
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
@@ -74,12 +76,26 @@ void add_to_half(precise inout Sums sums, int number, vec3 difference, float wei
     sums.odd.weight += odd ? weight : 0.0;
 }
 
+// From 0 to 1: of displays that show x/(1 + x), less the last of their gamma.
+float shown_brightness(vec3 color) {
+    const vec3 parts = max(color, vec3(0.0));
+    precise const float light = (parts.r + parts.g + parts.b) / 3.0;
+    precise const float part = light / (1.0 + light);
+    return sqrt(part);
+}
+
 void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Hit hit) {
     const vec4 color = color_from(hit.source, kColor);
     const vec2 moved_px = hit.at - pixel.p;
     add(sums.color, color, now.weight);
     sums.moment += now.weight * precise_dot(moved_px, moved_px);
     if (kShutter) sums.longest_path = max(sums.longest_path, precise_dot(hit.path, hit.path));
+#if HINT
+    const float brightness = shown_brightness(color.rgb);
+    if (sums.color.weight == now.weight) sums.shown.x = brightness;  // the first
+    precise const float more = brightness - sums.shown.x;
+    sums.shown.yz += now.weight * vec2(more, more * more);
+#endif
 #if ADAPTIVE
     precise const vec3 difference = color.rgb - sums.color.first.rgb;
     add_to_half(sums, now.number, difference, now.weight);

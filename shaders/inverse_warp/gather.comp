@@ -196,9 +196,29 @@ float longest_seen_px(Pixel pixel, Sums sums) {
     return min(max(longest_of(unpack_surface(pixel.own)), seen), pixel.longest_px);
 }
 
-vec2 hint_of(Pixel pixel, bool blurred_by_shutter) {
+// Noise of a pixel as shown (standard deviation) at which FXAA begins to act and acts in full. A
+// display of 8 bits has steps of 1/255. Chosen by measurement (docs/fxaa.md#the-hint).
+const float kLeastNoise = 0.002, kFullNoise = 0.006;
+// A narrower blur has little noise beside detail that FXAA would soften. Radius of an even disc.
+const float kLeastBlurPx = 1.0, kFullBlurPx = 4.0;
+
+// FXAA's pixel gate, 0..1: do the samples leave noise, by their number and how much they differ?
+float noise_gate(Sums sums) {
+    const float weight = max(sums.color.weight, 1e-6);
+    precise const vec2 mean = sums.shown.yz / weight;
+    precise const float variance = max(mean.y - mean.x * mean.x, 0.0);
+    precise const float noise = sqrt(variance / weight);
+    precise const float radius_px = sqrt(2.0 * sums.moment / weight);
+    precise const float gate =
+        clamp((noise - kLeastNoise) / (kFullNoise - kLeastNoise), 0.0, 1.0) *
+        clamp((radius_px - kLeastBlurPx) / (kFullBlurPx - kLeastBlurPx), 0.0, 1.0);
+    return gate;
+}
+
+// gate: noise_gate()
+vec2 hint_of(Pixel pixel, float gate) {
     precise const float in_focus = clamp(1.0 - abs(unpack_surface(pixel.own).radius), 0.0, 1.0);
-    return kShutter ? vec2(1.0, blurred_by_shutter ? 1.0 : 0.0) : given_hint_at(pixel.at) * in_focus;
+    return kShutter ? vec2(1.0, gate) : given_hint_at(pixel.at) * in_focus;
 }
 
 void store_mean(Pixel pixel, Sums sums, SampleSet last) {
@@ -209,9 +229,7 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     imageStore(blurred, pixel.at, faded_in(own, mean, onset));
     store_layers(pixel, onset);
     store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1e-6), noise_scale(last));
-    // Half-length of the even streak with the same second moment about p: above half a pixel?
-    const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.color.weight;
-    store_hint(pixel.at, hint_of(pixel, blurred_by_shutter));
+    store_hint(pixel.at, hint_of(pixel, noise_gate(sums)));
 }
 
 void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums) {
@@ -278,7 +296,7 @@ void main() {
 #if SMALL_CIRCLES
     if (filled) {
         store_circle(pixel, circle);
-        store_hint(pixel.at, hint_of(pixel, false));
+        store_hint(pixel.at, hint_of(pixel, 0.0));
         return;
     }
 #endif

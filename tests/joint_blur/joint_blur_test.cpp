@@ -336,5 +336,71 @@ TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
     EXPECT_LT(largest, 0.5 * whole_way);
 }
 
+// An edge that moves by 2 half_path: 64 even samples, as shown at 0.5 -+ half, half of them on each
+// side in the pixels beside it. Their mean has the noise half / 8, the displacements of an even
+// streak the second moment half_path^2 / 3. The gate begins at 0.002 and 1 px and is full at 0.006
+// and 4 px.
+TEST(JointBlur, TheHintGrowsWithNoiseAndBlur) {
+    struct Case {
+        double half, half_path;
+    };
+    for (const Case& one :
+         {Case{0.2, 12}, {0.032, 12}, {0.024, 12}, {0.015, 12}, {0.2, 3}, {0.2, 1}})
+        for (const bool mirrored : {false, true}) {
+            SCOPED_TRACE(concat(one.half, ", ", one.half_path, " px, mirrored: ", mirrored));
+            const float speed = float(4 * one.half_path);  // open for half a frame
+            FramePlanes planes = moving_plane(96, 33, 0.25f, mirrored ? -speed : speed, 0);
+            planes[Role::color] = make_image(96, 33, 4, [&](int x, int, int c) {
+                const double shown = 0.5 + ((x < 48) == mirrored ? one.half : -one.half);
+                return c == 3 ? 1.0f : float(shown * shown / (1 - shown * shown));
+            });
+            const PlanOptions options = {.elide = false, .outputs = {Role::color, Role::hint}};
+            const ImageF hint =
+                filter(chain_of("joint_blur"), describe_round(planes), planes, options)
+                    .at(Role::hint);
+            const double noise = one.half / 8, radius = std::sqrt(2.0 / 3) * one.half_path;
+            const double expected = std::clamp((noise - 0.002) / 0.004, 0.0, 1.0) *
+                                    std::clamp((radius - 1) / 3, 0.0, 1.0);
+            for (const int x : {47, 48}) EXPECT_NEAR(hint.at(x, 16, 1), expected, 0.06) << x;
+            EXPECT_EQ(hint.at(47 - 30, 16, 1), 0);  // the same on both sides
+            EXPECT_EQ(hint.at(48 + 30, 16, 1), 0);
+        }
+}
+
+// A disc that moves before a still wall with a fine texture, all in focus, filtered as by balanced:
+// the wall keeps its bits, and FXAA acts on the disc.
+TEST(JointBlur, FxaaKeepsWhatIsStillAndInFocus) {
+    for (const bool mirrored : {false, true}) {
+        FramePlanes planes = moving_plane(160, 101, 0.2f, 0, 0);
+        const ImageF random = noise_image(160, 101, 1, 13);
+        const auto at = [&](int x) { return mirrored ? 159 - x : x; };
+        for (int y = 0; y < 101; ++y)
+            for (int x = 0; x < 160; ++x) {
+                const bool disc = std::hypot(x - 60, y - 50) < 20;
+                for (int c = 0; c < 3; ++c)
+                    planes[Role::color].at(at(x), y, c) = random.at(x, y) * (disc ? 2 : 1);
+                planes[Role::inverse_depth].at(at(x), y) = disc ? 0.4f : 0.2f;
+                planes[Role::motion].at(at(x), y, 0) = disc ? (mirrored ? -40.0f : 40.0f) : 0.0f;
+            }
+        FrameDescription frame = describe_round(planes);
+        frame.camera.f_stop = 1e9;
+        Chain chain = chain_of("joint_blur", {{"samples", int64_t(28)}});
+        const ImageF blurred = filter(chain, frame, planes).at(Role::color);
+        append(chain, "fxaa", {{"mode", "directional"}, {"where", "blurred"}});
+        const ImageF out = filter(chain, frame, planes).at(Role::color);
+        int filtered_pixels = 0;
+        for (int y = 0; y < 101; ++y)
+            for (int x = 0; x < 160; ++x) {
+                // The disc passes within half of its path, 10 px, and a bilinear sample.
+                if (std::hypot(std::max(std::abs(x - 60) - 10, 0), y - 50) > 22)
+                    ASSERT_EQ(out.at(at(x), y), planes.at(Role::color).at(at(x), y))
+                        << x << ' ' << y;
+                else
+                    filtered_pixels += out.at(at(x), y) != blurred.at(at(x), y);
+            }
+        EXPECT_GT(filtered_pixels, 1000) << "mirrored: " << mirrored;
+    }
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -48,8 +48,9 @@ constexpr Convention kConventions[] = {
 
 }  // namespace
 
-// Those that have the name of a shipped chain are that chain, but for `neighbors`: a host has one
-// frame at a time. Errors: docs/integration.md.
+// Those that have the name of a shipped chain are that chain, but for `neighbors`, because a host
+// has one frame at a time, and FXAA's `where`: that frame may have one sample a pixel, and is not
+// read back to find out. Errors: docs/integration.md.
 const std::vector<Tier>& tiers() {
     using std::string;
     static const std::vector<Tier> all = {

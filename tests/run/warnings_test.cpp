@@ -165,6 +165,31 @@ TEST_F(WarningsTest, VectorsFarBelowAPixelWhileColorChanges) {
     }
 }
 
+// Discs before a wall, drawn with n x n samples a pixel.
+TEST_F(WarningsTest, OneSampleAPixelBeforeFxaaOfBlurredPixels) {
+    const auto drawn = [&](int n) {
+        Planes planes = test::make_planes(192, 128, 1);
+        for (int y = 0; y < 128; ++y)
+            for (int x = 0; x < 192; ++x) {
+                float light = 0.1f;
+                for (int k = 0; k < n * n; ++k) {
+                    const double dx = x + (k % n + 0.5) / n, dy = y + (k / n + 0.5) / n;
+                    if (std::hypot(std::fmod(dx, 38.7) - 19, std::fmod(dy, 41.3) - 20) < 13)
+                        light += 0.8f / float(n * n);
+                }
+                for (int c = 0; c < 3; ++c) planes.color.at(x, y, c) = light;
+            }
+        return planes;
+    };
+    const auto jagged = HasSubstr("of the edges are jagged, as with one sample a pixel");
+    chain_ = test::chain_of("fxaa", {{"mode", "directional"}, {"where", "blurred"}});
+    EXPECT_THAT(report_on(drawn(1)).warnings, Contains(jagged));
+    EXPECT_THAT(report_on(drawn(4)).warnings, Not(Contains(jagged)));
+    EXPECT_THAT(report_on(planes_).warnings, Not(Contains(jagged)));  // no edges to judge by
+    chain_ = test::chain_of("fxaa", {{"mode", "directional"}});
+    EXPECT_THAT(report_on(drawn(1)).warnings, Not(Contains(jagged)));
+}
+
 // `focus` in the file is in meters.
 TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
     FrameFile file;

@@ -14,6 +14,8 @@
 namespace postchain::sequence {
 namespace {
 
+using namespace std::string_literals;
+
 // Scans planes if a pass holds an object in its place.
 FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
     FrameDescription description = frame.description;
@@ -130,6 +132,24 @@ void add_doubts_of_lens(const Chain& chain, const FramePlan& plan, const SourceF
     }
 }
 
+// Frames of one sample a pixel before a pass that expects antialiased ones.
+void add_doubt_of_samples(const Chain& chain, const SourceFrame& frame,
+                          std::vector<std::string>& warnings) {
+    constexpr double kHardEdges = 0.6;
+    for (const ChainLink& link : chain.links) {
+        const Parameter* where = link.type->parameters->find("where");
+        if (!where || where->get(link.pass->parameters()) != ParameterValue("blurred"s)) continue;
+        const auto hard = part_of_hard_edges(*frame.planes.at(Role::color));
+        if (hard && *hard > kHardEdges)
+            warnings.push_back(concat(
+                frame.input.files.color_file().path(), ": ", link.type->name, ": ",
+                std::lround(100 * *hard),
+                " % of the edges are jagged, as with one sample a pixel, and those that are not "
+                "blurred stay so; set where: everywhere"));
+        return;
+    }
+}
+
 // Motion vectors against the color of the frame after, or before.
 void add_doubt_of_speed(const SourceFrame& frame, std::vector<std::string>& warnings) {
     const double speed = frame.health.fastest_stored_px;
@@ -242,6 +262,7 @@ std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan
     add_exceeded_limits(chain, plan, frame, warnings);
     add_doubts_of_lens(chain, plan, frame, warnings);
     add_doubt_of_speed(frame, warnings);
+    add_doubt_of_samples(chain, frame, warnings);
     const Camera& camera = plan.description.camera;
     if (camera.metadata_focus_m && !camera.meters_per_unit &&
         asks_for_focus(chain, plan.description))

@@ -341,6 +341,40 @@ double color_change(const ImageF& color, const ImageF& next) {
     return values ? sum / double(values) : 0;
 }
 
+std::optional<double> part_of_hard_edges(const ImageF& color) {
+    constexpr double kStep = 0.2, kEven = 0.02, kPart = 0.15;
+    constexpr int kLines = 256;           // along each axis, so that large frames take no longer
+    constexpr uint64_t kLeastEdges = 64;  // below that chance decides
+    uint64_t hard = 0, soft = 0;
+    std::vector<double> shown;
+    // The values from `first` to `last` rise by a step, and beside them lie two even sides.
+    const auto is_edge = [&](size_t first, size_t last) {
+        const double step = std::abs(shown[last] - shown[first]), even = kEven + 0.1 * step;
+        return step > kStep && std::abs(shown[first] - shown[first - 1]) < even &&
+               std::abs(shown[last + 1] - shown[last]) < even;
+    };
+    const auto count = [&](int length, const auto& pixel_at) {
+        shown.resize(size_t(length));
+        for (int i = 0; i < length; ++i) {
+            const float* pixel = pixel_at(i);
+            const double light = std::max(0.0, double(pixel[0]) + pixel[1] + pixel[2]) / 3;
+            shown[size_t(i)] = std::sqrt(light / (1 + light));
+        }
+        for (size_t i = 1; i + 2 < shown.size(); ++i) {
+            hard += is_edge(i, i + 1);
+            if (i + 3 >= shown.size() || !is_edge(i, i + 2)) continue;
+            const double part = (shown[i + 1] - shown[i]) / (shown[i + 2] - shown[i]);
+            soft += part > kPart && part < 1 - kPart;
+        }
+    };
+    for (int y = 0; y < color.height; y += std::max(1, color.height / kLines))
+        count(color.width, [&](int x) { return color.pixel(x, y); });
+    for (int x = 0; x < color.width; x += std::max(1, color.width / kLines))
+        count(color.height, [&](int y) { return color.pixel(x, y); });
+    if (hard + soft < kLeastEdges) return std::nullopt;
+    return double(hard) / double(hard + soft);
+}
+
 std::string doubt_of_speed(double max_speed_px, double change) {
     constexpr double kSlow = 0.25, kChange = 0.01;
     if (!(max_speed_px > 0) || max_speed_px > kSlow || change < kChange) return "";

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -119,6 +120,11 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
 // How much color differs between two images: the mean over blocks of 8 x 8 pixels, which have
 // little noise, of the difference of their means, each value after x/(1 + x); 0 to 1.
 double color_change(const ImageF& color, const ImageF& next);
+
+// Of the edges along rows and columns that rise by a fifth as shown between two even sides, the
+// part that does so from one pixel to the next: about 0.8 and more with one sample a pixel, 0.4 and
+// less with many. Empty with too few edges.
+std::optional<double> part_of_hard_edges(const ImageF& color);
 
 // Why vectors seem to have another unit: all are far below a pixel, but color changes so much from
 // frame to frame. Empty if they do not.

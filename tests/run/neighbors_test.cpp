@@ -316,7 +316,7 @@ TEST_F(NeighborsTest, OneThatCannotBeReadIsNoneAndIsWarnedOf) {
     }
 }
 
-// Of its caller's trial of the files.
+// Its caller tries the files.
 TEST_F(NeighborsTest, OneWhoseTrialFailsIsNotOpened) {
     write({1, 2, 3, 4});
     std::set<int> tried;

@@ -45,7 +45,7 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
         EXPECT_TRUE(client_of(from("127.0.0.1", headers), proxies).secure);
         EXPECT_FALSE(client_of(from("192.0.2.9", headers), proxies).secure);
     }
-    // Of two proxies, the outer one knows how the client came.
+    // If there are two proxies, the outer one knows how the client came.
     for (const auto& [outer, inner] : {std::pair("https", "http"), std::pair("http", "https")}) {
         const Client client =
             client_of(from("127.0.0.1", {{"Forwarded", concat("for=198.51.100.1;proto=", outer,

@@ -103,7 +103,7 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
     EXPECT_GT(*few.sampling, 2 * *many.sampling);
     EXPECT_THAT(report.variants[0].split->convergence,
                 ::testing::Contains("passes[0].motion_blur.samples 5 -> 401"));
-    // Of one frame: input and its maps, truth; 3 of each variant. Slices over time.
+    // For one frame: input and its maps, truth; 3 for each variant. Slices over time.
     EXPECT_EQ(report.images.size(), 4u + 6u + 3u);
     EXPECT_FALSE(report.find(ImageKind::color, 0, 2));
     EXPECT_EQ(report.title, "small: error against run time");

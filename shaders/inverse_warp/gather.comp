@@ -196,11 +196,12 @@ float longest_seen_px(Pixel pixel, Sums sums) {
     return min(max(longest_of(unpack_surface(pixel.own)), seen), pixel.longest_px);
 }
 
-// Noise of a pixel as shown (standard deviation) at which FXAA begins to act and acts in full. A
-// display of 8 bits has steps of 1/255. Chosen by measurement (docs/fxaa.md#the-hint).
-const float kLeastNoise = 0.002, kFullNoise = 0.006;
+// Noise of a pixel as shown (standard deviation) at which FXAA begins to act, and how much more it acts
+// in full at. A display of 8 bits has steps of 1/255. Chosen by measurement (docs/fxaa.md#the-hint). Not
+// a difference of constants: GL and Vulkan round it otherwise.
+const float kLeastNoise = 0.002, kMoreNoise = 0.004;
 // A narrower blur has little noise beside detail that FXAA would soften. Radius of an even disc.
-const float kLeastBlurPx = 1.0, kFullBlurPx = 4.0;
+const float kLeastBlurPx = 1.0, kMoreBlurPx = 3.0;
 
 // FXAA's pixel gate, 0..1: do the samples leave noise, by their number and how much they differ?
 float noise_gate(Sums sums) {
@@ -210,8 +211,8 @@ float noise_gate(Sums sums) {
     precise const float noise = sqrt(variance / weight);
     precise const float radius_px = sqrt(2.0 * sums.moment / weight);
     precise const float gate =
-        clamp((noise - kLeastNoise) / (kFullNoise - kLeastNoise), 0.0, 1.0) *
-        clamp((radius_px - kLeastBlurPx) / (kFullBlurPx - kLeastBlurPx), 0.0, 1.0);
+        clamp((noise - kLeastNoise) / kMoreNoise, 0.0, 1.0) *
+        clamp((radius_px - kLeastBlurPx) / kMoreBlurPx, 0.0, 1.0);
     return gate;
 }
 

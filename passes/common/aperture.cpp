@@ -168,10 +168,11 @@ std::optional<double> disc_radius(const Aperture& aperture) {
     const auto [width, height] = aperture.half_size();
     if (aperture.image || aperture.cats_eye > 0 || width != 1 || height != 1) return std::nullopt;
     if (is_disc(aperture)) return 1;
-    // Both sums over half a blade, to its corner.
+    // Both sums over half a blade, to its corner; few steps, as uniforms need them in each frame.
+    constexpr int kSteps = 64;
     double squared = 0, fourth = 0;
-    for (int i = 0; i < kHalfBladeSteps; ++i) {
-        const double angle = kPi / aperture.blades * (i + 0.5) / kHalfBladeSteps;
+    for (int i = 0; i < kSteps; ++i) {
+        const double angle = kPi / aperture.blades * (i + 0.5) / kSteps;
         const double radius = blade_radius(aperture.blades, aperture.curvature, angle);
         squared += radius * radius;
         fourth += radius * radius * radius * radius;

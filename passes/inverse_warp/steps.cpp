@@ -12,6 +12,7 @@
 #include "shaders/shared/frame_uniforms.h"
 #include "shaders/shared/inverse_warp_gather_units.h"
 #include "shaders/shared/inverse_warp_uniforms.h"
+#include "shaders/shared/small_circles.h"
 
 namespace postchain::inverse_warp {
 namespace {
@@ -400,10 +401,13 @@ class Planner {
 
     // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
     // of them in each neighbor and in the layer behind, three for what continues behind; then one
-    // where a deferred sample is resolved, and eight for the color.
+    // where a deferred sample is resolved, and eight for the color. Or surface and color of each
+    // pixel around a small circle.
     uint64_t most_taps_px(size_t neighbors) const {
+        constexpr uint64_t kAcross = 2 * SMALL_CIRCLES_REACH_PX + 1;
         const uint64_t begins = uint64_t(settings_.parameters.search.starts) + 1;
-        return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
+        return std::max(uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8),
+                        settings_.lens ? 2 * kAcross * kAcross : 0);
     }
 
     // Surfaces of a block from which start surfaces are chosen: those that this frame shows, one of
@@ -623,8 +627,6 @@ class Planner {
         if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = "1";
         defines["ADAPTIVE"] = flag(settings_.more_samples() > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
-        defines["SMALL_CIRCLES"] =
-            flag(settings_.lens && lens::disc_radius(settings_.lens->aperture));
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{GATHER_COLOR, planner_.input(Role::color)},
                          {GATHER_SURFACES, from.surfaces},

@@ -28,7 +28,6 @@
 //
 // SHUTTER, LENS: which of the two are open    STARTS: room for a block's start surfaces
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
-// SMALL_CIRCLES: the aperture is round
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
@@ -280,7 +279,7 @@ void main() {
     }
     // Without a lens, a search begins at the surface that the previous time sample has found.
     uvec4 begin = pixel.own;
-#if SMALL_CIRCLES
+#if LENS
     const Circle circle = circle_of(unpack_surface(pixel.own).radius);
     const bool filled = is_filled_by_one(pixel, circle);
 #else
@@ -294,7 +293,7 @@ void main() {
         // A second set follows if the samples of the block disagree.
     } while (next_set(set, pixel, sums, is_pixel));
     if (!is_pixel) return;
-#if SMALL_CIRCLES
+#if LENS
     if (filled) {
         store_circle(pixel, circle);
         store_hint(pixel.at, hint_of(pixel, 0.0));

@@ -2,8 +2,9 @@
 // would leave noise, which denoising would spread too far, and bilinear ones add blur. There the circle is
 // summed, with a weight for each pixel around (shared/small_circles.h).
 //
-// SMALL_CIRCLES: the aperture is (nearly) round
-#if SMALL_CIRCLES
+// uniforms.disc_scale is 0 if the aperture is not round: not a constant, because pixels may have another
+// aspect in each frame.
+#if LENS
 #include "common/software_loop.glsl"
 #include "shared/small_circles.h"
 
@@ -53,7 +54,8 @@ bool next_away(Circle circle, inout ivec2 away) {
 bool is_filled_by_one(Pixel pixel, Circle circle) {
     precise const float largest = SMALL_CIRCLES_STEP * float(SMALL_CIRCLES_RADII - 1);
     bool filled =
-        pixel.start_count == 1 && abs(circle.radius) * uniforms.disc_scale <= largest;
+        uniforms.disc_scale > 0.0 && pixel.start_count == 1 &&
+        abs(circle.radius) * uniforms.disc_scale <= largest;
     ivec2 away = ivec2(-circle.reach);
     if (filled) SOFTWARE_LOOP do {
         const ivec2 at = ivec2(inside_of(vec2(pixel.at + away)));

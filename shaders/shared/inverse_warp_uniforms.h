@@ -43,7 +43,7 @@ int second_half;  // 1: its surfaces are the second half of their texture
 // Times are time_shift + time_scale u of those of a shutter that is centered on the frame.
 float time_scale;
 float time_shift;
-float disc_scale;  // radius of the disc that a round aperture blurs like; of a circle's
+float disc_scale;  // radius of the disc that a round aperture blurs like, in its own; 0: not round
 float pad0;
 float pad1;
 float pad2;

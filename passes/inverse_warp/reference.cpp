@@ -566,7 +566,8 @@ class Gather {
         return true;
     }
 
-    // The sum over the pixels around, within the colors of those that the circle reaches.
+    // The sum over the pixels around, without negative weights if it leaves the colors of those
+    // that the circle reaches.
     void store_circle(const Pixel& pixel) {
         static constexpr float kWeights[] = {SMALL_CIRCLES_WEIGHTS};
         const auto variance = [](int row) { return std::pow(SMALL_CIRCLES_STEP * row, 2); };
@@ -579,24 +580,41 @@ class Gather {
                              1.0)
                 : 1;
         const int reach = reach_of(pixel);
-        for (int c = 0; c < color_.channels; ++c) {
+        // Of channel c, the smallest and the largest value that the circle reaches.
+        struct Sum {
+            double mean, least, most;
+        };
+        const auto sum_of = [&, row = row, next = next](int c, double least_weight) {
             const double own = pixel.color[c];
-            double sum = own, least = own, most = own;
+            Sum found = {0, own, own};
+            double total = 0;
             for (int j = -reach; j <= reach; ++j)
                 for (int i = -reach; i <= reach; ++i) {
                     const int x = std::max(std::abs(i), std::abs(j));
                     const int place = x * (x + 1) / 2 + std::min(std::abs(i), std::abs(j));
-                    const double weight =
+                    const double weight = std::max(
                         std::lerp(double(kWeights[row * SMALL_CIRCLES_PLACES + place]),
-                                  double(kWeights[next * SMALL_CIRCLES_PLACES + place]), part);
+                                  double(kWeights[next * SMALL_CIRCLES_PLACES + place]), part),
+                        least_weight);
                     const Vec at = frames_.here.inside(pixel.p + Vec{double(i), double(j)});
                     const double value = frames_.here.color.at(int(at.x), int(at.y), c);
-                    sum += weight * (value - own);
+                    found.mean += weight * (value - own);
+                    total += weight;
                     if (std::hypot(i, j) > std::abs(pixel.surface->radius) + 1) continue;
-                    least = std::min(least, value);
-                    most = std::max(most, value);
+                    found.least = std::min(found.least, value);
+                    found.most = std::max(found.most, value);
                 }
-            color_.at(pixel.x, pixel.y, c) = own + onset * (std::clamp(sum, least, most) - own);
+            found.mean = own + found.mean / total;
+            return found;
+        };
+        double least_weight = -1;
+        for (int c = 0; c < 4; ++c) {
+            const Sum sum = sum_of(c, -1);
+            if (sum.mean < sum.least || sum.mean > sum.most) least_weight = 0;
+        }
+        for (int c = 0; c < color_.channels; ++c) {
+            const double own = pixel.color[c];
+            color_.at(pixel.x, pixel.y, c) = own + onset * (sum_of(c, least_weight).mean - own);
             soft_.at(pixel.x, pixel.y, c) = own;
         }
         store_hint(pixel, {1, 0}, std::clamp(1 - std::abs(pixel.surface->radius), 0.0, 1.0));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -125,6 +126,9 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
         uniforms.pixel_axis_x = float(settings.lens->aperture.axes[0]);
         uniforms.pixel_axis_y = float(settings.lens->aperture.axes[1]);
+        static constexpr float kCircleWeights[] = {SMALL_CIRCLES_WEIGHTS};
+        for (size_t i = 0; i < std::size(kCircleWeights); ++i)
+            uniforms.circle_weights[i / 4][int(i % 4)] = kCircleWeights[i];
         uniforms.disc_scale = float(lens::disc_radius(settings.lens->aperture).value_or(0));
         uniforms.lens_sets = lens::sets_of(settings.parameters.samples + settings.more_samples());
         uniforms.more_samples = settings.more_samples();

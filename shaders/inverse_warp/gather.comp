@@ -296,6 +296,7 @@ void main() {
 #if LENS
     if (filled) {
         store_circle(pixel, circle);
+        store_soft(pixel, no_samples().soft, 0.0, 1.0);
         store_hint(pixel.at, hint_of(pixel, 0.0));
         return;
     }

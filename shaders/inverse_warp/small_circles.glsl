@@ -8,8 +8,6 @@
 #include "common/software_loop.glsl"
 #include "shared/small_circles.h"
 
-const float kCircleWeights[SMALL_CIRCLES_RADII * SMALL_CIRCLES_PLACES] =
-    float[](SMALL_CIRCLES_WEIGHTS);
 const float kFilledStillPx = 0.125;  // longest path of a surface that stays in place
 const float kOneRadiusPx = 0.25;     // radii of one circle
 
@@ -18,6 +16,7 @@ struct Circle {
     int row;       // of the weights; a part of the next one
     float part;
     int reach;     // px
+    float least_weight;
 };
 
 Circle circle_of(float radius) {
@@ -26,21 +25,27 @@ Circle circle_of(float radius) {
     precise const float least = SMALL_CIRCLES_STEP * float(row), most = least + SMALL_CIRCLES_STEP;
     // Between the rows by their variance.
     precise const float part = (r * r - least * least) / (most * most - least * least);
-    return Circle(radius, row, part, min(int(ceil(most)) + 2, SMALL_CIRCLES_REACH_PX));
+    return Circle(radius, row, part, min(int(ceil(most)) + 2, SMALL_CIRCLES_REACH_PX), -1.0);
+}
+
+float weight_in_table(int i) {
+    return uniforms.circle_weights[i >> 2][i & 3];
 }
 
 float weight_of(Circle circle, ivec2 away) {
     const ivec2 a = abs(away);
     const int x = max(a.x, a.y), y = min(a.x, a.y), place = x * (x + 1) / 2 + y;
     const int first = circle.row * SMALL_CIRCLES_PLACES + place;
-    return precise_mix(kCircleWeights[first], kCircleWeights[first + SMALL_CIRCLES_PLACES],
-                       circle.part);
+    const float weight = precise_mix(weight_in_table(first),
+                                     weight_in_table(first + SMALL_CIRCLES_PLACES), circle.part);
+    return max(weight, circle.least_weight);
 }
 
 // Does surface s stay in place, with the circle's radius and away from edges?
 bool fills(Surface s, Circle circle) {
     const bool moves = kShutter && path_of(s) > kFilledStillPx;
-    return !s.edge && !moves && abs(s.radius - circle.radius) <= kOneRadiusPx;
+    precise const float apart_px = abs(s.radius - circle.radius);
+    return !s.edge && !moves && apart_px <= kOneRadiusPx;
 }
 
 // The pixels around, row by row. False after the last one.
@@ -64,24 +69,43 @@ bool is_filled_by_one(Pixel pixel, Circle circle) {
     return filled;
 }
 
-// By differences to the pixel's own color, so that equal colors keep their bits. Within the colors of the
-// pixels that the circle reaches: weights may be negative.
-vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane) {
+// Sum over the pixels around. By differences to the pixel's own color, so that equal colors keep their bits.
+// `least`, `most`: of those that the circle reaches.
+vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane, out vec4 least, out vec4 most) {
     const vec4 own = fetch(WIDE(color, layers), plane, pixel.at);
-    const float radius = abs(circle.radius) + 1.0;
+    precise const float radius = abs(circle.radius) + 1.0, reach_px2 = radius * radius;
     precise vec4 sum = vec4(0.0);
-    vec4 least = own, most = own;
+    precise float total = 0.0;
+    least = own;
+    most = own;
     ivec2 away = ivec2(-circle.reach);
     SOFTWARE_LOOP do {
         const ivec2 at = ivec2(inside_of(vec2(pixel.at + away)));
         const vec4 texel = fetch(WIDE(color, layers), plane, at);
-        sum += weight_of(circle, away) * (texel - own);
-        const bool reached = float(away.x * away.x + away.y * away.y) <= radius * radius;
+        const float weight = weight_of(circle, away);
+        sum += weight * (texel - own);
+        total += weight;
+        const bool reached = float(away.x * away.x + away.y * away.y) <= reach_px2;
         least = reached ? min(least, texel) : least;
         most = reached ? max(most, texel) : most;
     } while (next_away(circle, away));
-    precise const vec4 mean = own + sum;
-    return clamp(mean, least, most);
+    precise const vec4 mean = own + sum / total;
+    return mean;
+}
+
+vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane) {
+    vec4 least, most;
+    return sum_of_circle(pixel, circle, plane, least, most);
+}
+
+// Without negative weights if they leave the colors that the circle reaches, as beside a lamp. Layers follow
+// color.
+Circle within_colors(Pixel pixel, Circle circle) {
+    vec4 least, most;
+    const vec4 mean = sum_of_circle(pixel, circle, kColor, least, most);
+    circle.least_weight =
+        any(lessThan(mean, least)) || any(greaterThan(mean, most)) ? 0.0 : circle.least_weight;
+    return circle;
 }
 
 vec4 color_of_circle(Pixel pixel, Circle circle, Plane plane) {
@@ -93,14 +117,12 @@ vec4 color_of_circle(Pixel pixel, Circle circle, Plane plane) {
 }
 
 void store_circle(Pixel pixel, Circle circle) {
+    circle = within_colors(pixel, circle);
     imageStore(blurred, pixel.at, color_of_circle(pixel, circle, kColor));
 #ifdef LAYERS
     for (int l = 0; l < textureSize(layers, 0).z; ++l)
         imageStore(layers_blurred, ivec3(pixel.at, l),
                    color_of_circle(pixel, circle, Plane(false, l)));
-#endif
-#if DENOISE
-    imageStore(soft, pixel.at, vec4(0.0));
 #endif
 }
 #endif

@@ -2,6 +2,7 @@
 #ifndef POSTCHAIN_SHARED_INVERSE_WARP_UNIFORMS_H
 #define POSTCHAIN_SHARED_INVERSE_WARP_UNIFORMS_H
 
+#include "shared/small_circles.h"
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(InverseWarpUniforms)
@@ -47,6 +48,8 @@ float disc_scale;  // radius of the disc that a round aperture blurs like, in it
 float pad0;
 float pad1;
 float pad2;
+// shared/small_circles.h. Not a constant of the program: a GPU may keep that in memory.
+vec4 circle_weights[SMALL_CIRCLES_VECTORS];
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.
@@ -66,7 +69,8 @@ UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 160);
+static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 160 + 16 * SMALL_CIRCLES_VECTORS);
+static_assert(offsetof(postchain::shared::InverseWarpUniforms, circle_weights) == 160);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, starts) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, gain_px) == 48);

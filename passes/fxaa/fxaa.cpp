@@ -64,13 +64,15 @@ const ParameterTable& parameter_table() {
                      .max = 1,
                      .soft_max = 0.5,
                      .help = "least local contrast, as a part of the local maximum of luma",
-                     .unset_means = "0.166; in mode: directional 0.063"})
+                     .unset_means = "0.166; in mode: directional 0.063",
+                     .read_if = {{{"where", {"everywhere"}}}, {{"hint", {"threshold"}, true}}}})
             .number("edge_threshold_min", &Parameters::edge_threshold_min,
                     {.min = 0,
                      .max = 1,
                      .soft_max = 0.3,
                      .help = "least local contrast, in luma",
-                     .unset_means = "0.0833; in mode: directional 0.0312"})
+                     .unset_means = "0.0833; in mode: directional 0.0312",
+                     .read_if = {{{"where", {"everywhere"}}}, {{"hint", {"threshold"}, true}}}})
             .choice("luma", &Parameters::luma, {"stored", "display"},
                     {.help = "luma of the stored values (display-referred input), or after "
                              "exposure, tone mapping and a square root (scene-linear input)"})

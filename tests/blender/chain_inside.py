@@ -70,5 +70,5 @@ class Chain(Case):
         self.scene.postchain.fxaa.subpix = 0.5
         self.scene.postchain.fxaa.matte = "cryptomatte:hero"
         values = addon().properties.chain(self.scene)["passes"][1][1]
-        self.assertEqual(values, {"mode": "directional", "preset": 39, "subpix": 0.5,
+        self.assertEqual(values, {"mode": "directional", "where": "blurred", "preset": 39, "subpix": 0.5,
                                   "matte": "cryptomatte:hero"})

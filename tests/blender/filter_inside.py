@@ -46,7 +46,7 @@ class Filter(Case):
         written = json.loads(self.out("shot_chain.json").read_text("utf8"))
         self.assertEqual(written["passes"], [
             {"joint_blur": {"samples": 8, "neighbors": "none", "starts": 2}},
-            {"fxaa": {"mode": "directional"}}])
+            {"fxaa": {"mode": "directional", "where": "blurred"}}])
         bpy.ops.postchain.reset(name="joint_blur")
         self.assertEqual(addon().properties.chain(self.scene)["passes"][0][1]["starts"], 5)  # of the chain `fast`
 

@@ -33,8 +33,8 @@ class Effect : public Conformance {
                 if (x > 40) depth.at(x, y) = 2;
                 motion.at(x, y, 0) += 0.05f * float(x) - 1.0f;
                 motion.at(x, y, 1) -= 0.3f * float(y) - 3.0f;
-                hint.at(x, y, 0) = x > 20 ? 1.0f : 0.0f;
-                hint.at(x, y, 1) = y > 15 ? 1.0f : 0.0f;
+                hint.at(x, y, 0) = x > 20 ? (x > 30 ? 1.0f : 0.5f) : 0.0f;
+                hint.at(x, y, 1) = y > 15 ? (y > 25 ? 1.0f : 0.5f) : 0.0f;
             }
         frame.planes[Role::motion_back] = frame.planes.at(Role::motion);
         for (float& value : frame.planes.at(Role::motion_back).data) value *= 0.8f;

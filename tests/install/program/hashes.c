@@ -79,8 +79,12 @@ static const struct {
 
 static pc_result make_chain(size_t number, pc_chain** chain) {
 #ifdef SHIPPED
-    if (number > 0)
-        return pc_chain_shipped(chains[number].name, chain); /* realtime is a tier alone */
+    if (number > 0) { /* realtime is a tier alone */
+        const pc_result shipped = pc_chain_shipped(chains[number].name, chain);
+        if (shipped == PC_OK && (number == 1 || number == 2)) /* a tier filters every pixel */
+            text(*chain, 1, "where", "everywhere");
+        return shipped;
+    }
 #endif
     const pc_result result = pc_chain_create(chains[number].passes, chain);
     if (result == PC_OK && number == 4) set_paper(*chain, 0, 1, 2);

@@ -23,7 +23,7 @@ with tempfile.TemporaryDirectory() as folder:
         assert abs(total - parts) < 1e-9 and abs(total - chain["sum_ms"]) < 1e-9, chain
         assert f"\n| {name} | ms |\n" in done.stdout, done.stdout
     names = [step["step"] for step in chains["fast"]["steps"]]
-    assert "0.joint_blur.gather" in names and names[-1] == "1.fxaa.fxaa", names
+    assert "0.joint_blur.gather" in names and "1.fxaa.fxaa" in names, names
     assert chains["fast"]["gather_ms"] == next(
         step["cpu_ms"] for step in chains["fast"]["steps"] if step["step"] == "0.joint_blur.gather")
     assert chains["fast"]["after_ms"] > 0 and chains["motion_blur"]["after_ms"] == 0, chains

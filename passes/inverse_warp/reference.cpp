@@ -580,9 +580,8 @@ class Gather {
                              1.0)
                 : 1;
         const int reach = reach_of(pixel);
-        // Of channel c, the smallest and the largest value that the circle reaches.
         struct Sum {
-            double mean, least, most;
+            double mean, least, most;  // the last two: of the values that the circle reaches
         };
         const auto sum_of = [&, row = row, next = next](int c, double least_weight) {
             const double own = pixel.color[c];

@@ -23,7 +23,7 @@ class Background {
     Color at(Vec at, double inverse_depth, const Color& otherwise) const;
     // Do the smallest cells around this position show one?
     bool shows(Vec at, double inverse_depth) const;
-    // Is (nearly) all of that color hardly behind a surface of inverse depth q?
+    // Would that color show a surface of inverse depth q or one hardly farther?
     bool is_filled(Vec at, double inverse_depth, double q) const;
 
     // Cells of the smallest size that show one surface, on both sides of what hides it.

@@ -279,12 +279,8 @@ void main() {
     }
     // Without a lens, a search begins at the surface that the previous time sample has found.
     uvec4 begin = pixel.own;
-#if LENS
     const Circle circle = circle_of(unpack_surface(pixel.own).radius);
     const bool filled = is_filled_by_one(pixel, circle);
-#else
-    const bool filled = false;
-#endif
     Sums sums = no_samples();
     SampleSet set = first_set(pixel);
     begin_block();
@@ -293,13 +289,11 @@ void main() {
         // A second set follows if the samples of the block disagree.
     } while (next_set(set, pixel, sums, is_pixel));
     if (!is_pixel) return;
-#if LENS
     if (filled) {
         store_circle(pixel, circle);
-        store_soft(pixel, no_samples().soft, 0.0, 1.0);
+        store_soft(pixel, sums.soft, 0.0, 1.0);
         store_hint(pixel.at, hint_of(pixel, 0.0));
-        return;
+    } else {
+        store_mean(pixel, sums, set);
     }
-#endif
-    store_mean(pixel, sums, set);
 }

@@ -23,7 +23,8 @@ layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 
 const int kNeighborSteps = 3;  // from each start surface
 const float kClosePx = 2.5;    // of a surface that comes almost to p, along each axis
-const float kFilled = 0.9, kBehind = 1.3;  // part of the fill that is not farther than this, times
+const float kBehind = 1.3;     // inverse depths up to this ratio are hardly farther
+const float kFilled = 0.9;     // least part of the fill that is not farther
 const float kStillPx = 0.5;    // path of a surface that stays in place
 
 uvec4 surface_in(int frame, ivec2 x) {
@@ -81,9 +82,12 @@ vec2 pixel_before(vec2 p, vec2 d) {
     return inside_of(x);
 }
 
-// How much nearer a surface must be than the one found. The same surface replaces one in another light.
-float nearer_than(Found found, bool other_light, float ratio) {
-    return found.other_light && !other_light ? 1.0 / kOneDepth : ratio;
+// A surface must have more than this inverse depth to replace the one found. The same surface replaces one in
+// another light.
+float limit_beside(Found found, bool other_light, float ratio) {
+    precise const float limit =
+        found.inverse_depth * (found.other_light && !other_light ? 1.0 / kOneDepth : ratio);
+    return limit;
 }
 
 // The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order,
@@ -118,7 +122,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
             then.bend = other ? at_other.bend : at_nearer.bend;
             Surface begin = start_surface(search - 2);
             if (search < 2) begin = here.far;
-            if (begin.inverse_depth <= nearest.inverse_depth * nearer_than(nearest, false, ratio)) continue;
+            if (begin.inverse_depth <= limit_beside(nearest, false, ratio)) continue;
             x = pixel_before(pixel.p, straight_from_neighbor(begin, then));
         }
         const int frame = other ? -nearer : nearer;
@@ -128,8 +132,8 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
         const vec2 d = displacement_from_neighbor(s, then);
         const vec2 next = pixel_before(pixel.p, d);
         precise const vec2 off = abs(x - pixel.p + d), at = pixel.p - d;
-        const float least = nearest.inverse_depth * nearer_than(nearest, is_in_other_light(bits), ratio);
-        const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= least;
+        const bool ends = s.inverse_depth < 0.0 ||
+                          s.inverse_depth <= limit_beside(nearest, is_in_other_light(bits), ratio);
         if (!ends && max(off.x, off.y) <= kAcceptPx && !(s.edge && nearest.inverse_depth >= 0.0) &&
             s.inverse_depth * ratio >= farthest && !s.refuted)
             nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false, s.edge,
@@ -140,7 +144,8 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     return nearest;
 }
 
-// Is (nearly) all of the fill of the farthest surface visited, at the place `at`, hardly behind the surface found?
+// Would the fill at the place `at`, behind the farthest surface visited, show the surface found or one hardly
+// farther?
 bool is_filled(Found found, Surface far, vec2 at) {
     const Cells cells = background_cells(at, far.inverse_depth);
     const vec4 depths = vec4(depth_of_cell(cells.upper.xy), depth_of_cell(cells.upper.zw),

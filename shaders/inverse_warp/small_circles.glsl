@@ -93,36 +93,38 @@ vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane, out vec4 least, out 
     return mean;
 }
 
-vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane) {
+// Layers have the weights of color: none is negative if those lead beyond the colors that the circle
+// reaches, as beside a lamp.
+void store_circle(Pixel pixel, Circle circle) {
     vec4 least, most;
-    return sum_of_circle(pixel, circle, plane, least, most);
-}
-
-// Without negative weights if they leave the colors that the circle reaches, as beside a lamp. Layers follow
-// color.
-Circle within_colors(Pixel pixel, Circle circle) {
-    vec4 least, most;
-    const vec4 mean = sum_of_circle(pixel, circle, kColor, least, most);
-    circle.least_weight =
-        any(lessThan(mean, least)) || any(greaterThan(mean, most)) ? 0.0 : circle.least_weight;
-    return circle;
-}
-
-vec4 color_of_circle(Pixel pixel, Circle circle, Plane plane) {
+    vec4 mean = sum_of_circle(pixel, circle, kColor, least, most);
+    if (any(lessThan(mean, least)) || any(greaterThan(mean, most))) {
+        circle.least_weight = 0.0;
+        mean = sum_of_circle(pixel, circle, kColor, least, most);
+    }
     // From 0 at the limit to 1 at half more.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
     precise const float onset = clamp(2.0 * (abs(circle.radius) / limit_px - 1.0), 0.0, 1.0);
-    return faded_in(fetch(WIDE(color, layers), plane, pixel.at),
-                    sum_of_circle(pixel, circle, plane), onset);
-}
-
-void store_circle(Pixel pixel, Circle circle) {
-    circle = within_colors(pixel, circle);
-    imageStore(blurred, pixel.at, color_of_circle(pixel, circle, kColor));
+    imageStore(blurred, pixel.at,
+               faded_in(fetch(WIDE(color, layers), kColor, pixel.at), mean, onset));
 #ifdef LAYERS
-    for (int l = 0; l < textureSize(layers, 0).z; ++l)
+    for (int l = 0; l < textureSize(layers, 0).z; ++l) {
+        const Plane plane = Plane(false, l);
+        mean = sum_of_circle(pixel, circle, plane, least, most);
         imageStore(layers_blurred, ivec3(pixel.at, l),
-                   color_of_circle(pixel, circle, Plane(false, l)));
+                   faded_in(fetch(WIDE(color, layers), plane, pixel.at), mean, onset));
+    }
 #endif
 }
+#else
+struct Circle {
+    float radius;
+};
+Circle circle_of(float radius) {
+    return Circle(radius);
+}
+bool is_filled_by_one(Pixel pixel, Circle circle) {
+    return false;
+}
+void store_circle(Pixel pixel, Circle circle) {}
 #endif

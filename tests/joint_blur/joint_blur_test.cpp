@@ -111,7 +111,7 @@ TEST(JointBlur, IsLinearInExposure) {
     }
 }
 
-// What a disc of this radius, px, does to a wave of k radians a pixel.
+// The factor by which a disc of this radius, px, dims a wave of k radians a pixel.
 double disc_of_wave(double k, double radius) {
     return radius > 0 ? 2 * std::cyl_bessel_j(1.0, k * radius) / (k * radius) : 1;
 }

@@ -199,7 +199,7 @@ TEST(Neighbors, AreComparedAtAnyExposure) {
     }
 }
 
-// What lights the flap, which is behind the bar, has changed. A fill would show nothing.
+// The flap behind the bar is lit anew. A fill would show nothing.
 TEST(Neighbors, CoverInAnotherLightToo) {
     for (const bool mirrored : {false, true})
         for (const Given& given : {kBefore, kAfter, kBoth}) {

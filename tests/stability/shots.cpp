@@ -136,7 +136,7 @@ ShotFrame at_the_cut(int frame) {
 struct Seen {
     double gray, inverse_depth, forth_x = 0, forth_y = 0, back_x = 0, back_y = 0;
 };
-// What the ray at x, y shows; u, v: its place on the lens, within a unit disc.
+// The light that the ray at x, y shows; u, v: its place on the lens, within a unit disc.
 using View = std::function<Seen(double x, double y, double time, double u, double v)>;
 
 constexpr int kViewWidth = 121, kViewHeight = 97;

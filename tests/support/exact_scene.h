@@ -58,7 +58,7 @@ struct Row {
     std::vector<double> light;
     std::vector<std::vector<double>> shares;
 };
-// What row y shows at this time through a pinhole. depth: 1 shows the first surface behind.
+// The light of row y at this time through a pinhole. depth: 1 shows the first surface behind.
 Row row_at(const Scene& scene, int y, double time, int depth = 0);
 
 // The frame at this time with both neighbors or the layer behind, or neither.

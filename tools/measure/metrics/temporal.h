@@ -12,7 +12,7 @@
 
 namespace postchain::metrics {
 
-// What a pixel shows, of the last kind that applies (tools/measure/experiment/pixel_classes.h).
+// The last class that applies to a pixel (tools/measure/experiment/pixel_classes.h).
 enum class PixelClass : uint8_t { still, moving, defocused, outline };
 inline constexpr const char* kPixelClassNames[] = {"still", "moving", "defocused", "outline"};
 inline constexpr size_t kPixelClasses = std::size(kPixelClassNames);

@@ -1,4 +1,4 @@
-// Uniform block and records of the generated scenes (shaders/scenes/, tools/measure/scenes/renderer.cpp).
+// Uniform block and records of the generated scenes (shaders/scenes/, tools/scenes/renderer.cpp).
 #ifndef POSTCHAIN_SHARED_SCENE_UNIFORMS_H
 #define POSTCHAIN_SHARED_SCENE_UNIFORMS_H
 #include "shared/uniforms.h"

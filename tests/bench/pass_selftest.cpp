@@ -5,7 +5,7 @@
 
 #include "chain/egl/context.h"
 #include "passes/registry.h"
-#include "tools/measure/stress/matrix.h"
+#include "tools/stress/matrix.h"
 
 int main() {
     using namespace postchain;

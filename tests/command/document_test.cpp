@@ -3,7 +3,6 @@
 //
 //   postchain passes --markdown -> docs/parameters.md below its introduction
 #include <regex>
-#include <set>
 
 #include "tests/command/fixture.h"
 
@@ -34,41 +33,6 @@ std::vector<std::string> matches(const std::string& text, const std::string& pat
     for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it)
         found.push_back((*it)[1]);
     return found;
-}
-
-TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
-    const std::string document = read_text(kRoot + "/docs/command.md");
-    ASSERT_NE(document, "");
-    const std::string help = run({"--help"}).out;
-    EXPECT_FALSE(contains(help, "Subcommands:")) << "a subcommand without a group";
-    const auto subcommands = matches(help, "\n  ([a-z]+) ");
-    ASSERT_GE(subcommands.size(), 9u);
-    std::set<std::string> options;
-    for (const auto& subcommand : subcommands) {
-        EXPECT_TRUE(contains(document, "postchain " + subcommand))
-            << subcommand << " is not in docs/command.md";
-        for (const auto& name :
-             matches(run({subcommand, "--help"}).out, "\n  (?:-[a-z],)?(--[a-z-]+)"))
-            options.insert(name);
-    }
-    // The first block of the document lists the subcommands as the help does.
-    const size_t begin = document.find("\n```\n") + 5;
-    const std::string block = document.substr(begin, document.find("\n```\n", begin) - begin);
-    EXPECT_EQ(matches(block, "postchain ([a-z]+)"), subcommands);
-    const std::string list = help.substr(help.find("--version"));
-    for (const auto& group : matches(list, "\n([A-Z][a-z ]+):\n"))
-        EXPECT_TRUE(contains(block, group)) << group;
-    EXPECT_GE(options.size(), 25u);
-    for (const auto& option : options)
-        EXPECT_TRUE(contains(document, option)) << option << " is not in docs/command.md";
-    // The reverse: the document names only existing options and subcommands.
-    for (const auto& name : matches(document, "(--[a-z][a-z-]*)"))
-        EXPECT_TRUE(options.count(name) || name == "--version" || name == "--help") << name;
-    for (const auto& name : matches(document, "postchain ([a-z]+)\\b"))
-        EXPECT_EQ(std::count(subcommands.begin(), subcommands.end(), name), 1)
-            << "postchain " << name;
-    for (const char* code : {"0", "1", "2", "3", "4", "5", "6", "7", "8", "130", "143"})
-        EXPECT_TRUE(contains(document, std::string("| ") + code + " |")) << "exit code " << code;
 }
 
 std::string help_of(const std::string& subcommand, const std::string& option) {

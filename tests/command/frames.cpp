@@ -108,6 +108,12 @@ void write_sequence(const std::string& folder, const std::vector<int>& frames, i
     }
 }
 
+void write_rgb(const std::string& path, const ImageF& rgb) {
+    const auto written =
+        io::write_planes_exr(path, rgb, {"R", "G", "B"}, io::OnExisting::overwrite);
+    EXPECT_TRUE(written.ok()) << path;
+}
+
 ImageF read_color(const std::string& path) {
     auto file = io::ExrFile::open(path);
     if (!file.ok()) {

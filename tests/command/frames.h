@@ -42,6 +42,9 @@ void write_frame(const std::string& path, const Planes& planes, const FrameFile&
 void write_sequence(const std::string& folder, const std::vector<int>& frames, int width = 48,
                     int height = 32, const FrameFile& file = {});
 
+// Channels R, G and B of 32-bit floats.
+void write_rgb(const std::string& path, const ImageF& rgb);
+
 // Color of a file with any channel names; the test fails if there is none.
 ImageF read_color(const std::string& path);
 // Stored bytes of every non-color channel of the first part.

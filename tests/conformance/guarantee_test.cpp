@@ -1,6 +1,6 @@
 // Every pass keeps what it guarantees (chain/pass/guarantees.h), and one that guarantees too much
 // is found. Constants: variant_test.cpp. Mirrors, turns and light are measured by the stability
-// matrix (tests/measure/stress).
+// matrix (tests/stress).
 #include <climits>
 #include <cstring>
 

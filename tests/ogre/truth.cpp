@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 
 namespace postchain {
 

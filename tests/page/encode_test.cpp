@@ -1,5 +1,5 @@
 // Images of the page, taken apart again with zlib and a decoder of this file's own.
-#include "tools/measure/report/page/encode.h"
+#include "tools/page/encode.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -11,7 +11,7 @@
 
 #include "tests/support/status.h"
 
-namespace postchain::report {
+namespace postchain::page {
 namespace {
 
 std::string from_base64(const std::string& text) {
@@ -107,4 +107,4 @@ TEST(PictureFile, HasItsSizeAndThePlanesOfThePage) {
 }
 
 }  // namespace
-}  // namespace postchain::report
+}  // namespace postchain::page

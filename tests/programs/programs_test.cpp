@@ -24,7 +24,7 @@
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
-#include "tools/measure/scenes/scene.h"
+#include "tools/scenes/scene.h"
 
 namespace postchain::test {
 namespace {

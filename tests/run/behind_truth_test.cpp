@@ -3,8 +3,8 @@
 
 #include "tests/run/fixture.h"
 #include "tests/run/scene_files.h"
-#include "tools/measure/metrics/display.h"
-#include "tools/measure/metrics/pair.h"
+#include "tools/metrics/display.h"
+#include "tools/metrics/pair.h"
 
 namespace postchain::sequence {
 namespace {

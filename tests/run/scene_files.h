@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/support/temp_folder.h"
-#include "tools/measure/scenes/scene.h"
+#include "tools/scenes/scene.h"
 
 namespace postchain::sequence {
 

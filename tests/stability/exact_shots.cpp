@@ -10,7 +10,7 @@
 
 #include "config/chain_find.h"
 #include "tests/stability/shots.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/temporal.h"
 
 namespace {
 

@@ -12,8 +12,8 @@
 #include "tests/support/random.h"
 #include "tests/support/status.h"
 #include "tools/measure/experiment/pixel_classes.h"
-#include "tools/measure/metrics/display.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/display.h"
+#include "tools/metrics/temporal.h"
 
 namespace postchain::test::stability {
 namespace {

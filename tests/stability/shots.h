@@ -7,7 +7,7 @@
 
 #include "chain/frame/frame.h"
 #include "chain/pass/chain.h"
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 
 namespace postchain::test::stability {
 

@@ -28,8 +28,8 @@ LAYERS = [
 # need not load them at start-up.
 ALLOWED_LIBRARIES = {
     "epoxy/egl.h": ["chain/egl"],
-    "epoxy": ["chain/gl", "chain/egl", "chain/guest", "tools/measure/scenes", "tools/apps/view", "tools/samples"],
-    "glm": ["shaders", "chain/guest", "tools/measure/scenes"],
+    "epoxy": ["chain/gl", "chain/egl", "chain/guest", "tools/scenes", "tools/apps/view", "tools/samples"],
+    "glm": ["shaders", "chain/guest", "tools/scenes"],
     "OpenEXR": ["tools/sequence/exr", "tools/apps"],
     "Imath": ["tools/sequence/exr"],
     "OpenImageIO": ["tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h",
@@ -144,7 +144,7 @@ def fault_of(include):
     if is_another_pass(include.start, include.end):
         return f"{include.start} may not know another pass: {target}"
     # So that metrics work on any pixels.
-    if (include.start == "tools/measure/metrics" != include.end
+    if (include.start == "tools/metrics" != include.end
             and target not in ("chain/base/image.h", "chain/base/status.h")):
         return f"metrics know only the images of the chain, not {target}"
     return ""
@@ -208,9 +208,9 @@ class IncludeEdges(files.Case):
                 ("chain/plan/plan.cpp", "passes/registry.h", True, True),
                 ("chain/plan/plan.cpp", "epoxy/gl.h", False, True),
                 ("chain/gl/a.cpp", "epoxy/egl.h", False, True),
-                ("tools/sequence/exr/a.cpp", "tools/measure/metrics/flip.h", True, True),
+                ("tools/sequence/exr/a.cpp", "tools/metrics/flip.h", True, True),
                 ("tools/sequence/image/a.h", "OpenImageIO/imageio.h", False, True),
-                ("tools/measure/metrics/flip.cpp", "chain/plan/plan.h", True, True),
+                ("tools/metrics/flip.cpp", "chain/plan/plan.h", True, True),
                 ("tools/nowhere/a.cpp", "chain/plan/plan.h", True, True),
                 ("tools/samples/ogre/a.cpp", "chain/guest/postchain.h", True, True),
                 ("tools/samples/ogre/a.cpp", "tools/samples/glfw/a.h", True, True),

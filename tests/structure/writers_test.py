@@ -38,7 +38,7 @@ MAY_OPEN = {
 WRITERS = {
     "tools/sequence/run/output_frame.cpp": 5,  # output: EXR, new EXR, other image; preview, sidecar
     "tools/sequence/run/run_sequence.cpp": 1,  # stage
-    "tools/measure/scenes/scene.cpp": 4,  # images, deep images, aperture image, camera.json
+    "tools/scenes/scene.cpp": 4,  # images, deep images, aperture image, camera.json
     "tools/apps/postchain/diff.cpp": 2,  # maps
     "tools/apps/postchain/selftest.cpp": 1,  # in its own folder
     "tools/sequence/run/sheet.cpp": 1,

@@ -4,8 +4,8 @@
 
 #include "chain/base/text.h"
 #include "config/camera_file.h"
-#include "tools/measure/metrics/compare.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/compare.h"
+#include "tools/metrics/temporal.h"
 #include "tools/python/array_file.h"
 #include "tools/python/errors.h"
 #include "tools/python/job.h"

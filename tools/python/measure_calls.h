@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/measure/scenes/scene.h"
+#include "tools/scenes/scene.h"
 #include "tools/python/sequence_calls.h"
 
 namespace postchain::python {

@@ -57,10 +57,6 @@ void write_sequence(const std::string& folder, int count) {
     }
 }
 
-void write_rgb(const std::string& path, const ImageF& rgb) {
-    must(io::write_planes_exr(path, rgb, {"R", "G", "B"}, io::OnExisting::overwrite));
-}
-
 void write_truth(const std::string& folder, int first, int count, float offset, int height) {
     for (int frame = first; frame < first + count; ++frame) {
         const ImageF color = frame_of(frame, height).planes.at(Role::color);

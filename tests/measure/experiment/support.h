@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "tests/command/frames.h"
 #include "tests/support/gpu.h"
 #include "tests/support/temp_folder.h"
 #include "tools/measure/experiment/run_experiment.h"
@@ -15,7 +16,6 @@ void write_sequence(const std::string& folder, int count);
 // FOLDER/truth.####.exr of the frames from `first` on, color only: the input's color plus `offset`
 // in every channel.
 void write_truth(const std::string& folder, int first, int count, float offset, int height = 40);
-void write_rgb(const std::string& path, const ImageF& rgb);
 
 // Motion blur of 5 taps, then FXAA; needs no camera.
 extern const char* const kChainText;

@@ -8,7 +8,7 @@
 #include "tests/measure/experiment/support.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/temporal.h"
 
 namespace postchain::experiment {
 

@@ -13,7 +13,7 @@
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/experiment/report_folder.h"
-#include "tools/measure/scenes/renderer.h"
+#include "tools/scenes/renderer.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/exr/planes_writer.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "tools/apps/postchain/log.h"
+#include "tools/apps/common/log.h"
 #include "tools/sequence/record/check_outputs.h"
 #include "tools/sequence/settings/run_settings.h"
 

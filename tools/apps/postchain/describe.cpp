@@ -11,7 +11,7 @@
 #include "config/reporter.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/log.h"
+#include "tools/apps/common/log.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_file.h"
 

@@ -13,10 +13,10 @@
 #include <set>
 
 #include "chain/base/printable.h"
-#include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/metrics/compare.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/apps/common/log.h"
+#include "tools/apps/common/stop_on_signal.h"
+#include "tools/metrics/compare.h"
+#include "tools/metrics/temporal.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"

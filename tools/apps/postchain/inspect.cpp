@@ -11,8 +11,8 @@
 
 #include "chain/base/printable.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/common/log.h"
+#include "tools/apps/common/stop_on_signal.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/inspect_frame.h"

@@ -12,7 +12,7 @@
 #include "chain/base/text.h"
 #include "chain/plan/plan_bytes.h"
 #include "chain/plan/plan_print.h"
-#include "tools/apps/postchain/log.h"
+#include "tools/apps/common/log.h"
 #include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"

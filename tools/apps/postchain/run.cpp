@@ -11,8 +11,8 @@
 
 #include "chain/base/text.h"
 #include "config/camera_file.h"
-#include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/common/log.h"
+#include "tools/apps/common/stop_on_signal.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/record/record.h"
 #include "tools/sequence/record/sidecar.h"

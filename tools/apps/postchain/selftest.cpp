@@ -14,9 +14,10 @@
 #include <cstring>
 #include <filesystem>
 
-#include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/stress/matrix.h"
+#include "passes/registry.h"
+#include "tools/apps/common/log.h"
+#include "tools/apps/common/stop_on_signal.h"
+#include "tools/stress/subjects.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
@@ -117,7 +118,7 @@ Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
 // `only`: pattern for test names, as in stress::matches(). Returns kExitHealth, after the table, if
 // a test fails.
 Result<int> selftest_subcommand(const Options& options, const std::string& only) {
-    ASSIGN_OR_RETURN(auto all, every_subject());
+    ASSIGN_OR_RETURN(auto all, stress::every_subject(builtin_passes()));
     std::erase_if(all, [&](const auto& one) { return !stress::matches(only, one.name); });
     const bool with_files = stress::matches(only, kFilesTest);
     if (all.empty() && !with_files)

@@ -3,8 +3,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/common/log.h"
+#include "tools/apps/common/stop_on_signal.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/sheet.h"
 

@@ -1,24 +1,31 @@
 // postchain-view: the program that `postchain view` starts.
 #include <CLI/CLI.hpp>
-#include <csignal>
-#include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/options.h"
-#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/common/log.h"
+#include "tools/apps/common/program.h"
+#include "tools/apps/common/stop_on_signal.h"
 #include "tools/apps/view/window.h"
-#include "tools/measure/scenes/scene.h"
+#include "tools/scenes/scene.h"
 #include "tools/sequence/source/memory.h"
 
 namespace postchain {
 namespace {
 
 constexpr std::string_view kScene = "scene:";
+
+struct ViewOptions {
+    std::string truth;
+    std::string other;
+    std::string shaders;
+    std::string state_file;
+    std::optional<int> frame;  // empty: the first
+    double ui_scale = 0;
+    std::string size = "1280x800";
+};
 
 // A generated scene, rendered into a folder that lives as long as this.
 class RenderedScene {
@@ -125,53 +132,63 @@ Result<view::SessionSettings> session_with(const view::OpenRequest& request, Opt
     return session;
 }
 
-int view_command(int argc, char** argv) {
-    Options options;
-    ViewOptions view;
-    CLI::App app("Shows a chain over a sequence, and edits it.", "postchain view");
-    add_view_options(app, options, view);
-    add_logging(app, options);
-    refuse_empty_words(app);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) return app.exit(error);  // --help
-        log::error(concat(error.what(), "; see postchain view --help"));
-        return kExitUsage;
-    }
-    log::set_up(options.verbose, options.quiet, options.log_format == "json");
-    const auto context = choose_device(options);
-    if (!context.ok()) return fail(context.status());
+Result<int> view_subcommand(Options& options, ViewOptions& view) {
+    ASSIGN_OR_RETURN(const auto context, choose_device(options));
     const StopOnSignal stop;
     RenderedScene scene;
     if (options.job.input.starts_with(kScene)) {
-        const Status status = scene.render(options, *context, stop.flag());
+        const Status status = scene.render(options, context, stop.flag());
         if (stop.asked()) return stop.exit_code();
-        if (!status.ok()) return fail(status);
+        RETURN_IF_ERROR(status);
     }
-    auto session = session_of(options, view, *context);
-    if (!session.ok()) return fail(session.status());
-    const auto size = parse_size(view.size);
-    if (!size.ok()) return fail(size.status());
+    ASSIGN_OR_RETURN(auto session, session_of(options, view, context));
+    ASSIGN_OR_RETURN(const auto size, parse_size(view.size));
     const auto opener = [&](const view::OpenRequest& request) {
-        return session_with(request, options, view, *context);
+        return session_with(request, options, view, context);
     };
-    const Status status = view::show_window(std::move(*session), opener,
-                                            {*size, view.ui_scale, view.state_file}, stop.flag());
-    if (!status.ok()) return fail(status);
+    RETURN_IF_ERROR(view::show_window(std::move(session), opener,
+                                      {size, view.ui_scale, view.state_file}, stop.flag()));
     return stop.asked() ? stop.exit_code() : kExitOk;
+}
+
+RunSubcommand add_view(CLI::App& subcommand, Options& options) {
+    const auto shared = std::make_shared<ViewOptions>();
+    ViewOptions& view = *shared;
+    add_chain(subcommand, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kPlanGroup})
+        add_settings(subcommand, job_parameters(), group, &options.job);
+    for (const char* key : {"ocio_display", "ocio_view"})
+        add_setting(subcommand, *job_parameters().find(key), &options.job);
+    subcommand.add_option("-r,--truth", view.truth, "ground truth to compare with, as for --input")
+        ->type_name("IN");
+    subcommand.add_option("--beside", view.other, "another chain to compare with")
+        ->type_name("CHAIN");
+    subcommand
+        .add_option("--shaders", view.shaders,
+                    "folder with GLSL sources, compiled again after each change")
+        ->type_name("DIR");
+    subcommand.add_option("--frame", view.frame, "frame to begin with")->type_name("N");
+    subcommand.add_option("--size", view.size, "width x height of the window")
+        ->capture_default_str();
+    subcommand
+        .add_option("--ui-scale", view.ui_scale, "size of text and widgets (default: the screen's)")
+        ->check(number_within(0.5, 4));
+    subcommand
+        .add_option("--state-file", view.state_file,
+                    "JSON file with the viewer's state, for programs that drive it; written "
+                    "again after each change")
+        ->type_name("FILE");
+    add_device(subcommand, options);
+    return [&options, shared] { return view_subcommand(options, *shared); };
 }
 
 }  // namespace
 }  // namespace postchain
 
 int main(int argc, char** argv) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    std::signal(SIGPIPE, SIG_IGN);
-    try {
-        return postchain::view_command(argc, argv);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "postchain: error: unexpected failure: %s\n", error.what());
-        return postchain::kExitSomeFailed;
-    }
+    using namespace postchain;
+    const Subcommand subcommands[] = {{"view", add_view, shipped_chains}};
+    return run_program({"postchain-view", "Shows a sequence through a chain, and edits the chain.",
+                        &kView, subcommands, "view"},
+                       argc, argv);
 }

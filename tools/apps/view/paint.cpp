@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tools/apps/view/frame_store.h"
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 #include "tools/sequence/image/png.h"
 
 namespace postchain::view {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "tools/apps/view/session_values.h"
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 
 namespace postchain::view {
 namespace {

@@ -4,9 +4,9 @@
 #include <chrono>
 
 #include "tools/measure/experiment/temporal_stability.h"
-#include "tools/measure/metrics/noise.h"
-#include "tools/measure/metrics/sharpness.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/noise.h"
+#include "tools/metrics/sharpness.h"
+#include "tools/metrics/temporal.h"
 #include "tools/measure/report/words.h"
 
 namespace postchain::experiment {

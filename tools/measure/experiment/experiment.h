@@ -8,7 +8,7 @@
 
 #include "chain/gl/executor.h"
 #include "tools/measure/experiment/settings.h"
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 #include "tools/measure/report/report.h"
 #include "tools/sequence/settings/run_settings.h"
 

@@ -9,7 +9,7 @@
 #include "chain/pass/resolved_chain.h"
 #include "config/text_tree.h"
 #include "tools/measure/experiment/pixel_classes.h"
-#include "tools/measure/metrics/display.h"
+#include "tools/metrics/display.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"

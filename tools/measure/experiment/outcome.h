@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tools/measure/experiment/statistics.h"
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 #include "tools/measure/report/report.h"
 
 namespace postchain::experiment {

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "chain/frame/frame.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/temporal.h"
 
 namespace postchain::experiment {
 

@@ -17,7 +17,7 @@
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/temporal.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/report.h"
 #include "tools/sequence/run/runner.h"

@@ -9,7 +9,7 @@
 #include "chain/base/parameter.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/experiment/temporal_stability.h"
-#include "tools/measure/metrics/flip.h"
+#include "tools/metrics/flip.h"
 #include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tools/measure/experiment/converge.h"
-#include "tools/measure/metrics/temporal.h"
+#include "tools/metrics/temporal.h"
 #include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::experiment {

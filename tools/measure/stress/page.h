@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/measure/stress/matrix.h"
+#include "tools/stress/matrix.h"
 
 namespace postchain::stress {
 

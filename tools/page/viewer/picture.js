@@ -3,7 +3,7 @@
 //   base64 --> zlib --> high bytes of all values, then the low bytes (one plane for 8-bit maps)
 //          --> differences to the left (first column: to above), channel by channel --> pixels
 //
-// Written by tools/measure/report/page/encode.cpp.
+// Written by tools/page/encode.cpp.
 
 async function inflate(bytes) {
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));

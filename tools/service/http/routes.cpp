@@ -3,7 +3,7 @@
 #include <limits>
 #include <optional>
 
-#include "tools/measure/report/page/encode.h"
+#include "tools/page/encode.h"
 #include "tools/page/page.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/http/file_streams.h"
@@ -35,7 +35,7 @@ Reply reply_to(const Answer<T>& answer, const Made& made) {
 // Reads the queries `type` and `side` of an image.
 ImageWanted image_wanted(const Call& call) {
     ImageWanted wanted;
-    if (call.query("type") == "values") wanted.type = report::kPictureType;
+    if (call.query("type") == "values") wanted.type = page::kPictureType;
     if (const auto side = number_of<int>(call.query("side"))) wanted.side = *side;
     wanted.share = call.request.share;
     wanted.left = call.request.left;
@@ -366,7 +366,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
              .queries = image_queries(),
              .refusals = {403, 422},
              .type = "image/png",
-             .other_types = {report::kPictureType},
+             .other_types = {page::kPictureType},
              .reads_files = true});
     routes.push_back(
         {.path = "/v1/jobs/{id}/thumbnail.png",
@@ -380,7 +380,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
          .queries = image_queries(),
          .refusals = {403, 422},
          .type = "image/png",
-         .other_types = {report::kPictureType},
+         .other_types = {page::kPictureType},
          .reads_files = true});
     routes.push_back({.path = "/v1/jobs/{id}/frames/{n}/output",
                       .operation = "getOutput",
@@ -422,7 +422,7 @@ void preview(Service& service, const Call& call, const Respond& respond) {
     PreviewWanted wanted;
     // Another type only if Accept names it; a wildcard gets PNG.
     const std::string* accept = call.request.header("Accept");
-    for (const char* type : {kExrType, report::kPictureType})
+    for (const char* type : {kExrType, page::kPictureType})
         if (accept && accept->find(type) != std::string::npos) wanted.type = type;
     if (const std::string* session = call.request.header("Preview-Session"))
         wanted.session = session->substr(0, kLongestSession);
@@ -472,7 +472,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                           }(),
                       .refusals = {403, 404, 422},
                       .type = "image/png",
-                      .other_types = {report::kPictureType},
+                      .other_types = {page::kPictureType},
                       .reads_files = true});
     routes.push_back({.method = "POST",
                       .path = "/v1/plan",
@@ -494,7 +494,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                       .body = "PreviewRequest",
                       .refusals = {403, 409, 422},
                       .type = "image/png",
-                      .other_types = {kExrType, report::kPictureType},
+                      .other_types = {kExrType, page::kPictureType},
                       .reads_files = true});
     routes.push_back(
         {.method = "POST",

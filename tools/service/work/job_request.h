@@ -15,7 +15,7 @@
 #include "config/chain_find.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/measure/metrics/compare.h"
+#include "tools/metrics/compare.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/job_settings.h"

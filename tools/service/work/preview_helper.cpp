@@ -18,7 +18,7 @@
 #include <thread>
 
 #include "chain/base/readable_file.h"
-#include "tools/measure/scenes/scene.h"
+#include "tools/scenes/scene.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/device.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "tools/measure/report/page/encode.h"
+#include "tools/page/encode.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/preview.h"
@@ -89,7 +89,7 @@ Result<ImageF> distances_of(const JobRequest& request) {
 
 // A PNG, an EXR, or the values for a page (kPictureType).
 Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
-    if (type == report::kPictureType) return report::picture_file(color);
+    if (type == page::kPictureType) return page::picture_file(color);
     if (type == kExrType)
         return color.channels == 1 ? io::planes_exr_bytes(color, {"Z"})
                                    : io::planes_exr_bytes(color, {"R", "G", "B", "A"});

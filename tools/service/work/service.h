@@ -73,7 +73,7 @@ inline constexpr int kLargestImageSide = 4096;  // pixels, of an image of a file
 
 // An image of a file in a reply.
 struct ImageWanted {
-    std::string type = "image/png";                // or report::kPictureType
+    std::string type = "image/png";                // or page::kPictureType
     int side = 320;                                // largest width and height
     std::string share = {};                        // whose turn it takes: HelperThreads
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
@@ -82,7 +82,7 @@ struct ImageWanted {
 inline constexpr double kMinPreviewScale = 0.05;  // in the body of a preview; the largest is 1
 
 struct PreviewWanted {
-    std::string type = "image/png";  // or kExrType, report::kPictureType: scene-linear
+    std::string type = "image/png";  // or kExrType, page::kPictureType: scene-linear
     std::string session = {};        // a later preview of the session replaces this one; empty = no
     std::string share = {};          // whose turn it takes: HelperThreads
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left

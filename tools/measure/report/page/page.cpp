@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "tools/measure/metrics/error.h"
+#include "tools/metrics/error.h"
 #include "tools/measure/report/images.h"
-#include "tools/measure/report/page/encode.h"
+#include "tools/page/encode.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/page/page.h"
 #include "tools/sequence/files/atomic_file.h"
@@ -154,7 +154,7 @@ Result<ImageF> pixel_map(const Report& report, const Entry& entry, Compared& las
 Result<std::string> encoded(const Report& report, const Entry& entry, Compared& last) {
     ASSIGN_OR_RETURN(const auto image,
                      entry.map ? pixel_map(report, entry, last) : loaded(report, entry.image));
-    return is_map(entry) ? encode_map(image) : encode_color(image);
+    return is_map(entry) ? page::encode_map(image) : page::encode_color(image);
 }
 
 Status write(io::AtomicFile& file, std::string_view text) {

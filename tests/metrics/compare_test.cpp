@@ -1,0 +1,87 @@
+#include "tools/metrics/compare.h"
+
+#include "tests/metrics/support.h"
+#include "tools/metrics/display.h"
+#include "tools/metrics/parallel.h"
+
+namespace postchain::metrics {
+namespace {
+
+TEST(Compare, GivesEveryMetricInTheTablesOrder) {
+    const Pair both = pair(gray(12, 12, 0.7), gray(12, 12, 0.5));
+    const Comparison result = test::must(compare(both, {}));
+    ASSERT_EQ(result.values.size(), metric_rows().size());
+    for (size_t i = 0; i < metric_rows().size(); ++i)
+        EXPECT_EQ(result.values[i].first, metric_rows()[i].name);
+    EXPECT_EQ(*result.value("mse"), mse(both));
+    EXPECT_EQ(*result.value("psnr"), *psnr(both));
+    EXPECT_EQ(*result.value("flip"), flip(both, {}).mean);
+    EXPECT_TRUE(result.exposures.lit);
+}
+
+// Exceptions of a band in any thread reach the caller, who may continue.
+TEST(ForBands, ThrowsWhatABandThrows) {
+    for (const int bad : {0, 7, 15})
+        EXPECT_THROW(for_bands(16, 1, 8,
+                               [&](int row, int) {
+                                   if (row == bad) throw std::bad_alloc();
+                               }),
+                     std::bad_alloc)
+            << bad;
+    std::atomic<int> rows = 0;
+    for_bands(16, 3, 8, [&](int first, int end) { rows += end - first; });
+    EXPECT_EQ(rows, 16);
+}
+
+TEST(Compare, MapsDoNotNeedTheirMetric) {
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
+    for (const auto& row : map_rows()) {
+        SCOPED_TRACE(row.name);
+        CompareSettings settings;
+        settings.metrics = {"mse"};
+        settings.map = row.name;
+        const Comparison result = test::must(compare(both, settings));
+        EXPECT_EQ(result.values.size(), 1u);
+        ASSERT_EQ(result.map.pixels(), 9u);
+        EXPECT_GT(result.map.at(1, 1), 0);
+    }
+}
+
+TEST(Compare, UsesTheGivenExposures) {
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
+    CompareSettings settings;
+    settings.metrics = {"hdr_flip"};
+    settings.exposures = ExposureRange{-30, -28, true};  // all black
+    EXPECT_LT(*compare(both, settings)->value("hdr_flip"), 1e-3);
+    settings.exposures.reset();
+    EXPECT_EQ(*compare(both, settings)->value("hdr_flip"),
+              hdr_flip(both, exposure_range(both.reference, ToneMapper::aces), {}).mean);
+}
+
+TEST(Compare, RefusesUnknownNames) {
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
+    CompareSettings settings;
+    settings.metrics = {"vmaf"};
+    EXPECT_EQ(compare(both, settings).status().code(), StatusCode::usage);
+    settings = {};
+    settings.map = "psnr";
+    EXPECT_EQ(compare(both, settings).status().code(), StatusCode::usage);
+}
+
+TEST(Compare, ValuesThatDoNotExistAreSaidNotToExist) {
+    const Comparison result = test::must(compare(pair(gray(1, 1, 0.5), gray(1, 1, 0.5)), {}));
+    for (const auto& [name, value] : result.values)
+        EXPECT_EQ(value.has_value(), name != "psnr" && name != "ssim") << name;
+}
+
+TEST(Limit, IsAMetricAndAFiniteNumber) {
+    const auto limit = parse_limit("--under", "flip=-1e-3");
+    ASSERT_TRUE(limit.ok());
+    EXPECT_EQ(limit->metric, "flip");
+    EXPECT_EQ(limit->value, -1e-3);
+    for (const char* text : {"flip", "flip=", "flip=x", "flip=1 ", "flip=inf", "flip=nan"})
+        EXPECT_EQ(parse_limit("--under", text).status().code(), StatusCode::usage) << text;
+}
+
+}  // namespace
+}  // namespace postchain::metrics

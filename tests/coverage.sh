@@ -7,16 +7,17 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-chosen=(--label-exclude '^full$')
+chosen=(--label-exclude '^(full|serve|view|blender|python)$')
 target=(--target default_tests)
-packages=--tests
+packages="lab --tests"
 if [[ ${1:-} == --rest ]]; then
     shift
     chosen=()
     target=()
     packages=--full
 fi
-tools/install_packages.sh "$packages"
+# shellcheck disable=SC2086
+tools/install_packages.sh $packages
 cmake --preset coverage -DBUILD_TESTING=ON
 cmake --build --preset coverage -j "$(nproc)" "${target[@]}"
 find build-coverage -name '*.gcda' -delete

@@ -6,7 +6,7 @@ set -euo pipefail
 folder=$(realpath -m "${1:-out/demo}")
 cd "$(dirname "$0")/.."
 
-tools/build_command.sh
+tools/build_command.sh lab blender
 postchain=$PWD/build/tools/apps/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/balanced" "$folder/paper"

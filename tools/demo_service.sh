@@ -7,7 +7,7 @@ set -euo pipefail
 folder=$(realpath -m "${1:-out/demo_service}")
 cd "$(dirname "$0")/.."
 
-tools/build_command.sh
+tools/build_command.sh lab serve
 postchain=$PWD/build/tools/apps/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/out"

@@ -1,33 +1,53 @@
 #!/usr/bin/env bash
-# Installs the packages that building postchain needs, on Debian 12 (bookworm) and 13 (trixie); with --tests also those
-# of the default tests, with --full those of all tests, with sanitizers and fuzzing, with --windows also those of
-# tools/platforms.sh windows. Does nothing if all are installed, and on a system without dpkg, for which it prints the
-# list.
-# Usage: tools/install_packages.sh [--tests | --full | --windows]
+# Installs the packages that building postchain needs, on Debian 12 (bookworm) and 13 (trixie): those of the command, and
+# of each PART that is named. With --tests also those of the default tests; with --full those of all parts and tests, of
+# sanitizers and fuzzing; with --windows those of tools/platforms.sh windows. Does nothing if all are installed, and on a
+# system without dpkg, for which it prints the list.
+# Usage: tools/install_packages.sh [PART...] [--tests | --full | --windows]   PART: lab, serve, view, python, blender
 set -euo pipefail
 
-# libglfw3-dev, libimgui-dev and libfontconfig-dev are those of postchain view; without them the rest is built.
 packages=(
     g++ cmake ninja-build pkg-config
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
     libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools libpng-dev zlib1g-dev
     libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
-    libsqlite3-dev libsodium-dev prometheus-cpp-dev libboost-dev curl
-    libglfw3-dev libimgui-dev libfontconfig-dev
 )
-case ${1:-} in
+declare -A parts=(
+    [lab]="libboost-dev"
+    [serve]="libboost-dev libsqlite3-dev libsodium-dev prometheus-cpp-dev curl"
+    [view]="libglfw3-dev libimgui-dev libfontconfig-dev"
+    [python]="pybind11-dev python3-dev python3-numpy"
+    [blender]=""
+)
+mode=
+for word in "$@"; do
+    if [[ $word == --full ]]; then
+        for part in "${!parts[@]}"; do packages+=(${parts[$part]}); done
+    fi
+    case $word in
+        --tests | --full | --windows) mode=$word ;;
+        *)
+            [[ -v parts[$word] ]] || {
+                echo "usage: tools/install_packages.sh [PART...] [--tests | --full | --windows]   PART: ${!parts[*]}" >&2
+                exit 2
+            }
+            packages+=(${parts[$word]})
+            ;;
+    esac
+done
+case $mode in
     --tests | --full)
         packages+=(
             libgtest-dev libgmock-dev mold clang-format glslang-tools spirv-tools
-            glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers python3 sqlite3
+            glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers python3
         )
         ;;
 esac
-if [[ ${1:-} == --full ]]; then
+if [[ $mode == --full ]]; then
     packages+=(
         dpkg-dev file libogre-1.12-dev xvfb xdotool fonts-noto-core slurmctld slurmd slurm-client munge prometheus
-        python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
+        python3-openimageio python3-pytest python3-matplotlib sqlite3
         python3-mypy python3-pip python3-venv
         chromium chromium-driver nginx-light caddy blender valgrind
         clang
@@ -39,7 +59,7 @@ if [[ ${1:-} == --full ]]; then
         packages+=(libclang-rt-dev)
     fi
 fi
-if [[ ${1:-} == --windows ]]; then
+if [[ $mode == --windows ]]; then
     packages+=(
         g++-mingw-w64-x86-64-posix meson googletest wine wine64 xvfb
         glslang-dev glslang-tools spirv-tools libvulkan-dev mesa-vulkan-drivers

@@ -1,32 +1,46 @@
 #!/usr/bin/env bash
 # Installs packages, builds and runs tests. At its end it lists the tests that could not run, and what to install.
-#   tools/test.sh         the default set: what each behavior is tested by where it lives
-#   tools/test.sh --rest  the tests that the default set leaves out (label `full`); fails if one cannot run
-#   tools/test.sh --full  both with each warning an error, the core preset (only chain and passes, each file compiled by
-#                         itself), the address and undefined-behavior sanitizers, the thread sanitizer on the programs
-#                         that have threads, and half a minute of each fuzz target (clang)
+#   tools/test.sh              the default set: what each behavior of the command and the lab is tested by where it lives
+#   tools/test.sh --part PART  all tests of a part (tools/CMakeLists.txt): lab, serve, view, blender or python
+#   tools/test.sh --rest       the tests that the default set leaves out, those of all parts among them; fails if one
+#                              cannot run
+#   tools/test.sh --full       both with each warning an error, the core preset (only chain and passes, each file
+#                              compiled by itself), the address and undefined-behavior sanitizers, the thread sanitizer
+#                              on the programs that have threads, and half a minute of each fuzz target (clang)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 sets=()
 options=(-DBUILD_TESTING=ON)
-case ${1:-} in
-    "") sets=(default) ;;
-    --rest) sets=(rest) ;;
-    --full)
+part=
+case "${1:-} ${2:-}" in
+    " ") sets=(default) ;;
+    "--part lab" | "--part serve" | "--part view" | "--part blender" | "--part python")
+        sets=(part)
+        part=$2
+        ;;
+    "--rest ") sets=(rest) ;;
+    "--full ")
         sets=(default rest instrumented)
         options+=(-DCMAKE_COMPILE_WARNING_AS_ERROR=ON)
         ;;
     *)
-        echo "usage: tools/test.sh [--rest | --full]" >&2
+        echo "usage: tools/test.sh [--part PART | --rest | --full]   PART: lab, serve, view, blender, python" >&2
         exit 2
         ;;
 esac
+# Switches on the parts that are named and the others off. Scenes for most tests are rendered by the lab.
+build_parts() {
+    local name
+    for name in lab serve view blender python; do
+        [[ " lab $* " == *" $name "* ]] && options+=("-DPOSTCHAIN_${name^^}=ON") || options+=("-DPOSTCHAIN_${name^^}=OFF")
+    done
+}
 
 # One more than cores: many tests wait most of their time, for a watched folder or a browser. Each has
 # one thread of llvmpipe (CMakePresets.json): a test alone takes an eighth less processor time.
 run_tests() {
-    ctest --preset "$1" --no-tests=error -j "$(($(nproc) + 1))"
+    ctest --preset "$1" --no-tests=error -j "$(($(nproc) + 1))" "${@:2}"
 }
 
 # Prints a line for each test of the folder $1 that could not run. Fails if there is one.
@@ -42,14 +56,24 @@ list_skipped() {
 for set in "${sets[@]}"; do
     case $set in
         default)
-            tools/install_packages.sh --tests
+            tools/install_packages.sh lab --tests
+            build_parts
             cmake --preset release "${options[@]}"
             cmake --build --preset release -j "$(nproc)" --target default_tests
             run_tests release
             list_skipped build || true
             ;;
+        part)
+            tools/install_packages.sh --full
+            build_parts "$part"
+            cmake --preset release "${options[@]}"
+            cmake --build --preset release -j "$(nproc)" --target "tests_of_$part"
+            run_tests every -L "^$part\$"
+            list_skipped build || true
+            ;;
         rest)
             tools/install_packages.sh --full
+            build_parts serve view blender python
             cmake --preset release "${options[@]}"
             cmake --build --preset release -j "$(nproc)"
             run_tests full
@@ -66,6 +90,6 @@ for set in "${sets[@]}"; do
     esac
 done
 if [[ ${sets[*]} == default ]]; then
-    echo "== tools/test.sh --full runs the other tests:" \
-        "$(ctest --preset full -N | sed -n 's/^Total Tests: //p') programs and scripts, sanitizers, fuzzing"
+    echo "== tools/test.sh --rest runs the other tests, those of the service, the viewer, Blender and Python among" \
+        "them; --part PART those of one"
 fi

@@ -1,4 +1,5 @@
-// Subcommands that other programs have: the command starts them, completes them, and docs/command.md has them all.
+// Subcommands that other programs have: the command starts them, completes them, and
+// docs/command.md has them all.
 #include <regex>
 #include <set>
 
@@ -66,12 +67,15 @@ TEST(Parts, AMissingProgramIsNamedWithItsPackage) {
     TempFolder folder;
     const std::string command = folder.path("postchain");
     std::filesystem::copy_file(with_command({})[0], command);
-    for (const auto& [subcommand, package] :
-         {std::pair{"ab", "postchain-lab"}, {"tune", "postchain-lab"}, {"scene", "postchain-lab"},
-          {"serve", "postchain-serve"}, {"view", "postchain-view"}}) {
+    for (const auto& [subcommand, package] : {std::pair{"ab", "postchain-lab"},
+                                              {"tune", "postchain-lab"},
+                                              {"scene", "postchain-lab"},
+                                              {"serve", "postchain-serve"},
+                                              {"view", "postchain-view"}}) {
         const Outcome outcome = run_program({command, subcommand, "--help"});
-        expect_ends(outcome, 2, {concat(folder.path(package), ": cannot be started"),
-                                 concat("install the package ", package)});
+        expect_ends(outcome, 2,
+                    {concat(folder.path(package), ": cannot be started"),
+                     concat("install the package ", package)});
         EXPECT_EQ(outcome.out, "");
         EXPECT_TRUE(contains(run_program({command, "--help"}).out, concat("\n  ", subcommand)));
     }

@@ -134,7 +134,7 @@ TEST_F(BadInput, Values) {
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved_3[1] = 1; });
 }
 
-// Sizes that hosts of other versions have: frozen/host.c.
+// Sizes that hosts of other versions have: older_host.c.
 TEST_F(BadInput, StructsOfNoVersion) {
     refused(PC_ERROR_VERSION, "pc_frame.struct_size is 12", [](F f) {
         f.struct_size = 12;

@@ -59,18 +59,11 @@ def compilers():
     return [pair for pair in pairs if shutil.which(pair[0]) and shutil.which(pair[1])]
 
 
-def has_viewer(options):
-    """It is built if GLFW and Dear ImGui are installed."""
-    return (options.build / "tools/apps/postchain/postchain-view").exists()
-
-
 def tree(options):
     shutil.rmtree(options.prefix, ignore_errors=True)
     components = ["plan", "library", "dev"] + ([] if options.core else ["config", "command"])
     components += ["vulkan"] if options.vulkan else []
-    if has_viewer(options):
-        components.append("view")
-    for component in components:
+    for component in components + options.parts:
         call("cmake", "--install", options.build, "--prefix", options.prefix, "--component", component)
 
 
@@ -259,6 +252,9 @@ def command(options):
         expect_refused("is of version 9.9.9")
 
 
+OF_SERVICE = ("libsqlite3", "libsodium", "prometheus")  # libraries that the service alone needs
+
+
 def packages(options):
     """The Debian packages hold the installed tree, each file once, and name their dependencies. Each
     has a license. The examples in C build against the unpacked packages and run."""
@@ -283,12 +279,13 @@ def packages(options):
     if not options.core:
         if options.python:
             has["python3-postchain"] = "dist-packages/postchain/__init__.pyi"
-        has.update({"postchain": "bin/postchain", "postchain-service": "system/postchain.service",
-                    f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
+        has.update({"postchain": "bin/postchain", f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
     if options.vulkan:
         has[f"libpostchain-vk{so}"] = f"libpostchain_vk.so.{options.version}"
-    if has_viewer(options):
-        has["postchain-view"] = "bin/postchain-view"
+    for part in options.parts:
+        has[f"postchain-{part}"] = {"blender": "postchain/postchain_blender.zip"}.get(part, f"bin/postchain-{part}")
+    if "serve" in options.parts:
+        has["postchain-service"] = "system/postchain.service"
     expect_equal(set(held), set(has), "packages")
     for package, file in has.items():
         for other, (files, _) in held.items():
@@ -299,8 +296,11 @@ def packages(options):
                                       ("libpostchain-dev", [plan, rf"{library} \(= "], []),
                                       (f"libpostchain-config{so}", [plan], ["libepoxy0"]),
                                       (f"libpostchain-vk{so}", [plan], ["libepoxy0", "libgl", rf"{library} "]),
-                                      ("postchain", ["libopenimageio"], ["libglfw3"]),
-                                      ("postchain-service", [r"postchain \(= "], ["libglfw3"]),
+                                      ("postchain", ["libopenimageio"], ["libglfw3", *OF_SERVICE]),
+                                      ("postchain-lab", [r"postchain \(= "], ["libglfw3", *OF_SERVICE]),
+                                      ("postchain-serve", [r"postchain \(= ", *OF_SERVICE], ["libglfw3"]),
+                                      ("postchain-service", [r"postchain-serve \(= "], ["libglfw3"]),
+                                      ("postchain-blender", [r"postchain \(= "], ["libc6"]),
                                       ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
                                       ("python3-postchain", [r"python3\.\d+, python3-numpy", "libegl1, libopengl0"], [])):
         depends = held[package][1].lower() if package in held else ""
@@ -319,7 +319,7 @@ def keeps_policy(deb):
     name = call("dpkg-deb", "-f", deb, "Package").strip()
     held = call("dpkg-deb", "-c", deb)
     assert f"/usr/share/doc/{name}/changelog.gz\n" in held, held
-    assert not re.search(r"/man1/[a-z]+\.1\n", held), held
+    assert not re.search(r"/man1/[a-z-]+\.1\n", held), held
     assert call("dpkg-deb", "-f", deb, "Description").count("\n ") >= 2, name
     assert re.fullmatch(r"[^<>]+ <[^<>@ ]+@[^<>@ ]+>\n", call("dpkg-deb", "-f", deb, "Maintainer"))
     if re.search(r"/lib\w+\.so\.", held):
@@ -348,8 +348,9 @@ def source_package(options, folder):
     control = (folder / "tree/debian/control").read_text()
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
-        f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-service",
-        f"libpostchain-vk{soversion(options)}", "postchain-view", "python3-postchain"], control
+        f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-lab",
+        "postchain-serve", "postchain-service", f"libpostchain-vk{soversion(options)}", "postchain-view",
+        "postchain-blender", "python3-postchain"], control
 
 
 def use_unpacked(options, folder, names):
@@ -388,6 +389,7 @@ def main():
     parser.add_argument("--prefix", type=pathlib.Path, required=True)
     parser.add_argument("--version", required=True)
     parser.add_argument("--core", action="store_true")
+    parser.add_argument("--parts", nargs="*", default=[])
     parser.add_argument("--vulkan", action="store_true")
     parser.add_argument("--python", help="interpreter of the module")
     options = parser.parse_args()

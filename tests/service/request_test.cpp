@@ -16,6 +16,8 @@
 #include "passes/registry.h"
 #include "tests/command/frames.h"
 #include "tests/io/exr_files.h"
+#include "tools/service/lab/ab_bench.h"
+#include "tools/service/lab/study_job.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/request_body.h"
 
@@ -244,6 +246,14 @@ TEST_F(RequestTest, JsonInEveryForm) {
     }
 }
 
+const AbOrBench& ab_or_bench(const JobRequest& request) {
+    return dynamic_cast<const AbOrBench&>(*request.measurement);
+}
+
+const study::Study& study_of(const JobRequest& request) {
+    return dynamic_cast<const StudyJob&>(*request.measurement).study();
+}
+
 TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     json ab = with({{"kind", "ab"},
                     {"chain_b", "best"},
@@ -253,14 +263,15 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
                     {"fail_above", {"flip=0.05"}}});
     JobRequest request = taken(ab);
     EXPECT_EQ(request.kind, JobKind::ab);
-    EXPECT_EQ(request.chain_b.name, "best");
-    EXPECT_EQ(request.measured.folder, base_ + "/root/report");
-    EXPECT_EQ(request.measured.repeats, 3);
-    EXPECT_EQ(request.measured.page_frames, 8);  // of ab; bench has 1
-    EXPECT_EQ(request.measured.flip.pixels_per_degree, 50.5);
+    EXPECT_EQ(request.measurement->report_folder(), base_ + "/root/report");
+    const auto settings = ab_or_bench(request).settings();
+    EXPECT_EQ(settings.folder, base_ + "/root/report");
+    EXPECT_EQ(settings.repeats, 3);
+    EXPECT_EQ(settings.page_frames, 8);  // of ab; bench has 1
+    EXPECT_EQ(settings.flip.pixels_per_degree, 50.5);
     // No output of the job may replace its chains.
     ab["chain_b"] = "chain.yaml";
-    const auto inputs = taken(ab).measured.run.other_inputs;
+    const auto inputs = taken(ab).run.other_inputs;
     EXPECT_TRUE(std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
         return input.path == base_ + "/root/chain.yaml";
     }));
@@ -268,7 +279,7 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     EXPECT_EQ(refused(ab).diagnostics.at(0).path, "fail_above");
     json bench = with({{"kind", "bench"}, {"output", "report"}});
     bench["sweep"] = {"joint_blur.samples=5,9"};
-    EXPECT_EQ(taken(bench).variants.size(), 2u);
+    EXPECT_EQ(ab_or_bench(taken(bench)).variants().size(), 2u);
     bench["sweep"] = {"joint_blur.sample=5"};
     EXPECT_EQ(refused(bench).diagnostics.at(0).path, "sweep");
 }
@@ -283,10 +294,10 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     json job = {{"kind", "study"}, {"study", study}, {"output", "out/study"}};
     JobRequest request = taken(job);
     EXPECT_EQ(request.kind, JobKind::study);
-    EXPECT_EQ(request.study_settings.folder, base_ + "/root/out/study");
-    ASSERT_EQ(request.study.scenes.size(), 2u);
-    EXPECT_EQ(request.study.scenes[1].measured.flip.pixels_per_degree, 40);
-    EXPECT_EQ(request.study.scenes[0].measured.run.input.color().text(),
+    EXPECT_EQ(request.measurement->report_folder(), base_ + "/root/out/study");
+    ASSERT_EQ(study_of(request).scenes.size(), 2u);
+    EXPECT_EQ(study_of(request).scenes[1].measured.flip.pixels_per_degree, 40);
+    EXPECT_EQ(study_of(request).scenes[0].measured.run.input.color().text(),
               base_ + "/root/in.####.exr");
     // Paths in a file start at its folder.
     fs::create_directories(base_ + "/root/shots");
@@ -296,7 +307,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     write("root/shots/order.yaml", moved.dump());
     job["study"] = "shots/order.yaml";
     request = taken(job);
-    EXPECT_EQ(request.study.scenes[1].measured.truth, base_ + "/root/in.####.exr");
+    EXPECT_EQ(study_of(request).scenes[1].measured.truth, base_ + "/root/in.####.exr");
     // They must stay under the root, in a file and in an object.
     for (const auto& [place, path] : std::vector<std::pair<const char*, const char*>>{
              {"/chains/own", "../outside/chain.yaml"},

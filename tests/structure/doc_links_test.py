@@ -1,4 +1,4 @@
-"""Every link of README.md, its neighbors and docs/ leads to a file and a heading that exist, every page named in a
+"""Every link of README.md, its neighbors, docs/ and tools/ leads to a file and a heading that exist, every page named in a
 comment exists, and every page can be reached from README.md."""
 import functools
 import posixpath
@@ -37,9 +37,9 @@ def read_page(name):
 
 @functools.cache
 def pages():
-    """By name relative to the root: its own pages and every page below docs/."""
+    """By name relative to the root: its own pages, and every page below docs/ and tools/."""
     names = [path.name for path in sorted(files.ROOT.glob("*.md"))]
-    names += [file.name for file in files.files_below(["docs"], {".md"})]
+    names += [file.name for file in files.files_below(["docs", "tools"], {".md"})]
     return {name: read_page(name) for name in names}
 
 
@@ -58,6 +58,8 @@ def fault_of(page, target):
     if is_external(target):
         return ""
     file, (_, mark, anchor) = file_of(page, target), target.partition("#")
+    if not files.is_here(file):
+        return ""
     is_folder = (files.ROOT / file).is_dir()
     if not is_folder and (target.split("#")[0].endswith("/") or not (files.ROOT / file).exists()):
         return f"leads to {file}, which does not exist"

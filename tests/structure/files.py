@@ -38,6 +38,21 @@ def files_below(folders, extensions):
     return [file_of(str(path.relative_to(ROOT))) for path in paths]
 
 
+# Each may be left out, also with its folder (docs/architecture.md).
+PARTS = ["tools/measure", "tools/service", "tools/page", "tools/apps/view", "tools/python", "tools/blender",
+         "tools/samples"]
+
+
+def part_of(path):
+    """The folder of the part that has this path; "" if none has."""
+    return next((part for part in PARTS if f"{path}/".startswith(f"{part}/")), "")
+
+
+def is_here(path):
+    """False for a path in a part whose folder was left out."""
+    return not part_of(path) or (ROOT / part_of(path)).exists()
+
+
 class Case(unittest.TestCase):
     def expect_none(self, faults):
         """Fails with all of them, one a line."""

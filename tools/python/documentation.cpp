@@ -5,17 +5,15 @@
 #include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/measure/experiment/settings.h"
 #include "tools/metrics/compare.h"
 #include "tools/metrics/temporal.h"
-#include "tools/scenes/scene.h"
-#include "tools/measure/tune/tune.h"
 #include "tools/python/errors.h"
-#include "tools/python/experiment_calls.h"
 #include "tools/python/job.h"
-#include "tools/python/tune_call.h"
+#include "tools/python/lab_calls.h"
+#include "tools/python/sequence_calls.h"
 #include "tools/python/values.h"
 #include "tools/python/write_call.h"
+#include "tools/scenes/scene.h"
 #include "tools/sequence/files/json.h"
 
 namespace py = pybind11;
@@ -56,16 +54,9 @@ py::object tables() {
     io::Json json = io::Json::parse(passes_as_json(builtin_passes()));
     for (const Parameter& row : job_parameters().rows())
         json["settings"][row.key] = io::json_from(row_schema(row));
-    for (const Parameter& row : tune::tune_parameters().rows())
-        if (tune_keys().contains(row.key)) json["tune"][row.key] = io::json_from(row_schema(row));
-    for (const Parameter& row : experiment::ab_parameters().rows())
-        if (ab_keys().contains(row.key)) json["ab"][row.key] = io::json_from(row_schema(row));
-    for (const Parameter& row : experiment::bench_parameters().rows())
-        if (bench_keys().contains(row.key)) json["bench"][row.key] = io::json_from(row_schema(row));
-    json["experiment_input_keys"] = experiment_input_keys();
+    add_lab_tables(json);
     json["sheet_keys"] = sheet_keys();
     json["write_keys"] = write_keys();
-    json["tune_input_keys"] = tune_input_keys();
     json["aov_keys"] = aov_keys();
     json["read_keys"] = read_keys();
     json["array_keys"] = array_keys();

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/scenes/scene.h"
 #include "tools/python/sequence_calls.h"
+#include "tools/scenes/scene.h"
 
 namespace postchain::python {
 

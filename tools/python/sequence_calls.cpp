@@ -6,10 +6,12 @@
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/record/check_outputs.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/inspect_frame.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/run/sheet.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace py = pybind11;
@@ -175,6 +177,91 @@ py::object inspect(const std::string& input, const py::object& camera, const py:
     if (!json.ok()) raise(json.status());
     warn(warnings);
     return python_of(*json);
+}
+
+const std::set<std::string>& sheet_keys() {
+    static const std::set<std::string> keys = {
+        "frames",         "profile", "view_layer",   "view",      "max_memory",
+        "input_transfer", "ocio",    "ocio_display", "ocio_view", "ocio_colorspace"};
+    return keys;
+}
+
+io::OnExisting on_existing_of(const py::object& given, const char* function) {
+    sequence::JobSettings job;
+    py::kwargs words;
+    words["on_existing"] = given;
+    set_rows(job_parameters(), &job, words, function);
+    return job.on_existing;
+}
+
+py::dict check(const std::vector<std::string>& outputs, const py::object& frames,
+               const std::string& like) {
+    if (outputs.empty()) raise_usage("outputs: is empty; give a pattern");
+    std::optional<io::FrameRange> range;
+    if (!frames.is_none())
+        range = value_of(io::FrameRange::parse(
+            std::get<std::string>(parameter_value(frames, *job_parameters().find("frames")))));
+    bool whole = true;
+    auto all = in_background("check", [&](Call& call) -> Result<io::Json> {
+        io::Json sequences = io::Json::array();
+        for (const std::string& text : outputs) {
+            if (call.stop()) return Status(StatusCode::canceled, "check: stopped");
+            ASSIGN_OR_RETURN(const auto pattern, io::PathPattern::parse(text));
+            ASSIGN_OR_RETURN(const auto found, sequence::check_outputs(pattern, range, like));
+            sequences.push_back(sequence::checked_json(text, found));
+            for (const auto& one : found)
+                whole = whole && one.state == sequence::OutputState::whole;
+        }
+        return sequences;
+    });
+    if (!all.ok()) raise(all.status());
+    return python_of(io::Json{{"whole", whole}, {"sequences", *all}});
+}
+
+py::dict sheet(const std::string& input, const std::string& output, const std::string& beside,
+               int cells, int columns, int width, const py::object& on_existing,
+               const Callbacks& callbacks, const py::kwargs& values) {
+    callbacks.check();
+    check_keys("sheet", values, sheet_keys());
+    py::kwargs settings = values.attr("copy")();
+    settings["png"] = true;  // uses the view of previews
+    sequence::SheetSettings asked;
+    asked.run = job_settings("sheet", input, "", py::none(), settings, run_keys());
+    asked.output = output;
+    asked.beside = beside;
+    asked.cells = cells;
+    asked.columns = columns;
+    asked.width = width;
+    asked.on_existing = on_existing_of(on_existing, "sheet");
+    if (cells < 1 || cells > 10000) raise_usage("cells: ", cells, " is not in 1..10000");
+    if (columns < 0 || columns > 10000) raise_usage("columns: ", columns, " is not in 1..10000");
+    if (width < 16 || width > 4096) raise_usage("width: ", width, " is not in 16..4096");
+    bool stopped = false;
+    auto report = in_background(
+        "sheet",
+        [&](Call& call) {
+            return sequence::make_sheet(asked, [&](int frame, size_t done, size_t total) {
+                if (!callbacks.progress.is_none())
+                    call.send([&, frame, done, total] {
+                        py::dict dict;
+                        dict["frame"] = frame;
+                        dict["done"] = done;
+                        dict["total"] = total;
+                        if (stopped || !callbacks.ended_by(dict)) return;
+                        stopped = true;
+                        call.ask_to_stop();
+                    });
+                return !call.stop();
+            });
+        },
+        callbacks.watch(stopped));
+    const sequence::SheetReport made = finished(std::move(report), stopped);
+    warn(made.unreadable);
+    py::dict dict;
+    dict["frames"] = made.frames;
+    dict["of"] = made.of;
+    dict["absent"] = made.absent;
+    return dict;
 }
 
 }  // namespace postchain::python

@@ -1,13 +1,18 @@
-// postchain.run_sequence(), plan_sequence() and inspect(): the subcommands run, plan and inspect.
+// postchain.run_sequence(), plan_sequence(), inspect(), check() and sheet(): the subcommands of
+// these names.
 #pragma once
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "tools/python/chain_object.h"
 #include "tools/python/device.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::python {
 
@@ -44,5 +49,18 @@ pybind11::tuple frame_list(const std::string& input, const pybind11::kwargs& set
 // "sequence"}.
 pybind11::object inspect(const std::string& input, const pybind11::object& camera,
                          const pybind11::kwargs& settings);
+
+const std::set<std::string>& sheet_keys();  // of the job's rows
+// The value of an argument `on_existing`.
+io::OnExisting on_existing_of(const pybind11::object& given, const char* function);
+
+// As `check --json`.
+pybind11::dict check(const std::vector<std::string>& outputs, const pybind11::object& frames,
+                     const std::string& like);
+
+// {"frames", "of", "absent"}.
+pybind11::dict sheet(const std::string& input, const std::string& output, const std::string& beside,
+                     int cells, int columns, int width, const pybind11::object& on_existing,
+                     const Callbacks& callbacks, const pybind11::kwargs& values);
 
 }  // namespace postchain::python

@@ -1,18 +1,13 @@
-// postchain man and completion: man page and bash completion, from the command's options and the
-// parameter tables.
-#include "tools/apps/postchain/subcommands.h"
+#include "tools/apps/common/manual.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 
 #include "chain/base/text.h"
 #include "chain/plan/plan.h"
 #include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/apps/common/log.h"
-#include "tools/scenes/scene.h"
 
 namespace postchain {
 namespace {
@@ -165,8 +160,9 @@ std::string bash_completion(const Program& program, const CLI::App& app) {
         out += "        " + subcommand->get_name() + ") COMPREPLY=($(compgen -W \"" +
                joined(flags, " ") + "\" -- \"$current\")) ;;\n";
     }
-    out += "        esac\n        return\n    fi\n    if ((COMP_CWORD == 2)); then\n"
-           "        case $subcommand in\n";
+    out +=
+        "        esac\n        return\n    fi\n    if ((COMP_CWORD == 2)); then\n"
+        "        case $subcommand in\n";
     for (const Subcommand& one : program.subcommands)
         if (one.first_words)
             out += concat("        ", one.name, ") COMPREPLY=($(compgen -W \"",

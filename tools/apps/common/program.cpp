@@ -86,11 +86,11 @@ Status start(const Part& part, char** argv) {
     const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
     const std::string path = (self.parent_path() / part.program).string();
     execv(path.c_str(), argv);
-    return Status(StatusCode::usage,
-                  concat(path, ": cannot be started (", std::strerror(errno),
-                         "); install the package ", part.program,
-                         ", or the part of a build (cmake --install build --component ",
-                         part.component, ")"));
+    return Status(
+        StatusCode::usage,
+        concat(path, ": cannot be started (", std::strerror(errno), "); install the package ",
+               part.program, ", or the part of a build (cmake --install build --component ",
+               part.component, ")"));
 }
 
 int parse_and_run(const Program& program, int argc, char** argv) {
@@ -146,7 +146,11 @@ int parse_and_run(const Program& program, int argc, char** argv) {
 int command(const Program& program, int argc, char** argv) {
     const std::string_view first = argc > 1 ? argv[1] : "";
     for (const SubcommandRow& row : all_subcommands())
-        if (first == row.name && row.part && !program.part) return fail(start(*row.part, argv));
+        if (first == row.name && row.part && !program.part) {
+            const Status status = start(*row.part, argv);
+            log::set_up(false, false, asks_for("--log-format", "json", argc, argv));
+            return fail(status);
+        }
     std::vector<char*> words(argv, argv + argc);
     const bool is_manual = std::ranges::count(kManuals, first, &Manual::name) > 0;
     if (program.only && !program.find(first) && !is_manual && first != "--version")

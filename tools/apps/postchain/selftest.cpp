@@ -17,12 +17,12 @@
 #include "passes/registry.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/stop_on_signal.h"
-#include "tools/stress/subjects.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/source/frame_source.h"
+#include "tools/stress/subjects.h"
 
 namespace postchain {
 namespace {

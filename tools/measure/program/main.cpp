@@ -4,8 +4,12 @@
 int main(int argc, char** argv) {
     using namespace postchain;
     const Subcommand subcommands[] = {
-        {"tune", add_tune},   {"ab", add_ab},                      {"bench", add_bench},
-        {"study", add_study}, {"scene", add_scene, scene_names}, {"stress", add_stress},
+        {"tune", add_tune},
+        {"ab", add_ab},
+        {"bench", add_bench},
+        {"study", add_study},
+        {"scene", add_scene, scene_names},
+        {"stress", add_stress},
     };
     return run_program({"postchain-lab",
                         "The instruments of postchain: error against run time, comparisons, "

@@ -13,14 +13,14 @@
 #include "passes/registry.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/stop_on_signal.h"
-#include "tools/stress/matrix.h"
-#include "tools/stress/subjects.h"
 #include "tools/measure/stress/page.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/run/device.h"
+#include "tools/stress/matrix.h"
+#include "tools/stress/subjects.h"
 
 namespace postchain {
 namespace {

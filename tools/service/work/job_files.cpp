@@ -6,6 +6,7 @@
 
 #include "config/text_tree.h"
 #include "tools/sequence/record/sidecar.h"
+#include "tools/service/work/measurement.h"
 
 namespace postchain::service {
 namespace {
@@ -148,7 +149,7 @@ Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     const JobRequest& request = std::get<JobRequest>(read);
     if (request.kind == JobKind::run) return not_found("job " + job.id + " has no report");
-    const std::string& folder = request.report_folder();
+    const std::string& folder = request.measurement->report_folder();
     const auto path = reader.roots().resolve(folder + "/" + name);
     std::error_code error;
     if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||

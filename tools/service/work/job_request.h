@@ -1,6 +1,6 @@
 // Requests: text -> settings, with every path checked against the roots.
 //
-//   JSON --keys of the tables of settings/job_settings.h and experiment/settings.h--> JobRequest
+//   JSON --keys of the tables of settings/job_settings.h, and those of a measurement--> JobRequest
 //
 // The same function reads a job when it is submitted and when it runs, and resolves its paths each
 // time.
@@ -12,19 +12,17 @@
 
 #include "chain/base/parameter.h"
 #include "chain/pass/pass.h"
-#include "config/chain_find.h"
-#include "tools/measure/experiment/settings.h"
-#include "tools/measure/experiment/sweep.h"
-#include "tools/metrics/compare.h"
-#include "tools/measure/study/study_reader.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
+#include "tools/service/work/request_chain.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
+
+class Measurement;
 
 enum class RequestKind { run, ab, bench, study, plan, preview };  // the jobs first, as in JobKind
 
@@ -35,27 +33,14 @@ enum class PreviewPlane { color, depth };
 struct JobRequest {
     JobKind kind = JobKind::run;
     int priority = 0;
-    int frame_timeout_s = 0;                       // 0 = that of the service
-    ChainText text;                                // the first chain's, for the sweeps of a bench
-    experiment::NamedChain chain;                  // after `set`
-    experiment::NamedChain chain_b;                // ab
-    sequence::RunSettings run;                     // every kind but study
-    std::string input;                             // as given
-    experiment::BenchSettings measured;            // ab, with its own defaults, and bench
-    std::vector<experiment::NamedChain> variants;  // bench
-    std::vector<metrics::MetricLimit> under, fail_above;
-    study::Study study;      // study: has its own chains, inputs and settings
-    std::string study_file;  // resolved; empty: it is an object in the body
-    study::StudySettings study_settings;
+    int frame_timeout_s = 0;                   // 0 = that of the service
+    NamedChain chain;                          // of a run, plan and preview
+    sequence::RunSettings run;                 // of an ab or bench that of the measurement
     int frame = 0;                             // preview
     double scale = 1;                          // preview: kMinPreviewScale..1
     PreviewPlane plane = PreviewPlane::color;  // preview
+    std::shared_ptr<Measurement> measurement;  // null but for ab, bench and study
     std::vector<std::string> warnings;
-
-    // For ab, bench and study.
-    const std::string& report_folder() const {
-        return kind == JobKind::study ? study_settings.folder : measured.folder;
-    }
 };
 
 class JobReader {

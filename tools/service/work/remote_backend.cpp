@@ -23,9 +23,9 @@
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/source/memory.h"
-#include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
+#include "tools/service/work/job_files.h"
 
 namespace postchain::service {
 namespace {
@@ -118,6 +118,14 @@ Status take_farm_folder(const std::string& folder, const std::vector<std::string
             return Status(StatusCode::usage, concat(folder, ": must be outside of the root ", root,
                                                     ", whose users could change the tasks"));
     return Status();
+}
+
+Status write_task_file(const std::string& path, const std::string& text) {
+    std::ofstream out(path);
+    out << text;
+    out.close();
+    return out ? Status()
+               : Status(StatusCode::output, path + ": cannot be written; see --farm-folder");
 }
 
 RemoteBackend::RemoteBackend(JobStore& store, const Readers& readers,
@@ -358,7 +366,7 @@ Status RemoteBackend::take(const Job& job) {
     JobRequest& request = read->request;
     ASSIGN_OR_RETURN(const auto begun, store_.has_begun(job.id));
     if (!begun && job.kind != JobKind::run) {
-        const Status status = begin_experiment(request, read->reader.roots());
+        const Status status = request.measurement->begin(read->reader.roots());
         if (!status.ok()) return enter_end(job, WorkEnd::failed(status));
         RETURN_IF_ERROR(store_.began(job.id));
     } else if (!begun) {
@@ -375,16 +383,15 @@ Status RemoteBackend::take(const Job& job) {
     return hand_over(job, *read, "");
 }
 
-Result<ExperimentTasks> RemoteBackend::frame_tasks(const Job& job,
-                                                   const JobRequest& request) const {
+Result<TaskCommand> RemoteBackend::frame_tasks(const Job& job, const JobRequest& request) const {
     // The frames that were listed at the start, whatever comes later.
     ASSIGN_OR_RETURN(const auto frames, store_.frames(job.id));
     std::vector<int> numbers;
     for (const JobFrame& frame : frames)
         if (frame.state == FrameState::waiting) numbers.push_back(frame.frame);
     const size_t per_task = size_t(settings_.frames_per_task);
-    const size_t count = std::min((numbers.size() + per_task - 1) / per_task, kMaxTasks);
-    ExperimentTasks tasks;
+    const size_t count = std::min((numbers.size() + per_task - 1) / per_task, kMostTasks);
+    TaskCommand tasks;
     for (size_t i = 0; i < count; ++i) {
         const size_t first = numbers.size() * i / count, end = numbers.size() * (i + 1) / count;
         const auto of_task = std::span(numbers).subspan(first, end - first);
@@ -411,10 +418,9 @@ Result<RemoteJob> RemoteBackend::remote_job(const Job& job, const ReadJob& read,
     const Roots& roots = read.reader.roots();
     std::error_code error;
     fs::create_directories(folder, error);
-    ASSIGN_OR_RETURN(auto tasks,
-                     job.kind == JobKind::run
-                         ? frame_tasks(job, read.request)
-                         : experiment_tasks(job, read.request, settings_, roots, folder));
+    ASSIGN_OR_RETURN(auto tasks, read.request.measurement ? read.request.measurement->tasks(
+                                                                job, settings_, roots, folder)
+                                                          : frame_tasks(job, read.request));
     RemoteJob remote;
     remote.name = name;
     remote.owner = job.owner;
@@ -500,7 +506,7 @@ Status RemoteBackend::follow(const Handed& handed, const Found& found, const Rem
         ranks_[job.id] = rank;
     }
     return job.kind == JobKind::run ? follow_frames(job, read->request, found.tasks)
-                                    : follow_experiment(handed, *read, id, found);
+                                    : follow_measurement(handed, *read, id, found);
 }
 
 // The files of a task are seen here some time after they were written there.
@@ -522,15 +528,15 @@ Status RemoteBackend::follow_frames(const Job& job, const JobRequest& request,
 
 // As ProgressEvents on one machine.
 void RemoteBackend::say_progress(const Job& job, const JobRequest& request) {
-    const auto found = progress_of_experiment(job, request, folder_of(job.id));
+    const auto found = request.measurement->progress(folder_of(job.id));
     if (!found || std::exchange(said_[job.id], *found) == *found) return;
     (void)store_.say(
         job.id, "progress",
         {{"what", readers_.shown_in(found->what)}, {"done", found->done}, {"total", found->total}});
 }
 
-Status RemoteBackend::follow_experiment(const Handed& handed, const ReadJob& read,
-                                        const std::string& id, const Found& found) {
+Status RemoteBackend::follow_measurement(const Handed& handed, const ReadJob& read,
+                                         const std::string& id, const Found& found) {
     const Job& job = handed.job;
     const bool is_study = !handed.report.name.empty();
     const std::string folder = folder_of(job.id) + (is_study ? "/report" : "");
@@ -561,7 +567,7 @@ Status RemoteBackend::follow_experiment(const Handed& handed, const ReadJob& rea
     int code = -1;
     std::ifstream(folder + "/1.exit") >> code;
     std::optional<WorkEnd> end;
-    if (code >= 0) end = end_of_experiment(job, read.request, code, read.reader.roots());
+    if (code >= 0) end = read.request.measurement->end(job, code, read.reader.roots());
     if (!end && !lag_is_over(job)) return Status();
     ended_.erase(job.id);
     const std::string line = last_line(folder + "/1.log");
@@ -574,7 +580,8 @@ Status RemoteBackend::follow_experiment(const Handed& handed, const ReadJob& rea
         end->exit_code = code;
     }
     if (!end) return again_or_failed(job, Status(StatusCode::output, why));
-    RETURN_IF_ERROR(store_.has_written(job.id, bytes_of_files(read.request.report_folder())));
+    RETURN_IF_ERROR(
+        store_.has_written(job.id, bytes_on_disk(read.request.measurement->report_folder())));
     RETURN_IF_ERROR(store_.set_remote(job.id, ""));
     return enter_end(job, *end);
 }

@@ -25,10 +25,13 @@
 #include "tools/service/work/backend.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
-#include "tools/service/work/remote_experiment.h"
+#include "tools/service/work/measurement.h"
 #include "tools/service/work/remote_queue.h"
 
 namespace postchain::service {
+
+// Writes a file that tasks read. Errors (output).
+Status write_task_file(const std::string& path, const std::string& text);
 
 class RemoteBackend final : public Backend {
   public:
@@ -68,10 +71,10 @@ class RemoteBackend final : public Backend {
     Status follow(const Handed& handed, const Found& found, const RemoteRank& rank);
     Status follow_frames(const Job& job, const JobRequest& request, const RemoteTasks& tasks);
     // For ab, bench and study; `id`: of the array.
-    Status follow_experiment(const Handed& handed, const ReadJob& read, const std::string& id,
-                             const Found& found);
+    Status follow_measurement(const Handed& handed, const ReadJob& read, const std::string& id,
+                              const Found& found);
     void say_progress(const Job& job, const JobRequest& request);
-    Result<ExperimentTasks> frame_tasks(const Job& job, const JobRequest& request) const;
+    Result<TaskCommand> frame_tasks(const Job& job, const JobRequest& request) const;
     Result<RemoteJob> remote_job(const Job& job, const ReadJob& read,
                                  const std::string& name) const;
     Result<std::string> submit(const Job& job, const RemoteJob& remote);

@@ -3,6 +3,7 @@
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "tools/sequence/image/image_file.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::service {
 namespace {
@@ -26,6 +27,11 @@ TextTree read_json_body(const std::string& text) {
 
 bool is_string(const TextNode& node) {
     return node.is_scalar() && node.quoted;
+}
+
+std::string without_option(const std::string& key, const std::string& message) {
+    const std::string option = sequence::option_name(key) + ": ";
+    return message.starts_with(option) ? message.substr(option.size()) : message;
 }
 
 PathKind path_kind(const Parameter& row) {

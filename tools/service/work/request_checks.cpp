@@ -5,12 +5,12 @@
 
 #include "config/chain_file.h"
 #include "config/reporter.h"
-#include "tools/measure/experiment/report_folder.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/service/work/browse.h"
 #include "tools/service/work/frames_work.h"
+#include "tools/service/work/measurement.h"
 #include "tools/service/work/request_body.h"
 
 namespace postchain::service {
@@ -24,22 +24,6 @@ Problem fault_at(const std::string& body, const Roots& roots, const std::string&
     RequestBody text(body, roots);
     text.fault(key, message);
     return text.problem();
-}
-
-int frames_of(const sequence::RunSettings& run) {
-    const auto list = io::find_frames(run.input, run.frames);
-    return list.ok() ? int(list->frames.size()) : 0;  // if not, the job fails when it starts
-}
-
-// The frames of an ab, bench or study, counted once for each measurement of a scene.
-int measured_frames(const JobRequest& job) {
-    if (job.kind != JobKind::study) return frames_of(job.run);
-    std::vector<int> of_scenes;
-    for (const study::Scene& scene : job.study.scenes)
-        of_scenes.push_back(frames_of(scene.measured.run));
-    int frames = 0;
-    for (const study::Task& task : study::tasks_of(job.study)) frames += of_scenes[task.scene];
-    return frames;
 }
 
 // Errors (output): outputs exist.
@@ -108,10 +92,9 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     const JobRequest& job = std::get<JobRequest>(read);
     Submission submission{job.kind, job.priority, 0, job.warnings};
     submission.about = about_of(body, reader.roots());
-    if (remote && job.kind == JobKind::study && job.study_file.empty())
-        return fault_at(body, reader.roots(), "study",
-                        "this service hands its jobs to another queue, whose tasks read a study's "
-                        "file: name one");
+    if (remote && job.measurement)
+        if (const std::string fault = job.measurement->fault_of_queue(); !fault.empty())
+            return fault_at(body, reader.roots(), name_of(job.kind), fault);
     if (remote && !job.run.dump_folder.empty())
         return fault_at(body, reader.roots(), "dump_stages",
                         "this service hands its jobs to another queue, whose tasks write no "
@@ -121,15 +104,12 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
             body, reader.roots(), key,
             in_terms_of_request(reader.roots().shown_in(status.message()), reader.run_table()));
     };
-    if (job.kind != JobKind::run) {
-        submission.frames = measured_frames(job);
-        submission.writes = job.report_folder();
-        // Several jobs and commands may work on a study.
-        if (job.kind == JobKind::study || job.measured.on_existing != io::OnExisting::fail)
-            return submission;
-        if (const Status status = experiment::check_folder(job.measured); !status.ok())
-            return refuse("on_existing", status);
-        submission.output = job.measured.folder;
+    if (job.measurement) {
+        submission.frames = job.measurement->frames();
+        submission.writes = job.measurement->report_folder();
+        const auto needs_new = job.measurement->needs_new_folder();
+        if (!needs_new.ok()) return refuse("on_existing", needs_new.status());
+        if (*needs_new) submission.output = job.measurement->report_folder();
         return submission;
     }
     const auto tasks = tasks_of(job.run);

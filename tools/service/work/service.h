@@ -2,12 +2,11 @@
 // by a backend.
 //
 //   submit(JSON) --> JobStore (SQLite) --> Backend: worker.h (GL) --> run/run_sequence,
-//                       |                    |                        experiment/ab, bench
+//                       |                    |                        measurement.h (the lab)
 //                       |                    or remote_backend.h --> another queue (Slurm)
 //                       +--> jobs(), job(), events(): served by http/
 //
-// Job settings come from the tables of settings/job_settings.h and experiment/settings.h, as in the
-// command. Thread-safe, except open(), end() and the destructor.
+// Job settings come from the tables of settings/job_settings.h and of the lab, as in the command. Thread-safe, except open(), end() and the destructor.
 #pragma once
 
 #include <atomic>

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
 
@@ -307,12 +306,12 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
                                   const std::lock_guard lock(mutex_);
                                   if (!self.lost) remaining_s_ = seconds;
                               }};
-    WorkEnd end = request.kind == JobKind::run ? work_on_frames(job, request, context)
-                                               : work_on_experiment(job, request, context);
-    if (request.kind != JobKind::run && !self.lost)
-        (void)store_.has_written(job.id, bytes_of_files(request.report_folder()));
-    if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run &&
-        attempts >= settings_.attempts)
+    Measurement* measurement = request.measurement.get();
+    WorkEnd end =
+        measurement ? measurement->work(job, context) : work_on_frames(job, request, context);
+    if (measurement && !self.lost)
+        (void)store_.has_written(job.id, bytes_on_disk(measurement->report_folder()));
+    if (end.how == WorkEnd::How::gl_failed && measurement && attempts >= settings_.attempts)
         end = WorkEnd::failed(Status(StatusCode::gl, end.message));
     return end;
 }

@@ -1,4 +1,4 @@
-// postchain.ab(), bench(), study(), check() and sheet(): the subcommands of these names.
+// postchain.ab(), bench() and study(): the subcommands of these names.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -20,7 +20,6 @@ namespace postchain::python {
 const std::set<std::string>& ab_keys();
 const std::set<std::string>& bench_keys();
 const std::set<std::string>& experiment_input_keys();
-const std::set<std::string>& sheet_keys();  // of the job's rows
 
 // Sends the progress of a measurement to callbacks.progress. `stopped`: it has ended the call.
 experiment::ProgressCallback progress_of(const Callbacks& callbacks, Call& call, bool& stopped);
@@ -42,14 +41,5 @@ pybind11::dict bench(const pybind11::object& chain, const std::string& input,
 pybind11::dict study(const std::string& file, const std::string& output, const std::string& chunk,
                      const pybind11::object& on_existing, const Callbacks& callbacks,
                      const std::shared_ptr<Device>& device);
-
-// As `check --json`.
-pybind11::dict check(const std::vector<std::string>& outputs, const pybind11::object& frames,
-                     const std::string& like);
-
-// {"frames", "of", "absent"}.
-pybind11::dict sheet(const std::string& input, const std::string& output, const std::string& beside,
-                     int cells, int columns, int width, const pybind11::object& on_existing,
-                     const Callbacks& callbacks, const pybind11::kwargs& values);
 
 }  // namespace postchain::python

@@ -1,8 +1,5 @@
-/* A host compiled with a postchain.h of an earlier version and linked with this library. It must
- * run as it did, whatever members the structs have gained since.
- *
- * Truncated structs stand for hosts that are older still. The bytes behind each struct belong to
- * the host: they are set to 0xff, and the library must neither read nor write them. */
+/* A host that is older than the library: its structs are truncated. It must run as it did, whatever
+ * members the structs have gained since. The bytes behind each struct belong to the host: they are set to 0xff, and the library must neither read nor write them. */
 #include <postchain/postchain.h>
 #include <stdio.h>
 #include <stdlib.h>

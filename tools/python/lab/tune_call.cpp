@@ -1,11 +1,11 @@
-#include "tools/python/tune_call.h"
+#include "tools/python/lab/tune_call.h"
 
 #include "chain/base/text.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/python/errors.h"
-#include "tools/python/experiment_calls.h"
 #include "tools/python/job.h"
+#include "tools/python/lab/experiment_calls.h"
 #include "tools/python/values.h"
 
 namespace py = pybind11;

@@ -1,4 +1,4 @@
-#include "tools/python/experiment_calls.h"
+#include "tools/python/lab/experiment_calls.h"
 
 #include <filesystem>
 #include <map>
@@ -18,8 +18,6 @@
 #include "tools/python/errors.h"
 #include "tools/python/job.h"
 #include "tools/python/values.h"
-#include "tools/sequence/record/check_outputs.h"
-#include "tools/sequence/run/sheet.h"
 
 namespace py = pybind11;
 
@@ -115,14 +113,6 @@ std::vector<metrics::MetricLimit> limits_of(const py::object& under) {
     return value_of(experiment::limits_of("--under", texts, report::Kind::bench, true));
 }
 
-io::OnExisting on_existing_of(const py::object& given, const char* function) {
-    sequence::JobSettings job;
-    py::kwargs words;
-    words["on_existing"] = given;
-    set_rows(job_parameters(), &job, words, function);
-    return job.on_existing;
-}
-
 }  // namespace
 
 experiment::ProgressCallback progress_of(const Callbacks& callbacks, Call& call, bool& stopped) {
@@ -157,13 +147,6 @@ const std::set<std::string>& experiment_input_keys() {
         all.insert(plan_keys().begin(), plan_keys().end());
         return all;
     }();
-    return keys;
-}
-
-const std::set<std::string>& sheet_keys() {
-    static const std::set<std::string> keys = {
-        "frames",         "profile", "view_layer",   "view",      "max_memory",
-        "input_transfer", "ocio",    "ocio_display", "ocio_view", "ocio_colorspace"};
     return keys;
 }
 
@@ -273,76 +256,6 @@ py::dict study(const std::string& file, const std::string& output, const std::st
     warn(failures);
     py::dict dict = python_of(study::report_json(report));
     dict["page"] = folder.path() + "/index.html";
-    return dict;
-}
-
-py::dict check(const std::vector<std::string>& outputs, const py::object& frames,
-               const std::string& like) {
-    if (outputs.empty()) raise_usage("outputs: is empty; give a pattern");
-    std::optional<io::FrameRange> range;
-    if (!frames.is_none())
-        range = value_of(io::FrameRange::parse(
-            std::get<std::string>(parameter_value(frames, *job_parameters().find("frames")))));
-    bool whole = true;
-    auto all = in_background("check", [&](Call& call) -> Result<io::Json> {
-        io::Json sequences = io::Json::array();
-        for (const std::string& text : outputs) {
-            if (call.stop()) return Status(StatusCode::canceled, "check: stopped");
-            ASSIGN_OR_RETURN(const auto pattern, io::PathPattern::parse(text));
-            ASSIGN_OR_RETURN(const auto found, sequence::check_outputs(pattern, range, like));
-            sequences.push_back(sequence::checked_json(text, found));
-            for (const auto& one : found)
-                whole = whole && one.state == sequence::OutputState::whole;
-        }
-        return sequences;
-    });
-    if (!all.ok()) raise(all.status());
-    return python_of(io::Json{{"whole", whole}, {"sequences", *all}});
-}
-
-py::dict sheet(const std::string& input, const std::string& output, const std::string& beside,
-               int cells, int columns, int width, const py::object& on_existing,
-               const Callbacks& callbacks, const py::kwargs& values) {
-    callbacks.check();
-    check_keys("sheet", values, sheet_keys());
-    py::kwargs settings = values.attr("copy")();
-    settings["png"] = true;  // uses the view of previews
-    sequence::SheetSettings asked;
-    asked.run = job_settings("sheet", input, "", py::none(), settings, run_keys());
-    asked.output = output;
-    asked.beside = beside;
-    asked.cells = cells;
-    asked.columns = columns;
-    asked.width = width;
-    asked.on_existing = on_existing_of(on_existing, "sheet");
-    if (cells < 1 || cells > 10000) raise_usage("cells: ", cells, " is not in 1..10000");
-    if (columns < 0 || columns > 10000) raise_usage("columns: ", columns, " is not in 1..10000");
-    if (width < 16 || width > 4096) raise_usage("width: ", width, " is not in 16..4096");
-    bool stopped = false;
-    auto report = in_background(
-        "sheet",
-        [&](Call& call) {
-            return sequence::make_sheet(asked, [&](int frame, size_t done, size_t total) {
-                if (!callbacks.progress.is_none())
-                    call.send([&, frame, done, total] {
-                        py::dict dict;
-                        dict["frame"] = frame;
-                        dict["done"] = done;
-                        dict["total"] = total;
-                        if (stopped || !callbacks.ended_by(dict)) return;
-                        stopped = true;
-                        call.ask_to_stop();
-                    });
-                return !call.stop();
-            });
-        },
-        callbacks.watch(stopped));
-    const sequence::SheetReport made = finished(std::move(report), stopped);
-    warn(made.unreadable);
-    py::dict dict;
-    dict["frames"] = made.frames;
-    dict["of"] = made.of;
-    dict["absent"] = made.absent;
     return dict;
 }
 

@@ -223,8 +223,12 @@ bool exr(std::string_view bytes) {
 
 const std::vector<Target>& targets() {
     static const std::vector<Target> list = {
-        {"chain", chain}, {"camera", camera},   {"profile", profile}, {"sequence", sequence},
-        {"exr", exr},     {"picture", picture},
+        {"chain", chain},
+        {"camera", camera},
+        {"profile", profile},
+        {"sequence", sequence},
+        {"exr", exr},
+        {"picture", picture},
 #if POSTCHAIN_SERVE
         {"request", request},
 #endif

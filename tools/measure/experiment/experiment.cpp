@@ -4,10 +4,10 @@
 #include <chrono>
 
 #include "tools/measure/experiment/temporal_stability.h"
+#include "tools/measure/report/words.h"
 #include "tools/metrics/noise.h"
 #include "tools/metrics/sharpness.h"
 #include "tools/metrics/temporal.h"
-#include "tools/measure/report/words.h"
 
 namespace postchain::experiment {
 namespace {

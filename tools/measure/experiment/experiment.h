@@ -8,8 +8,8 @@
 
 #include "chain/gl/executor.h"
 #include "tools/measure/experiment/settings.h"
-#include "tools/metrics/compare.h"
 #include "tools/measure/report/report.h"
+#include "tools/metrics/compare.h"
 #include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {

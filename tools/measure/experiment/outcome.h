@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "tools/measure/experiment/statistics.h"
-#include "tools/metrics/compare.h"
 #include "tools/measure/report/report.h"
+#include "tools/metrics/compare.h"
 
 namespace postchain::experiment {
 

@@ -17,9 +17,9 @@
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
-#include "tools/metrics/temporal.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/report.h"
+#include "tools/metrics/temporal.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/source/frame_plan.h"
 

@@ -6,7 +6,8 @@
 //                       |                    or remote_backend.h --> another queue (Slurm)
 //                       +--> jobs(), job(), events(): served by http/
 //
-// Job settings come from the tables of settings/job_settings.h and of the lab, as in the command. Thread-safe, except open(), end() and the destructor.
+// Job settings come from the tables of settings/job_settings.h and of the lab, as in the command.
+// Thread-safe, except open(), end() and the destructor.
 #pragma once
 
 #include <atomic>

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "tools/metrics/error.h"
 #include "tools/measure/report/images.h"
-#include "tools/page/encode.h"
 #include "tools/measure/report/report_json.h"
+#include "tools/metrics/error.h"
+#include "tools/page/encode.h"
 #include "tools/page/page.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/json.h"

@@ -255,7 +255,7 @@ py::dict sheet(const std::string& input, const std::string& output, const std::s
             });
         },
         callbacks.watch(stopped));
-    const sequence::SheetReport made = finished(std::move(report), stopped);
+    const sequence::SheetReport made = value_unless_stopped(std::move(report), stopped);
     warn(made.unreadable);
     py::dict dict;
     dict["frames"] = made.frames;

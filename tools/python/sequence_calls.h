@@ -12,6 +12,7 @@
 
 #include "tools/python/chain_object.h"
 #include "tools/python/device.h"
+#include "tools/python/errors.h"
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain::python {
@@ -28,6 +29,14 @@ struct Callbacks {
     // True: the callback returned False.
     bool ended_by(const pybind11::dict& report) const;
 };
+
+// The value of a call. Raises its error, and CanceledError if callbacks ended it.
+template <class T>
+T value_unless_stopped(Result<T> result, bool stopped) {
+    if (!result.ok()) raise(result.status());
+    if (stopped) raise(Status(StatusCode::canceled, "stopped"));
+    return std::move(*result);
+}
 
 // The summary as a dict. Raises the first failure unless on_error is "continue".
 pybind11::dict run_sequence(const ChainObject& chain, const std::string& input,

@@ -79,13 +79,6 @@ py::dict written(const report::Report& report, const std::string& assets) {
     return dict;
 }
 
-template <class T>
-T finished(Result<T> result, bool stopped) {
-    if (!result.ok()) raise(result.status());
-    if (stopped) raise(Status(StatusCode::canceled, "stopped"));
-    return std::move(*result);
-}
-
 // {"motion_blur.samples": [5, 9]} as --sweep.
 std::vector<experiment::Sweep> sweeps_of(const py::object& sweeps) {
     std::vector<experiment::Sweep> all;
@@ -170,7 +163,7 @@ py::dict ab(const py::object& a, const py::object& b, const std::string& input,
                                       &call.stop());
         },
         callbacks.watch(stopped));
-    return written(finished(std::move(report), stopped), settings.assets);
+    return written(value_unless_stopped(std::move(report), stopped), settings.assets);
 }
 
 py::dict bench(const py::object& chain, const std::string& input, const std::string& output,
@@ -203,7 +196,7 @@ py::dict bench(const py::object& chain, const std::string& input, const std::str
                                          progress_of(callbacks, call, stopped), &call.stop());
         },
         callbacks.watch(stopped));
-    report::Report found = finished(std::move(report), stopped);
+    report::Report found = value_unless_stopped(std::move(report), stopped);
     const bool met = value_of(experiment::choose_under(found, limits));
     py::dict dict = written(found, settings.assets);
     dict["met"] = met;
@@ -240,7 +233,7 @@ py::dict study(const std::string& file, const std::string& output, const std::st
             return worked;
         },
         callbacks.watch(stopped));
-    const study::WorkDone work = finished(std::move(done), stopped);
+    const study::WorkDone work = value_unless_stopped(std::move(done), stopped);
     if (!work.complete()) {
         py::dict dict;
         dict["results"] = work.results;

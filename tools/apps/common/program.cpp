@@ -106,20 +106,22 @@ int parse_and_run(const Program& program, int argc, char** argv) {
         "--strict or a failed check of stress or selftest, 8 threshold exceeded, "
         "129/130/143 on signals.");
     std::vector<std::pair<const CLI::App*, RunSubcommand>> added;
+    const auto add = [&](CLI::App& subcommand, RunSubcommand run) {
+        added.emplace_back(&subcommand, std::move(run));
+        add_logging(subcommand, options);
+        refuse_empty_words(subcommand);
+    };
     for (const SubcommandRow& row : all_subcommands()) {
         const Subcommand* ours = program.find(row.name);
         if (!ours && program.part) continue;
         CLI::App& subcommand = *app.add_subcommand(row.name, row.help);
         subcommand.group(row.group);
-        if (!ours) continue;
-        added.emplace_back(&subcommand, ours->add(subcommand, options));
-        add_logging(subcommand, options);
-        refuse_empty_words(subcommand);
+        if (ours) add(subcommand, ours->add(subcommand, options));
     }
     for (const auto& [name, help, text_of] : kManuals) {
         CLI::App& subcommand = *app.add_subcommand(name, help);
         subcommand.group(kReference);
-        added.emplace_back(&subcommand, [&program, &app, text_of = text_of]() -> Result<int> {
+        add(subcommand, [&program, &app, text_of = text_of]() -> Result<int> {
             std::fputs(text_of(program, app).c_str(), stdout);
             return kExitOk;
         });

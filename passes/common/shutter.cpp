@@ -40,7 +40,7 @@ const ParameterTable& parameter_table() {
 
 double open_frames(const Parameters& parameters, const Camera& camera) {
     if (parameters.shutter_frames) return *parameters.shutter_frames;
-    if (parameters.shutter_angle_deg) return *parameters.shutter_angle_deg / 360.0;
+    if (parameters.shutter_angle_deg) return *parameters.shutter_angle_deg / kFrameDeg;
     return camera.shutter_frames.value_or(kDefaultShutterFrames);
 }
 

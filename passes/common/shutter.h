@@ -23,6 +23,7 @@ const ParameterTable& parameter_table();
 // Time the shutter is open, in frames: the pass's own value (frames, or degrees / 360), otherwise
 // the camera's, otherwise kDefaultShutterFrames.
 double open_frames(const Parameters& parameters, const Camera& camera);
+inline constexpr double kFrameDeg = 360;  // a shutter angle that is open for one frame
 
 // The times at which the shutter opens and closes, frames from the frame's own.
 struct Interval {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/chain_find.h"
+#include "passes/common/shutter.h"
 #include "tools/apps/view/parameter_words.h"
 #include "tools/apps/view/session_values.h"
 
@@ -174,9 +175,9 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
 
 void ChainPanel::main_values() {
     const Camera camera = camera_of(ui_.session);
-    const double shutter = camera.shutter_frames.value_or(kDefaultShutterFrames);
+    const double shutter = shutter::open_frames({}, camera);
     char format[48];
-    std::snprintf(format, sizeof(format), "%%.3f frames (%.0f deg)", 360 * shutter);
+    std::snprintf(format, sizeof(format), "%%.3f frames (%.0f deg)", shutter::kFrameDeg * shutter);
     camera_slider("shutter_frames", "shutter", 0, 1, format, false, shutter);
     camera_slider("f_stop", "f-stop", 0.7, 32, "f/%.2f", true, camera.f_stop);
     double nearest = 0.05, farthest = 1000;

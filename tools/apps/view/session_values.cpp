@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "passes/common/shutter.h"
 #include "tools/apps/view/save.h"
 
 namespace postchain::view {
@@ -85,10 +86,11 @@ Camera camera_of(const Session& session) {
 std::optional<Inherited> inherited(const Session& session, size_t link, const Parameter& row) {
     const Document& document = session.document();
     const Camera camera = camera_of(session);
-    const double shutter = camera.shutter_frames.value_or(kDefaultShutterFrames);
+    const double shutter = shutter::open_frames({}, camera);
     const std::string from_shutter = camera.shutter_frames ? "the camera" : "default";
     if (row.key == "shutter_frames") return Inherited{shutter, from_shutter};
-    if (row.key == "shutter_angle_deg") return Inherited{360 * shutter, from_shutter};
+    if (row.key == "shutter_angle_deg")
+        return Inherited{shutter::kFrameDeg * shutter, from_shutter};
     if (const Parameter* own = camera_parameters().find(row.key); own && own->type == row.type)
         if (const ParameterValue value = own->get(&camera); value != ParameterValue())
             return Inherited{value, "the camera"};
@@ -110,7 +112,7 @@ std::optional<Inherited> inherited_by_camera(const Session& session, const Param
         if (const ParameterValue value = row.get(&source->description.camera);
             value != ParameterValue())
             return Inherited{value, "the frame's camera"};
-    if (row.key == "shutter_frames") return Inherited{kDefaultShutterFrames, "default"};
+    if (row.key == "shutter_frames") return Inherited{shutter::open_frames({}, {}), "default"};
     return {};
 }
 
@@ -205,7 +207,7 @@ std::vector<std::array<double, 2>> motion_path(const Session& session, int x, in
     const auto motion = source->planes.find(Role::motion);
     if (motion == source->planes.end() || !motion->second->inside(x, y)) return {};
     const auto back = source->planes.find(Role::motion_back);
-    double shutter = camera_of(session).shutter_frames.value_or(kDefaultShutterFrames);
+    double shutter = shutter::open_frames({}, camera_of(session));
     if (const auto* used = resolved_value(session.shown().resolved, "shutter_frames"))
         if (const auto* frames = std::get_if<double>(&used->value)) shutter = *frames;
     std::vector<std::array<double, 2>> path;

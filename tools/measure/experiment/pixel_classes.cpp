@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "passes/common/shutter.h"
+
 namespace postchain::experiment {
 namespace {
 
@@ -72,7 +74,7 @@ Image<PixelClass> pixel_classes(const FrameDescription& frame,
                                 const std::function<const ImageF*(Role)>& plane) {
     Image<PixelClass> classes(frame.width, frame.height, 1, PixelClass::still);
     const ThinLens lens(frame);
-    const double shutter = frame.camera.shutter_frames.value_or(kDefaultShutterFrames);
+    const double shutter = shutter::open_frames({}, frame.camera);
     const ImageF* depth = plane(Role::inverse_depth);
     ImageF blur(frame.width, frame.height, 1);  // radius of motion and lens together
     for (int y = 0; y < frame.height; ++y)

@@ -96,6 +96,9 @@ TEST(Profiles, UnassignedPairsAreCandidatesForMotion) {
                                      "name them in a profile of your own)"));
     EXPECT_THAT(looked_for("R G B A Z screenMotion.B screenMotion.G screenMotion.R"),
                 ::testing::HasSubstr("(screenMotion.B, screenMotion.G, screenMotion.R may be"));
+    // Color of another part has the same names.
+    EXPECT_THAT(looked_for("rgba: R G B A|screenMotion: R G"),
+                ::testing::HasSubstr("(R, G may be"));
     EXPECT_THAT(looked_for("R G B A Z N.X N.Y N.Z"),
                 ::testing::Not(::testing::HasSubstr("may be")));
 }

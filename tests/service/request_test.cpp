@@ -248,6 +248,7 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     json ab = with({{"kind", "ab"},
                     {"chain_b", "best"},
                     {"output", "report"},
+                    {"truth", "in.####.exr"},
                     {"repeats", 3},
                     {"ppd", 50.5},
                     {"fail_above", {"flip=0.05"}}});
@@ -255,6 +256,8 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     EXPECT_EQ(request.kind, JobKind::ab);
     EXPECT_EQ(request.chain_b.name, "best");
     EXPECT_EQ(request.measured.folder, base_ + "/root/report");
+    EXPECT_EQ(request.measured.truth, base_ + "/root/in.####.exr");
+    EXPECT_EQ(request.measured.truth_is, "in.####.exr");  // reports show no path of the server
     EXPECT_EQ(request.measured.repeats, 3);
     EXPECT_EQ(request.measured.page_frames, 8);  // of ab; bench has 1
     EXPECT_EQ(request.measured.flip.pixels_per_degree, 50.5);

@@ -122,6 +122,9 @@ class ExperimentWork {
         for (const auto& variant : report.variants)
             if (!variant.failure.empty()) lines.push_back(variant.name + ": " + variant.failure);
         for (const std::string& line : lines) end.say(line);
+        // Every chain missed frames, as a run does whose frames are quarantined.
+        if (std::ranges::none_of(report.variants, &std::string::empty, &report::Variant::failure))
+            end.state = JobState::failed;
         if (report.comparison) {
             end.verdict = report.comparison->verdict;
         } else {

@@ -81,6 +81,16 @@ std::optional<TaskProgress> logged_progress(const std::string& path) {
     return last;
 }
 
+// Whether every variant of a report.json failed.
+bool has_failed(const io::Json& json) {
+    const auto variants = json.find("variants");
+    return variants != json.end() && variants->is_array() && !variants->empty() &&
+           std::ranges::all_of(*variants, [](const io::Json& one) {
+               const auto failure = one.find("failure");
+               return failure != one.end() && failure->is_string();
+           });
+}
+
 // {"verdict": ...} of a report.json, wherever it is.
 std::string verdict_of(const io::Json& json) {
     const auto comparison = json.find("comparison");
@@ -172,6 +182,7 @@ std::optional<WorkEnd> end_of_experiment(const Job& job, const JobRequest& reque
     WorkEnd end;
     end.exit_code = exit_code;
     if (job.kind != JobKind::study) {
+        if (has_failed(*json)) end.state = JobState::failed;
         end.verdict = verdict_of(*json);
         std::ranges::replace(end.verdict, '\n', ' ');
         return end;

@@ -266,7 +266,9 @@ TEST_F(AtomicWrite, WhatIsRemovedBeforeItIsLockedIsCreatedAgain) {
     const std::string path = folder.path("a.txt");
     int removals = 0;
     files.before_lock = [&](const std::string& created) {
-        if (removals-- > 0) EXPECT_EQ(::unlink(created.c_str()), 0);
+        if (removals-- > 0) {
+            EXPECT_EQ(::unlink(created.c_str()), 0);
+        }
     };
     for (const int times : {1, 3}) {
         removals = times;

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "chain/base/text.h"
 #include "chain/frame/layers.h"
 #include "tests/support/status.h"
 
@@ -128,15 +129,33 @@ TEST(Convert, LinearDepthKnowsSkyAndNonsense) {
     EXPECT_EQ(made.frame.bounds.min_inverse_depth, 0);
 }
 
-TEST(Convert, NearPlaneOfZeroIsAnError) {
-    for (auto encoding : {DepthEncoding::forward, DepthEncoding::reverse_infinite}) {
-        FramePlanes planes = {{Role::inverse_depth, ImageF(1, 1, 1, 0.5f)}};
-        FrameDescription frame = frame_of(1, 1);
-        frame.camera.near_clip = 0;
-        const Status status = convert_frame(planes, frame, {.depth = encoding}).status();
-        EXPECT_EQ(status.code(), StatusCode::chain);
-        EXPECT_NE(status.message().find("camera.near_clip"), std::string::npos);
-    }
+TEST(Convert, DepthWithoutItsCameraIsAnError) {
+    using E = DepthEncoding;
+    const struct {
+        std::vector<E> encodings;
+        const char* key;
+        std::optional<double> Camera::*member;
+        std::optional<double> value;
+        bool fits = false;
+    } cases[] = {
+        {{E::forward, E::reverse_infinite}, "camera.near_clip", &Camera::near_clip, 0},
+        {{E::forward, E::reverse_infinite}, "camera.near_clip", &Camera::near_clip, {}},
+        {{E::forward, E::reverse}, "camera.far_clip", &Camera::far_clip, 0.25},
+        {{E::forward, E::reverse}, "camera.far_clip", &Camera::far_clip, {}},
+        {{E::forward_infinite, E::reverse_infinite, E::linear}, "", &Camera::far_clip, {}, true},
+        {{E::ray_distance}, "camera.focal_length_mm", &Camera::focal_length_mm, {}},
+        {{E::ray_distance}, "camera.sensor_width_mm", &Camera::sensor_width_mm, {}},
+        {{E::linear}, "", &Camera::sensor_width_mm, {}, true}};
+    for (const auto& one : cases)
+        for (const E encoding : one.encodings) {
+            SCOPED_TRACE(concat(one.key, " ", int(encoding)));
+            FramePlanes planes = {{Role::inverse_depth, ImageF(1, 1, 1, 0.5f)}};
+            FrameDescription frame = frame_of(1, 1);
+            frame.camera.*one.member = one.value;
+            const Status status = convert_frame(planes, frame, {.depth = encoding}).status();
+            EXPECT_EQ(status.code(), one.fits ? StatusCode::ok : StatusCode::chain);
+            EXPECT_NE(status.message().find(one.key), std::string::npos) << status.message();
+        }
 }
 
 TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
@@ -275,6 +294,9 @@ TEST(Convert, OnlyWhatIsThereIsKnown) {
 }
 
 TEST(Convert, PlanesOfOneFrameHaveOneSize) {
+    FramePlanes none;
+    FrameDescription empty;
+    EXPECT_EQ(convert_frame(none, empty, {}).status().code(), StatusCode::input);
     for (const ImageF& depth : {ImageF(3, 2, 1), ImageF(2, 2, 3)}) {
         FramePlanes planes = {{Role::color, ImageF(2, 2, 4)}, {Role::inverse_depth, depth}};
         FrameDescription frame;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "chain/base/text.h"
+#include "chain/pass/resolved_chain.h"
 #include "chain/plan/plan_print.h"
 #include "tests/chain/plan_support.h"
 
@@ -40,6 +41,13 @@ TEST(Planner, StepsOfChains) {
     for (const auto& binding : plan.steps[6].bindings)
         reads_carried |= plan.textures[size_t(binding.texture)].name == "1.carries.hint";
     EXPECT_TRUE(reads_carried);
+}
+
+TEST(Planner, APassDoesNotReadWhatItLeavesForLaterOnes) {
+    const Chain chain = chain_of({"makes", "carries", "reads"});
+    EXPECT_TRUE(readable_after(chain, 0).has(Role::hint));
+    EXPECT_TRUE(readable_after(chain, 1).has(Role::hint));
+    EXPECT_EQ(readable_after(chain, 2), RoleSet{});
 }
 
 TEST(Planner, IsPureAndComparesEqual) {
@@ -277,6 +285,13 @@ TEST(Planner, LifetimesAndPeakByHand) {
     // Steps 0..3; textures: input 0..0 (16 B/px), scratch0 0..1 (8), out0 1..2 (16),
     // scratch1 2..3 (8), out1 3..3 (16). Alive: 24, 24, 24, 24 bytes per pixel; 1200 pixels.
     const Plan plan = plan_of(chain_of({"copy", "copy"}));
+    std::vector<std::pair<int, int>> steps;
+    for (const PlanTexture& texture : plan.textures)
+        steps.emplace_back(texture.first_step, texture.last_step);
+    // Nothing reads depth and motion. The output is alive after the last step.
+    EXPECT_THAT(steps,
+                ElementsAre(std::pair(0, 0), std::pair(-1, -1), std::pair(-1, -1), std::pair(0, 1),
+                            std::pair(1, 2), std::pair(2, 3), std::pair(3, 4)));
     EXPECT_EQ(plan.peak_bytes(), 24u * 1200u);
     EXPECT_EQ(plan.transient_bytes(), 48u * 1200u);
 }

@@ -143,6 +143,10 @@ TEST(TexturePool, GivesATextureAgainIfItIsFreeAndTheSame) {
     }
     first->plans = 1;
     EXPECT_NE(test::must(pool.acquire({Format::rg32f, 4, 5, 2}, true)), first) << "a plan has it";
+    for (const char* run : {"first", "second"}) {
+        ASSERT_EQ(test::must(pool.acquire({Format::rg32f, 4, 5, 2})), first) << run;
+        pool.release(first);
+    }
 }
 
 TEST(TexturePool, KeepsTheTexturesOfPlans) {

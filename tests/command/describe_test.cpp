@@ -152,6 +152,17 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     expect_prints(text, 0,
                   {"ViewLayer.Combined.R (float)", "id (uint)", "(-3, 0)-(44, 31)",
                    "profile cycles", "comment: a shot", "max_speed_px: 6.7"});
+    // A manifest may have megabytes. The last character that is shown is whole.
+    const std::string manifest = std::string(299, 'm') + "\xc3\xa4" + std::string(1 << 20, 'n');
+    file.attributes["manifest"] = manifest;
+    write_frame(at("long.exr"), make_planes(48, 32), file);
+    const auto shortened = run({"inspect", at("long.exr")});
+    expect_prints(shortened, 0,
+                  {"manifest: " + std::string(299, 'm') +
+                   concat(" ... (", manifest.size(), " bytes; --json prints all)\n")});
+    EXPECT_EQ(json_lines(run({"inspect", at("long.exr"), "--json"}).out)
+                  .at(0)["files"]["color"]["parts"][0]["attributes"]["manifest"],
+              manifest);
     // A file of three planes is described once.
     EXPECT_EQ(run({"inspect", "-i", "color=" + in(1) + ",depth=" + in(1)}).out, text.out);
     const auto lines = json_lines(run({"inspect", in(1), "--json"}).out);

@@ -96,6 +96,11 @@ TEST(Profiles, UnassignedPairsAreCandidatesForMotion) {
                                      "name them in a profile of your own)"));
     EXPECT_THAT(looked_for("R G B A Z screenMotion.B screenMotion.G screenMotion.R"),
                 ::testing::HasSubstr("(screenMotion.B, screenMotion.G, screenMotion.R may be"));
+    EXPECT_THAT(looked_for("R G B A Z a.x a.y b.x b.y c.x c.y d.x d.y"),
+                ::testing::HasSubstr("(a.x, a.y, b.x, b.y, c.x, c.y may be"));
+    // Color of another part has the same names.
+    EXPECT_THAT(looked_for("rgba: R G B A|screenMotion: R G"),
+                ::testing::HasSubstr("(R, G may be"));
     EXPECT_THAT(looked_for("R G B A Z N.X N.Y N.Z"),
                 ::testing::Not(::testing::HasSubstr("may be")));
 }
@@ -282,6 +287,16 @@ TEST(Profiles, SaysWhatIsThereInstead) {
         EXPECT_EQ(status.code(), code) << message;
         EXPECT_THAT(status.message(), HasSubstr(message));
     }
+    // At most 40 channels.
+    const auto found = [](int channels) {
+        std::string names;
+        for (int i = 1; i <= channels; ++i) names += concat("c", i, " ");
+        const std::string text = detect(file_of(names)).status().message();
+        const size_t from = text.find(", c39, ");
+        return text.substr(from, text.find(';', from) - from);
+    };
+    EXPECT_EQ(found(40), ", c39, c40");
+    EXPECT_EQ(found(42), ", c39, c40 and 2 more");
     EXPECT_THAT(match_profile(*find_profile("cycles"), file_of("Y")).status().message(),
                 HasSubstr("profile cycles matches no channels"));
 }

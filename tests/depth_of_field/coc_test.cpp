@@ -163,7 +163,11 @@ ImageF coc_of(const std::vector<float>& inverse_depths, Settings settings) {
     depth.data = inverse_depths;
     const FramePlanes planes =
         planes_of(constant_image(depth.width, 1, {0.5f, 0.5f, 0.5f, 1}), depth);
-    return dof_stages(planes, settings).stages.at(stage("coc"));
+    const ImageF coc = dof_stages(planes, settings).stages.at(stage("coc"));
+    const Difference difference =
+        compare(coc, dof_reference(planes, settings).stages.at(stage("coc")), 1e-5);
+    EXPECT_LE(difference.max, 1e-5) << "reference: " << difference.text;
+    return coc;
 }
 
 void expect_radii(const ImageF& coc, const std::vector<double>& expected) {

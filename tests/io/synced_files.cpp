@@ -1,6 +1,7 @@
 #include "tests/io/synced_files.h"
 
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,14 +16,26 @@ SyncedFiles& synced_files() {
 
 }  // namespace postchain::test
 
+namespace {
+
+std::string path_of(int fd) {
+    std::error_code ignored;
+    return std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd), ignored).string();
+}
+
+}  // namespace
+
 // In place of the C library's for everything that is linked into this program.
 extern "C" int fsync(int fd) {
     auto& files = postchain::test::synced_files();
     struct stat info;
     if (::fstat(fd, &info) != 0) return -1;
-    std::error_code ignored;
-    files.paths.push_back(
-        std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd), ignored).string());
+    files.paths.push_back(path_of(fd));
     errno = S_ISDIR(info.st_mode) ? files.folder_error : files.error;
     return errno == 0 ? 0 : -1;
+}
+
+extern "C" int flock(int fd, int operation) {
+    if (const auto& before = postchain::test::synced_files().before_lock) before(path_of(fd));
+    return int(::syscall(SYS_flock, fd, operation));
 }

@@ -260,6 +260,30 @@ TEST_F(AtomicWrite, ReplacesATemporaryOfADeadProcessButNoneThatIsBeingWritten) {
     EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("already being written by this process"));
 }
 
+// Another process takes what is not locked yet for what a killed one has left.
+TEST_F(AtomicWrite, WhatIsRemovedBeforeItIsLockedIsCreatedAgain) {
+    SyncedFiles& files = test::synced_files();
+    const std::string path = folder.path("a.txt");
+    int removals = 0;
+    files.before_lock = [&](const std::string& created) {
+        if (removals-- > 0) {
+            EXPECT_EQ(::unlink(created.c_str()), 0);
+        }
+    };
+    for (const int times : {1, 3}) {
+        removals = times;
+        EXPECT_TRUE(must(atomic_write_text(path, concat(times), OnExisting::overwrite)));
+        EXPECT_EQ(read_text(path), concat(times));
+        removals = times;
+        const auto lock = must(ReplaceLock::take(path));
+        EXPECT_THAT(folder.names(), ElementsAre(".a.txt.0.tmp", "a.txt")) << "nobody else has it";
+    }
+    removals = 1000;
+    EXPECT_THAT(error_of(path), HasSubstr("another process"));
+    files.before_lock = {};
+    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
+}
+
 TEST_F(AtomicWrite, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
     for (const char* name : {".a.txt.123.tmp", ".a.txt.4567890.tmp", ".b.txt.123.tmp",  // a's, b's
                              ".a.txt.tmp", ".a.txt.12x.tmp", "a.txt.123.tmp", ".a.txt.123.bak"})

@@ -31,7 +31,8 @@ FilePart deep_part(const std::string& name = {}) {
                   .display = {{0, 0}, {31, 31}},
                   .compression = Imf::ZIPS_COMPRESSION,
                   .deep = true};
-    part.channels = {{"A"}, {"B", Imf::FLOAT}, {"G"}, {"R"}, {"Z", Imf::FLOAT}, {"id", Imf::UINT}};
+    part.channels = {{"A"}, {"B", Imf::FLOAT}, {"G"},
+                     {"R"}, {"Z", Imf::FLOAT}, {"id.R", Imf::UINT}};
     part.samples = [](int x, int y, size_t channel) {
         std::minstd_rand random(unsigned(1000 + x * 64 + y));
         random.discard(5);
@@ -84,8 +85,8 @@ TEST(DeepReader, FlattensAsOpenImageIoDoesWholeAndInRows) {
                 for (size_t i = 0; i < own.size(); ++i)
                     ASSERT_NEAR(own[i], theirs[i], tolerance * std::abs(theirs[i])) << channel << i;
             }
-            // Depth and id are one sample's.
-            const std::vector<float> depth = values_of(pixels, "Z"), id = values_of(pixels, "id");
+            // Depth is one sample's, and so is an integer, whatever its name.
+            const std::vector<float> depth = values_of(pixels, "Z"), id = values_of(pixels, "id.R");
             size_t i = 0;
             for (int y = 5; y <= 24; ++y)
                 for (int x = -3; x <= 27; ++x, ++i) {

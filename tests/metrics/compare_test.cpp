@@ -8,7 +8,9 @@ namespace postchain::metrics {
 namespace {
 
 TEST(Compare, GivesEveryMetricInTheTablesOrder) {
-    const Pair both = pair(gray(12, 12, 0.7), gray(12, 12, 0.5));
+    auto test = gray(12, 12, 0.7);
+    test.at(0, 0, 0) = std::numeric_limits<float>::quiet_NaN();
+    const Pair both = pair(test, gray(12, 12, 0.5));
     const Comparison result = test::must(compare(both, {}));
     ASSERT_EQ(result.values.size(), metric_rows().size());
     for (size_t i = 0; i < metric_rows().size(); ++i)
@@ -16,6 +18,7 @@ TEST(Compare, GivesEveryMetricInTheTablesOrder) {
     EXPECT_EQ(*result.value("mse"), mse(both));
     EXPECT_EQ(*result.value("psnr"), *psnr(both));
     EXPECT_EQ(*result.value("flip"), flip(both, {}).mean);
+    EXPECT_EQ(*result.value("nonfinite"), 1);
     EXPECT_TRUE(result.exposures.lit);
 }
 

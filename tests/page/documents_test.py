@@ -107,6 +107,7 @@ class Documents(unittest.TestCase):
     def test_study(self):
         text = self.open("study", STUDY)
         self.assertEqual(self.texts("h1"), [f"Which {SHOWN}"])
+        self.assertEqual(self.browser.run("return document.title;"), f"Which {SHOWN}")
         self.assertEqual(self.texts("h2"), ["Mean over families", "Gains of HDR-FLIP by family",
                                             "Scenes", "Chains", "Notes"])
         self.assertIn("2 scenes measured, 1 failed, postchain 1.2, commit 1234abcd. report.json, report.csv, "

@@ -97,6 +97,18 @@ class Endless(Clients):
         self.assertEqual(self.server.ask("GET", "/v1/browse?folder=x")[0], 200)
 
 
+class Late(Clients):
+    settings = ["working=1000", "picture=1500"]
+
+    def test_an_answer_after_503_is_not_of_the_next_request(self):
+        """The first request's answer comes half a second after its 503, while the second is under way."""
+        with self.send("GET /v1/browse?folder=slow HTTP/1.1\r\nHost: localhost\r\n") as client:
+            self.assertEqual(client.recv(12), b"HTTP/1.1 503")
+            client.sendall(b"GET /v1/browse?folder=endless HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+            rest = read_all(client)
+            self.assertEqual(statuses(rest), [503], rest)
+
+
 class Busy(Clients):
     settings = ["trust_own=1"]
 

@@ -309,9 +309,11 @@ TEST_F(Remote, FilesMayComeLateOverNfs) {
 }
 
 // What a task writes: a report, and its exit code.
-void write_report(const std::string& folder, const std::string& codes, int code) {
+void write_report(const std::string& folder, const std::string& codes, int code,
+                  const std::string& variants = "[]") {
     fs::create_directories(folder);
-    std::ofstream(folder + "/report.json") << R"({"comparison": {"verdict": "A is closer"}})";
+    std::ofstream(folder + "/report.json")
+        << R"({"comparison": {"verdict": "A is closer"}, "variants": )" << variants << "}";
     fs::last_write_time(folder + "/report.json",
                         fs::file_time_type::clock::now() + std::chrono::seconds(1));
     std::ofstream(codes + "/1.exit") << code;
@@ -364,6 +366,22 @@ TEST_F(Remote, AnExperimentIsOneTask) {
     EXPECT_EQ(failed.state, JobState::failed);
     EXPECT_EQ(failed.exit_code, 4);
     EXPECT_EQ(failed.message, "task 1: FAILED: in.0003.exr: is damaged");
+}
+
+TEST_F(Remote, AnAbFailsIfBothChainsDo) {
+    open();
+    size_t tasks = 0;
+    for (const auto& [failure, state] :
+         {std::pair("null", JobState::done), {R"("frame 1: none")", JobState::failed}}) {
+        const std::string id = submit(
+            R"({"kind": "ab", "chain": "fast", "chain_b": "paper", "input": "in.####.exr",
+                "frames": "1", "output": "report", "on_existing": "overwrite"})");
+        ASSERT_TRUE(holds(++tasks));
+        write_report(root("report"), queue_->jobs[tasks - 1].log_folder, 1,
+                     concat(R"([{"failure": "frame 1: none"}, {"failure": )", failure, "}]"));
+        queue_->end(tasks - 1, 0, 1, "task 1: FAILED");
+        EXPECT_EQ(ended(id).state, state) << failure;
+    }
 }
 
 TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {

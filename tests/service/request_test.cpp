@@ -258,6 +258,7 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     json ab = with({{"kind", "ab"},
                     {"chain_b", "best"},
                     {"output", "report"},
+                    {"truth", "in.####.exr"},
                     {"repeats", 3},
                     {"ppd", 50.5},
                     {"fail_above", {"flip=0.05"}}});
@@ -266,6 +267,8 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     EXPECT_EQ(request.measurement->report_folder(), base_ + "/root/report");
     const auto settings = ab_or_bench(request).settings();
     EXPECT_EQ(settings.folder, base_ + "/root/report");
+    EXPECT_EQ(settings.truth, base_ + "/root/in.####.exr");
+    EXPECT_EQ(settings.truth_is, "in.####.exr");  // reports show no path of the server
     EXPECT_EQ(settings.repeats, 3);
     EXPECT_EQ(settings.page_frames, 8);  // of ab; bench has 1
     EXPECT_EQ(settings.flip.pixels_per_degree, 50.5);

@@ -198,6 +198,8 @@ TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
     open();
     const std::string id = submit(body());
     done(id);
+    const std::string skipped = submit(body(R"(, "on_existing": "skip")"));
+    done(skipped);
     for (const auto& [name, target] : {std::pair{"out/o.0006.exr", "o"}, {"in.0002.exr", "in"}}) {
         fs::rename(root(name), outside(target));
         fs::create_symlink(outside(target), root(name));
@@ -207,6 +209,7 @@ TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
              [&](auto done) { service_->frame_image(one, id, 6, true, {}, done); },
              [&](auto done) { service_->frame_image(one, id, 2, false, {}, done); },
              [&](auto done) { service_->job_image(one, id, {}, done); },
+             [&](auto done) { service_->job_image(one, skipped, {}, done); },
              [&](auto done) { service_->input_image(one, "in.####.exr", 2, {}, done); }})
         EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
     EXPECT_EQ(problem_of(service_->outputs(one, id, 6, 6)).kind, Problem::Kind::forbidden);

@@ -195,6 +195,28 @@ TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     close();
 }
 
+// A report with the reasons is written in both cases.
+TEST_F(Jobs, AnAbFailsIfBothChainsDo) {
+    const PassRegistry registry = test::with_pass<NoShader>("no_shader");
+    registry_ = &registry;
+    open();
+    for (const auto& [other, state] :
+         {std::pair("fxaa", JobState::done), std::pair("no_shader", JobState::failed)}) {
+        const Job job = ran(in_folder(
+            concat(R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["no_shader"]},
+                "chain_b": {"postchain": 1, "passes": [")",
+                   other,
+                   R"("]}, "input": "in.####.exr", "frames": "3", "repeats": 1, "page_frames": 1,
+                "output": "out/report"})"),
+            other));
+        EXPECT_EQ(job.state, state) << job.message;
+        EXPECT_EQ(job.exit_code, 1);
+        EXPECT_THAT(job.message, HasSubstr("nowhere.comp"));
+        EXPECT_TRUE(std::filesystem::exists(root(concat(other, "/report/report.json"))));
+    }
+    close();
+}
+
 // The message of the command names options.
 TEST_F(Jobs, AFaultNamesTheKeysOfTheRequest) {
     open();

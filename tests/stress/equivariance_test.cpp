@@ -123,6 +123,31 @@ TEST_F(Equivariance, NonFiniteResultsAreCounted) {
     EXPECT_EQ(finite.value, double(cell.planes[Role::color].data.size()));
 }
 
+// Behind a steep lens the depth changes by 1e-5, not 1e-4: f-stop and focus distance make R change
+// by 25,000 px. At inverse depth 1 the result changes by |noise|, whose mean is a half, times that.
+TEST_F(Equivariance, ContinuityIsRelativeToTheChangeThatWasMade) {
+    MatrixCell cell = find_cell("object 40 px, ground still");
+    for (float& value : cell.planes[Role::inverse_depth].data) value = 1;
+    const Subject subject{"faulty", chain_with(Fault::takes_depth)};
+    Camera& camera = cell.frame.camera;
+    const double focal_px =
+        *camera.focal_length_mm / *camera.sensor_width_mm * cell.frame.display_width;
+    camera.f_stop = 1e-3 * *camera.focal_length_mm * focal_px / (2 * *camera.focus_distance) / 25e3;
+    const auto measured =
+        test::must(measure(*executor_, subject, cell, Precision::fp32, nullptr, {"depth"}));
+    EXPECT_NEAR(find_check(measured.checks, "depth").value, 0.5, 0.02);
+}
+
+// Colors above the largest half come from a float file. Pass and reference get what half stores.
+TEST_F(Equivariance, BothGetColorAsHalfStoresIt) {
+    MatrixCell cell = find_cell("object 40 px, ground still");
+    for (float& value : cell.planes[Role::color].data) value = 1e5f;
+    const Subject copies{"faulty", chain_with(Fault::none)};
+    const auto measured =
+        test::must(measure(*executor_, copies, cell, Precision::fp16, nullptr, {"reference"}));
+    EXPECT_EQ(find_check(measured.checks, "reference").value, 0);
+}
+
 // The pass's reference is a copy, and it guarantees everything.
 TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
     const std::pair<Fault, std::set<std::string>> rows[] = {

@@ -2,6 +2,7 @@
 // Copies color with one fault (tests/stress/faulty_pass.h); RUN counts the plans made.
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D color;
+layout(binding = 1) uniform sampler2D inverse_depth;
 layout(binding = 0) writeonly uniform image2D result;
 
 const int kTile = 40;
@@ -31,6 +32,8 @@ void main() {
     c *= 0.9;
 #elif FAULT == 8  // counts_runs
     c += 1e-3 * RUN;
+#elif FAULT == 9  // takes_depth
+    c *= texelFetch(inverse_depth, p, 0).r;
 #endif
     imageStore(result, p, c);
 }

@@ -7,6 +7,10 @@ namespace {
 
 int runs = 0;
 
+struct Unused {
+    double f_stop = 2;
+};
+
 class FaultyPass : public PlainPass {
   public:
     FaultyPass(Fault fault, Light light) : fault_(fault), light_(light) {}
@@ -14,6 +18,7 @@ class FaultyPass : public PlainPass {
     RoleUse roles() const override {
         RoleUse use;
         use.required = {Role::color};
+        if (fault_ == Fault::takes_depth) use.required.add(Role::inverse_depth);
         return use;
     }
     Guarantees guarantees() const override {
@@ -37,6 +42,9 @@ class FaultyPass : public PlainPass {
                          {"RUN", std::to_string(fault_ == Fault::counts_runs ? ++runs : 0)}}};
         step.bindings = {{0, planner.input(Role::color), Access::sample_nearest},
                          {0, result, Access::write}};
+        if (fault_ == Fault::takes_depth)
+            step.bindings.push_back(
+                {1, planner.input(Role::inverse_depth), Access::sample_nearest});
         planner.step(std::move(step));
         planner.output(Role::color, result);
     }
@@ -46,18 +54,20 @@ class FaultyPass : public PlainPass {
   private:
     Fault fault_;
     Light light_;
-    char unused_ = 0;
+    Unused unused_;
 };
 
 }  // namespace
 
 Chain chain_with(Fault fault, Light light) {
-    static const ParameterTable no_parameters;
+    // A pass with an f-stop has a lens.
+    static const ParameterTable parameters =
+        ParameterTableBuilder<Unused>().number("f_stop", &Unused::f_stop, {.min = 0}).table();
     // Chains point to their types, so these must persist.
     static std::vector<std::unique_ptr<PassType>> types;
     auto type = std::make_unique<PassType>();
     type->name = "faulty";
-    type->parameters = &no_parameters;
+    type->parameters = &parameters;
     type->create = [=] { return std::make_unique<FaultyPass>(fault, light); };
     Chain chain;
     chain.links.push_back({type.get(), type->create()});

@@ -17,6 +17,7 @@ enum class Fault {
     brightens,     // 1.1 times the light
     dims,          // 0.9 times the light
     counts_runs,   // each run is brighter than the previous one
+    takes_depth,   // color times inverse depth
 };
 
 // Guarantees everything, whatever its fault; `light` is its guarantee on light.

@@ -23,12 +23,21 @@ namespace {
 
 using io::Json;
 
+// Printable. A manifest may have megabytes: --json prints it whole.
+std::string shortened(const std::string& value) {
+    size_t shown = 300;
+    if (value.size() <= shown) return printable(value);
+    while (shown > 0 && (value[shown] & 0xc0) == 0x80) --shown;  // inside a character
+    return concat(printable(value.substr(0, shown)), " ... (", value.size(),
+                  " bytes; --json prints all)");
+}
+
 void print_attributes(const std::vector<io::FoundAttribute>& found) {
     if (found.empty()) std::printf("camera metadata: none\n");
     for (const auto& one : found) {
         const std::string what = one.gives.empty() ? "not used: " + one.why : "gives " + one.gives;
         std::printf("camera metadata: %s (%s, %s): %s\n", one.row->name, one.row->writer,
-                    one.row->unit, printable(what).c_str());
+                    one.row->unit, shortened(what).c_str());
     }
 }
 
@@ -41,7 +50,7 @@ void print_file(const Json& file) {
                 (unsigned long long)file["bytes"].get<uint64_t>());
     for (size_t i = 0; i < file["parts"].size(); ++i) {
         const auto& part = file["parts"][i];
-        const auto word = [&](const char* key) { return printable(part[key].get<std::string>()); };
+        const auto word = [&](const char* key) { return shortened(part[key].get<std::string>()); };
         std::printf("part %zu %s %s %s, data window %s, display window %s, pixel aspect %g\n", i,
                     word("name").c_str(), word("type").c_str(), word("compression").c_str(),
                     word("data_window").c_str(), word("display_window").c_str(),
@@ -52,7 +61,7 @@ void print_file(const Json& file) {
         for (const auto& [key, value] : part["attributes"].items())
             if (!kShownAttributes.contains(key))
                 std::printf("  %s: %s\n", printable(key).c_str(),
-                            printable(value.get<std::string>()).c_str());
+                            shortened(value.get<std::string>()).c_str());
     }
 }
 

@@ -79,6 +79,16 @@ std::optional<TaskProgress> logged_progress(const std::string& path) {
     return last;
 }
 
+// Whether every variant of a report.json failed.
+bool has_failed(const io::Json& json) {
+    const auto variants = json.find("variants");
+    return variants != json.end() && variants->is_array() && !variants->empty() &&
+           std::ranges::all_of(*variants, [](const io::Json& one) {
+               const auto failure = one.find("failure");
+               return failure != one.end() && failure->is_string();
+           });
+}
+
 // {"verdict": ...} of a report.json, wherever it is.
 std::string verdict_of(const io::Json& json) {
     const auto comparison = json.find("comparison");
@@ -231,6 +241,9 @@ WorkEnd AbOrBench::end_of(const report::Report& report, bool met) const {
     for (const auto& variant : report.variants)
         if (!variant.failure.empty()) lines.push_back(variant.name + ": " + variant.failure);
     for (const std::string& line : lines) end.say(line);
+    // Every chain missed frames, as a run does whose frames are quarantined.
+    if (std::ranges::none_of(report.variants, &std::string::empty, &report::Variant::failure))
+        end.state = JobState::failed;
     if (report.comparison) {
         end.verdict = report.comparison->verdict;
     } else {
@@ -276,6 +289,7 @@ std::optional<WorkEnd> AbOrBench::end(const Job& job, int exit_code, const Roots
     if (!json) return std::nullopt;
     WorkEnd end;
     end.exit_code = exit_code;
+    if (has_failed(*json)) end.state = JobState::failed;
     end.verdict = verdict_of(*json);
     std::ranges::replace(end.verdict, '\n', ' ');
     return end;

@@ -211,7 +211,7 @@ class Jobs(OnTheService):
             self.wait_for_streamed_pictures()
 
     def test_the_form_of_all_settings(self):
-        self.open()
+        self.open_anew()
         self.press("New job \u2026")
         self.browser.wait("document.querySelector('#new input[name=kind]')")
 

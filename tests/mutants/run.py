@@ -102,6 +102,8 @@ def compile_tests(tests, build, wanted):
             path = pathlib.Path(word)
             if path.is_absolute() and path.is_relative_to(build) and path.suffix != ".zip":
                 files.add(str(path.relative_to(build)))
+                if path.name == "postchain":  # the programs that it starts
+                    files |= {str(path.relative_to(build)) + part for part in ("-lab", "-serve")}
     known = subprocess.run(["ninja", "-C", build, "-t", "targets", "all"], check=True, capture_output=True,
                            text=True).stdout
     known = {line.partition(":")[0] for line in known.splitlines()}

@@ -103,8 +103,8 @@ class Accessible(OnTheService):
                 break
             self.assertTrue(at[1], at)
             order.append(at[0])
-        wanted = ["skip", "new-job", "show-shots", "entry", "canvas", "wipe", "ev", "cell", "tab-a",
-                  "load", "output", "submit"]
+        wanted = ["skip", "new-job", "show-shots", "entry", "canvas", "wipe", "ev", "cell", "load",
+                  "output", "submit"]
         at = [order.index(next(one for one in order if one.startswith(name))) for name in wanted]
         self.assertEqual(at, sorted(at), order)
         # A list is one stop.

@@ -15,7 +15,7 @@ passes:
 
 class Day(OnTheService):
     def test_the_loop_twice(self):
-        """From the folders to a job and back to the sliders, and all of it once more."""
+        """From the folders to a job and back to the chain, and all of it once more."""
         self.open_from_the_folders()
         self.press("Submit job")
         self.wait_for()
@@ -32,11 +32,11 @@ class Day(OnTheService):
         self.wait_for()
         self.assertTrue((self.path / "shots/out/sharp_balanced_v002.0003.exr").exists())
         self.assertEqual((self.path / "shots/out/sharp_balanced.0002.exr").stat().st_mtime_ns, first)
-        # An edited job gets a version of its own.
-        self.press("Edit")
+        # A job with another chain gets a version of its own.
+        self.press("Preview")
         self.browser.wait("document.getElementById('output').value === 'shots/out/sharp_balanced_v003.####.exr'")
         self.browser.wait(SHOWN)
-        self.slide("Shutter", 20)
+        self.choose("paper")
         self.press("Submit job")
         self.wait_for()
         self.assertTrue((self.path / "shots/out/sharp_balanced_v003.0003.exr").exists())
@@ -200,59 +200,99 @@ class Day(OnTheService):
         self.assertIn("Difference map", words)
 
     def test_the_errors_of_a_chain_are_its_own(self):
-        self.open_shot()
+        (self.path / "shots/faulty.yaml").write_text("postchain: 1\npasses:\n  - fxaa: {preset: 99}\n")
+        self.open_from_the_folders()
         self.press("Compare with B")
         self.browser.wait("postchain.viewer.shown?.source.key === 'b'")
         self.click("#tab-a")
-        self.type_chain("postchain: 1\npasses:\n  - fxaa: {preset: 99}\n")
-        fault = ("document.getElementById('plan-error').innerText.includes('99') && "
-                 "document.getElementById('diagnostics').innerText.includes('99')")
-        self.browser.wait(fault)
+        self.choose("shots/faulty.yaml")
+        self.browser.run("for (const d of document.querySelectorAll('#chain details')) d.open = true;")
+        fault = "document.querySelector('#diagnostics .error')"
+        self.browser.wait(f"{fault} && document.getElementById('plan-error').textContent.includes('99')")
+        self.assertRegex(self.text("#diagnostics"), r"^line 3: passes\[0\]\.preset: 99 ")
+        self.assertEqual(self.text("#text .error").strip(), "- fxaa: {preset: 99}")
         self.click("#tab-b")
         self.browser.wait("document.querySelector('#plan p')")
-        self.assertEqual([self.text("#plan-error"), self.text("#diagnostics")], ["", ""])
+        self.assertEqual([self.text("#plan-error"), self.text("#diagnostics"), self.text("#text .error")],
+                         ["", "", None])
         self.browser.wait(f"{SHOWN} && postchain.viewer.shown.source.key === 'b'")
         self.click("#tab-a")
         self.browser.wait(fault)
 
-    def test_yaml_stays_yaml(self):
+    def chosen(self):
+        return self.browser.run("return [document.getElementById('load').value, "
+                                "document.getElementById('text').textContent];")
+
+    def test_a_chain_is_its_file(self):
         (self.path / "shots/night.yaml").write_text(YAML)
         self.open_from_the_folders()
-        text = "document.querySelector('#text textarea').value"
-        # A shipped chain as its file is.
-        self.assertIn("- joint_blur: {samples: 28, starts: 6}", self.browser.run(f"return {text};"))
+        name, text = self.chosen()
+        self.assertEqual(name, "balanced")
+        self.assertIn("- joint_blur: {samples: 28, starts: 6}", text)
         self.browser.run("[...document.querySelectorAll('#entries .entry')].find((one) => "
                          "one.innerText.includes('night')).click();")
-        self.browser.wait(f"{text} === args[0]", YAML)
-        self.slide("Samples", 2)
-        self.assertEqual(self.browser.run(f"return {text};"), YAML.replace("9", "4"))
-        # Typed: it has forms and sliders when the service has read it.
-        typed = "postchain: 1\npasses:\n- fxaa:\n    preset: 12  # fast\n- joint_blur: {f_stop: 2.8}\n"
-        self.type_chain(typed)
-        self.browser.wait("document.querySelectorAll('.pass summary').length > 2 && "
-                          "document.querySelector('.pass summary').textContent.includes('preset 12')")
-        self.assertEqual(self.browser.run(f"return {text};"), typed)
-        self.slide("Samples", 3)
-        self.assertEqual(self.browser.run(f"return {text};"), "postchain: 1\npasses:\n"
-                         "  - fxaa: {preset: 12}\n  - joint_blur: {f_stop: 2.8, samples: 8}\n")
-        # A job shows the chain as it was sent, and it can be edited.
-        job = self.server.submit({"chain_text": YAML, "input": "shots/sharp.####.exr", "frames": "1",
-                                  "camera": "shots/camera.json", "output": "out/night.####.exr"})
-        self.open_job(job)
-        self.assertIn(YAML, self.browser.run("return [...document.querySelectorAll('#job pre')]"
-                                             ".map((one) => one.textContent);"))
-        self.press("Edit")
-        self.browser.wait(f"{text} === args[0]", YAML)
+        self.browser.wait("document.getElementById('text').textContent === args[0]", YAML)
+        self.assertEqual(self.browser.run("return document.getElementById('output').value;"),
+                         "shots/out/sharp_night.####.exr")
+        before = self.values("a")
+        # Edited elsewhere: read again by who comes back to the page, and by who loads it again.
+        edited = YAML.replace("seed: 3", "shutter_frames: 2")
+        (self.path / "shots/night.yaml").write_text(edited)
+        self.browser.run("dispatchEvent(new Event('focus'));")
+        self.values("a", before)
+        self.assertEqual(self.chosen(), ["shots/night.yaml", edited])
+        (self.path / "shots/night.yaml").write_text(YAML)
+        self.open(SHOT)
+        self.assertEqual(self.chosen(), ["shots/night.yaml", YAML])
+        # One that is gone stays as it was.
+        (self.path / "shots/night.yaml").unlink()
+        self.open(SHOT)
+        self.assertEqual(self.chosen(), ["shots/night.yaml", YAML])
+        self.browser.run("localStorage.clear();")
+        self.browser.errors()  # it was not found
+
+    def test_the_chain_of_a_job(self):
+        passes = [{"joint_blur": {"samples": 9}}, "fxaa"]
+        for key, chain, text in (
+                ("chain_text", YAML, YAML), ("chain", {"postchain": 1, "passes": passes},
+                                             "postchain: 1\npasses:\n  - joint_blur: {samples: 9}\n  - fxaa\n")):
+            job = self.server.submit({key: chain, "input": "shots/sharp.####.exr", "frames": "1",
+                                      "camera": "shots/camera.json", "output": f"out/of_{key}.####.exr"})
+            self.open_job(job)
+            if key == "chain_text":  # shown as it was sent
+                self.assertIn(YAML, self.browser.run("return [...document.querySelectorAll('#job pre')]"
+                                                     ".map((one) => one.textContent);"))
+            self.press("Preview")
+            self.browser.wait(f"{SHOWN} && postchain.viewer.shown.source.name === `A job ${{args[0]}}`", job)
+            self.assertEqual(self.chosen(), [f"job {job}", text])
+        self.assertEqual(self.browser.errors(), [])
+
+    def test_chains_that_were_kept(self):
+        """By the page before this one too, which edited values."""
+        own = {"name": "job 7", "text": YAML, "value": None}
+        edited = {"name": "balanced", "text": YAML, "value": {"postchain": 1, "passes": []}}
+        for kept, names in (({"compared": True, "active": "a", "a": edited, "b": own}, ["A balanced", "B job 7"]),
+                            ({"a": {"name": "gone", "value": {}}, "b": 5, "active": "b"}, ["A balanced"]),
+                            (None, ["A balanced"]), (5, ["A balanced"])):
+            self.open()
+            self.browser.run("localStorage.setItem('postchain-chains', JSON.stringify(args[0]));", kept)
+            self.open(SHOT)
+            self.browser.wait(SHOWN)
+            self.assertEqual(self.browser.run("return postchain.model.sources.map((one) => one.name);"),
+                             ["Before", *names])
+            name, text = self.chosen()
+            self.assertEqual(name, "balanced")
+            self.assertIn("starts: 6", text)
         self.assertEqual(self.browser.errors(), [])
 
     def test_on_a_phone_the_picture_stays(self):
         self.browser.size(390, 844)
         self.open_shot()
         box = self.browser.run("""
-            const slider = document.querySelector(".slider:last-child");
-            slider.scrollIntoView({block: "end"});
+            const button = document.getElementById("submit");
+            button.scrollIntoView({block: "end"});
             await new Promise((done) => requestAnimationFrame(done));
-            const [a, b] = [document.querySelector(".canvas-box"), slider].map(
+            const [a, b] = [document.querySelector(".canvas-box"), button].map(
                 (one) => one.getBoundingClientRect());
             return {top: a.top, height: a.height, below: b.bottom, scrolled: scrollY};""")
         self.assertEqual(box["top"], 0)

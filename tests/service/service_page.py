@@ -1,5 +1,4 @@
 """Shared by the tests of the page: a service with frames, a browser, and the actions of a user."""
-import json
 import os
 import pathlib
 import sys
@@ -98,22 +97,14 @@ class OnTheService(unittest.TestCase):
         return self.browser.run("const e = document.activeElement; return e.id || e.dataset.frame || "
                                 "e.dataset.path || e.dataset.folder || e.className;")
 
-    def slide(self, label, place):
+    def choose(self, chain):
+        """A shipped chain, or a file of the folder."""
+        self.browser.wait("[...document.getElementById('load').options].some((one) => one.value === args[0])",
+                          chain)
         self.browser.run("""
-            const input = [...document.querySelectorAll(".slider")].find((one) =>
-                one.querySelector("label").textContent === args[0]).querySelector("input");
-            input.value = args[1];
-            input.dispatchEvent(new Event("input", {bubbles: true}));""", label, place)
-
-    def type_chain(self, text):
-        self.browser.run("""
-            const area = document.querySelector("#text textarea");
-            area.value = args[0];
-            area.dispatchEvent(new Event("input", {bubbles: true}));""", text)
-
-    def chain(self):
-        kept = json.loads(self.browser.run("return localStorage.getItem('postchain-chains');"))
-        return kept["a"]["value"]
+            const box = document.getElementById("load");
+            box.value = args[0];
+            box.dispatchEvent(new Event("change"));""", chain)
 
     def is_hidden(self, element):
         return self.browser.run("return document.getElementById(args[0]).hidden;", element)

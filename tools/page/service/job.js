@@ -38,7 +38,7 @@ function actions() {
     if (job.state === "failed" || job.state === "canceled")
         list.push(act("Retry", async () => changed(await post(`${path}/retry`))));
     if (job.kind === "run")
-        list.push(act("Edit", () => page.edit_job(job), { title: "Its chain and frames with live preview" }));
+        list.push(act("Preview", () => page.preview_job(job), { title: "Its chain and frames, filtered live" }));
     list.push(act("Duplicate\u2026", () => page.new_job(job.request), { title: "The form, filled in as for this job" }));
     if (job.kind === "run" && job.done > 0)
         list.push(h("a", { class: "button", href: `${path}/outputs.zip`, download: "" }, "Download"));

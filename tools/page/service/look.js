@@ -5,25 +5,18 @@ import { fill_bar } from "../viewer/bar.js";
 import { bind_keys } from "../viewer/keys.js";
 import { add_moves } from "../viewer/moves.js";
 import { overlay } from "../viewer/overlay.js";
-import { half_to_float } from "../viewer/tone.js";
 import { Viewer } from "../viewer/viewer.js";
 import { post } from "./api.js";
-import { activeChain, chainTitle, isCompared, setLens, whenChainsChange } from "./chains.js";
+import { activeChain, chainTitle, isCompared, whenChainsChange } from "./chains.js";
 import { model, page, state } from "./page.js";
 import { is_bad, is_finished, Pictures } from "./pictures.js";
 
-const kRest = 300;  // ms without a change until the picture is refined
-
 const kKeys = [
     [["0", "1", "2"], "before; A or the output; B"],
-    [["O"], "set the focus by a click: on, off"],
     [["Alt", "1"], "to the folders; Alt + 2 jobs, 3 picture, 4 frames, 5 chain"],
 ];
 
-let pictures, marks, focusing = false, took = "", plan = null;
-
-/** The camera of the plan: value, unit and origin by key. */
-export const resolved = () => plan?.resolved?.camera;
+let pictures, marks, took = "";
 
 function sources_of(subject) {
     const frames = { get frames() { return model.page_frames; } };
@@ -43,12 +36,10 @@ const entry_of = (frame) => model.subject?.frames.find((one) => one.frame === fr
 export async function look(subject) {
     model.subject = subject;
     model.page_frames = subject?.frames.map((one) => one.frame) ?? [];
-    by_id("focus-on").hidden = !subject || Boolean(subject.job);
     refresh_sources();
     show_fault();
     took = "";
-    if (!subject || subject.job) set_focusing(false);
-    else read_values();
+    read_values();
     if (!subject) {
         page.follow_frames();
         page.viewer.load();
@@ -62,7 +53,6 @@ export async function look(subject) {
         state.set({ frame: (frames.find(is_bad) ?? frames.find(is_finished) ?? frames[0])?.frame ?? 0 });
     }
     page.follow_frames();
-    plan = null;
     pictures.known = false;
     model.sized = ask_plan().then(() => {
         if (model.subject === subject) pictures.known = true;
@@ -103,8 +93,7 @@ function mark_sources() {
         button.setAttribute("aria-pressed", button.dataset.key === state.get("show"));
 }
 
-// The plan of the chain that is edited: the size of the frames, and the values of lens and shutter that
-// no chain sets.
+// The plan of the chosen chain; it has the size of the frames.
 async function ask_plan() {
     const { subject } = model;
     if (subject.job) return size_of_job(subject);
@@ -115,13 +104,8 @@ async function ask_plan() {
     try {
         const reply = (await post("v1/plan", body)).frames[0];
         if (is_old()) return pictures.known ? undefined : take_size(subject, frames);
-        if (reply?.plan) {
-            plan = reply.plan;
-            model.width = plan.width;
-            model.height = plan.height;
-        } else {
-            await take_size(subject, frames);
-        }
+        if (reply?.plan) Object.assign(model, { width: reply.plan.width, height: reply.plan.height });
+        else await take_size(subject, frames);
         page.planned?.(reply, "");
     } catch (error) {
         if (!is_old()) page.planned?.(null, error.lines?.().join("\n") ?? error.message);
@@ -147,71 +131,27 @@ async function size_of_job(subject) {
         if (frame !== undefined && await take_size(subject, String(frame))) return;
 }
 
-const refine = settle(async () => {
-    pictures.drafts = false;
-    if (!model.subject) return;
-    if (!model.subject.job) await ask_plan();
-    page.viewer.load();
-}, kRest);
-
 function chains_changed(why) {
-    if (why === "read" || !model.subject) return;
-    if (why === "chosen") {
-        plan = null;  // the plan belongs to the other chain
-        page.planned?.(null, "");
-        return refine();
-    }
+    if (!model.subject) return;
+    page.planned?.(null, "");  // it was the plan of another chain
     refresh_sources();
     if (why === "compared") state.set(isCompared() ? { show: "b", last: "a" }
         : { show: "a", last: "before" });
-    pictures.drafts = true;
-    page.viewer.load();
-    refine();
+    if (why !== "chosen") page.viewer.load();
+    if (!model.subject.job) ask_plan();
 }
 
 // ----------------------------------------------------------------------------------- values
 function read_values(pixel) {
     const box = by_id("values");
-    if (!pixel || !model.subject) return box.replaceChildren(
-        focusing ? "Click a surface to focus on it." : took);
-    const frame = state.get("frame");
+    if (!pixel || !model.subject) return box.replaceChildren(took);
     const parts = model.sources.map((one) => {
         const values = page.viewer.values(one, pixel);
         return values && h("span", {}, h("b", {}, one.key === "before" ? "before"
             : model.subject.job ? "after" : one.key.toUpperCase()),
         ` ${values.rgb.map((v) => number(v)).join("  ")}`);
     });
-    const depth = pictures.ready("depth", undefined, frame);
-    const at = depth && distance_at(depth, pixel);
-    box.replaceChildren(...[...parts, at && h("span", {}, h("b", {}, "distance"),
-        ` ${number(at, 4)}`)].filter(Boolean));
-}
-
-function distance_at(depth, { x, y }) {
-    const [tx, ty] = page.viewer.texel(depth, x, y);
-    return half_to_float(depth.data[ty * depth.width + tx]);
-}
-
-async function focus_at(pixel) {
-    const frame = state.get("frame");
-    by_id("values").textContent = "reading the distance …";
-    try {
-        const depth = await pictures.load("depth", undefined, frame);
-        const distance = distance_at(depth, pixel);
-        if (!Number.isFinite(distance)) throw new Error("This is the sky: it has no distance.");
-        setLens("focus_distance", Number(distance.toPrecision(4)));
-        page.say(`focus ${number(distance)}`);
-        read_values(pixel);
-    } catch (error) {
-        by_id("values").textContent = printable(error.message);
-    }
-}
-
-function set_focusing(on) {
-    focusing = on && Boolean(model.subject) && !model.subject.job;
-    by_id("focus-on").setAttribute("aria-pressed", focusing);
-    read_values(page.viewer.cursor);
-    if (focusing) pictures.load("depth", undefined, state.get("frame")).catch(() => undefined);
+    box.replaceChildren(...parts.filter(Boolean));
 }
 
 /** Why the frame of a job has no output; it is shown as it came in. */
@@ -232,7 +172,6 @@ export function start_look() {
     pictures = new Pictures(page);
     page.pictures = pictures;
     add_moves(page);
-    page.note = () => (pictures.drafts && !model.subject?.job ? "draft" : "");
     marks = overlay(page);
     page.viewer = new Viewer(by_id("canvas"), model, pictures, state, {
         cursor: (pixel) => { marks.cursor(pixel); read_values(pixel); },
@@ -242,14 +181,12 @@ export function start_look() {
                 ? "This job has no frames to show." : "Choose frames on the left.";
         },
         held: () => undefined, busy: (on) => marks.busy(on), choosing: () => undefined,
-        click: (pixel) => focusing && focus_at(pixel),
     });
     page.read_values = read_values;
     fill_bar(page);
     by_id("maps").hidden = false;
     bind_keys(page, kKeys, { 0: () => page.show("before"), 1: () => page.show("a"),
-        2: () => page.show("b"), o: () => set_focusing(!focusing) });
-    by_id("focus-on").addEventListener("click", () => set_focusing(!focusing));
+        2: () => page.show("b") });
     page.previewed = (kind, ms, scale) => {
         took = `${kind.toUpperCase()}: ${milliseconds(ms)}${scale < 1 ? `, 1/${1 / scale} size` : ""}`;
         if (!page.viewer.cursor) read_values();

@@ -1,5 +1,5 @@
-// The pictures of the viewer: a job's frames, or previews of the chains A and B that follow their
-// sliders. While one preview is under way only the newest of those asked for waits.
+// The pictures of the viewer: a job's frames, or previews of the chains A and B. While one preview is
+// under way only the newest of those asked for waits.
 import { address, getValues, jobPath, preview } from "./api.js";
 import { chainOf } from "./chains.js";
 import { error_map, kErrorMaps } from "./maps.js";
@@ -9,7 +9,6 @@ import { picture_of_file } from "../viewer/picture.js";
 const kCacheBytes = 512 * 2 ** 20;
 const kMinGap = 150;      // ms between two previews of a chain
 const kPatience = 400;      // ms until a newer preview ends one that runs
-const kDraftPixels = 480;   // longer side, while a slider moves
 const kMostPixels = 4096;   // longer side of an image of the service
 const kLevels = [0.125, 0.25, 0.5, 1];
 
@@ -60,16 +59,14 @@ export class Pictures {
         this.page = page;
         this.cache = new PictureCache(kCacheBytes);
         this.lanes = { a: new Lane(), b: new Lane() };
-        this.drafts = false;     // a slider moves
-        this.known = false;      // the size of the frames
+        this.known = false;  // the size of the frames
     }
 
     /** The part of the frame's size that the screen shows. */
     scale() {
         const { model, viewer } = this.page;
-        const most = this.drafts && !model.subject?.job ? kDraftPixels : kMostPixels;
         return Math.min(kLevels.find((v) => v >= Math.min(viewer?.scale() ?? 1, 1) * 0.99) ?? 1,
-            kLevels.findLast((v) => v * Math.max(model.width, model.height) <= most) ?? kLevels[0]);
+            kLevels.findLast((v) => v * Math.max(model.width, model.height) <= kMostPixels) ?? kLevels[0]);
     }
 
     #name(kind, variant, frame, map) {
@@ -77,8 +74,8 @@ export class Pictures {
         const of = (one) => (one === "before" ? "" : subject.job ? this.#is_finished(frame)
             : chainOf(one)?.text);
         const names = kind === "error" ? [of(variant), of(this.page.reference(variant))] : [of(kind)];
-        const scale = kind === "depth" ? 1 : this.scale();
-        return JSON.stringify([subject.name, subject.camera, subject.more?.show, kind, variant ?? "", frame, map ?? "", scale, ...names]);
+        return JSON.stringify([subject.name, subject.camera, subject.more?.show, kind, variant ?? "", frame, map ?? "",
+            this.scale(), ...names]);
     }
 
     #is_finished(frame) {
@@ -86,7 +83,7 @@ export class Pictures {
         return Boolean(entry && is_finished(entry));
     }
 
-    has(kind) { return ["before", "a", "b", "error", "depth"].includes(kind); }
+    has(kind) { return ["before", "a", "b", "error"].includes(kind); }
 
     ready(...what) {
         return this.known ? this.cache.ready(this.#name(...what)) : undefined;
@@ -119,9 +116,6 @@ export class Pictures {
             return picture_of_file(await getValues(address("v1/image",
                 { input: subject.input, frame, ...query })));
         const body = { ...subject.more?.show, input: subject.input, frame, ...(subject.camera && { camera: subject.camera }) };
-        if (kind === "depth")
-            return picture_of_file(await preview({ ...body, plane: "depth",
-                chain: { postchain: 1, passes: [] } }, "depth"));
         const chain_text = chainOf(kind).text;
         const begun = performance.now();
         const file = await this.lanes[kind].run((signal) =>

@@ -2,14 +2,14 @@
 // beside them; and from a job back to the picture.
 import { by_id, h, printable } from "../shared/dom.js";
 import { ranges } from "../shared/words.js";
-import { address, get, post } from "./api.js";
+import { get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
-import { activeKey, chainOf, check_text, compare, isCompared, setChain, shippedName,
+import { activeKey, chainOf, chainTitle, compare, isCompared, load_chain, setChain, shippedName,
     whenChainsChange } from "./chains.js";
 import { next_version, offer, what_exists } from "./existing.js";
 import { left_out } from "./job.js";
-import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
+import { yaml_of } from "./yaml.js";
 
 let suggested = "";    // the output, until it is typed over
 let filled = {};       // the shot that the fields are about
@@ -24,7 +24,7 @@ function suggestion() {
     if (model.subject.more?.output) return model.subject.more.output;
     const [folder, name] = parts_of(model.subject.input);
     const dot = name.search(/\.|$/);
-    const word = (shippedName(activeKey()) ?? "edited").replace(/\W+/g, "_");
+    const word = chainTitle(activeKey()).replace(/\.\w+$/, "").replace(/\W+/g, "_");
     return `${folder}out/${name.slice(0, dot)}_${word}${name.slice(dot)}`;
 }
 
@@ -79,14 +79,8 @@ async function submit(more = {}) {
 }
 
 /** A job's frames and chain with live previews. */
-page.edit_job = async (job) => {
+page.preview_job = async (job) => {
     const { kind, chain, chain_text, input, camera = "", output, frames, ...others } = job.request;
-    let name = `job ${job.id}`, value = chain, text = chain_text;
-    if (typeof chain === "string")
-        [{ name, chain: value, text }] = (await get(address("v1/chains",
-            /[./]/.test(chain) ? { file: chain } : {}))).chains
-            .filter((one) => one.name === chain);
-    if (chain_text !== undefined) value = (await check_text(chain_text)).chain ?? undefined;
     const frame = state.get("frame");
     // Further keys are sent again; those of reading and planning count for previews too.
     const { properties } = (await get("v1/schema/job")).oneOf.find((one) => one.title === "run");
@@ -96,9 +90,10 @@ page.edit_job = async (job) => {
     await open_folder(folder.replace(/\/$/, "") || ".");
     const found = page.folder()?.sequences.find((one) => one.path === input);
     if (!found) throw new Error(`${input}: no such frames`);
+    if (typeof chain === "string") await load_chain(chain, "a");
+    else setChain({ name: `job ${job.id}`, text: chain_text ?? yaml_of(chain) }, "a");
     page.leave_job();
     compare(false);
-    setChain({ name, value, text }, "a");
     state.set({ frame });
     await show_shot(found, camera, { send: others, show, output: await next_version(output), frames });
     page.show_tab("shots");
@@ -121,7 +116,6 @@ export function start_send() {
     page.looked = () => {
         former?.();
         fill();
-        planned_focus();
     };
     whenChainsChange(fill);
     page.planned = (reply, why) => {
@@ -132,6 +126,5 @@ export function start_send() {
             + (pass.left_out ? " (left out)" : "")).join(", then ")),
         ...(reply.warnings ?? []).map((text) => h("p", { class: "message" }, text)),
         h("h3", {}, "Left out, and why"), left_out(one)] : []));
-        if (!model.subject?.job) planned_focus();
     };
 }

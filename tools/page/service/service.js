@@ -3,8 +3,8 @@ import { by_id, printable } from "../shared/dom.js";
 import { rove } from "../shared/roving.js";
 import { get, listen, logIn, logOut, whenTokenIsNeeded } from "./api.js";
 import { folder, open_folder, open_shot, start_browse } from "./browse.js";
+import { start_chain_panel } from "./chain_panel.js";
 import { loadChains } from "./chains.js";
-import { start_editor } from "./editor.js";
 import { start_film } from "./film.js";
 import { open_job, reload_job, shown_job, start_job } from "./job.js";
 import { job_event, refresh_jobs, start_jobs } from "./jobs.js";
@@ -12,7 +12,6 @@ import { look, look_again, start_look } from "./look.js";
 import { page, state } from "./page.js";
 import { start_report } from "./report_frame.js";
 import { start_send } from "./send.js";
-import { start_sliders } from "./sliders.js";
 import { new_job } from "./submit.js";
 
 let source = null, asked = false, started = false;
@@ -99,8 +98,7 @@ function first_start() {
     start_jobs();
     start_job();
     start_report();
-    start_sliders();
-    start_editor();
+    start_chain_panel();
     start_send();
     page.show_tab("shots");
     look(null);
@@ -144,7 +142,7 @@ async function start() {
 }
 
 // Alt and a digit: to a part of the page.
-const kPlaces = { 1: "shots", 2: "jobs", 3: "canvas", 4: "film", 5: "sliders" };
+const kPlaces = { 1: "shots", 2: "jobs", 3: "canvas", 4: "film", 5: "load" };
 function go_to(place) {
     if (place === "shots" || place === "jobs") page.show_tab(place);
     const box = by_id(place);

@@ -69,7 +69,7 @@ function chainField(key, label) {
     }
     change();
     return h("div", { class: "field" }, h("label", { for: `new-${key}` }, label), select, path,
-        h("p", { class: "help" }, "The chain of the sliders, a shipped one, or a file under a root."));
+        h("p", { class: "help" }, "The chain beside the picture, a shipped one, or a file under a root."));
 }
 
 function form() {

@@ -28,6 +28,3 @@ export function yaml_of(chain) {
                 : rows({ [key]: value }, "")));
     return `${lines.join("\n")}\n`;
 }
-
-/** The comments before the first line of a text's values. */
-export const comments_of = (yaml) => /^(?:[ \t]*(?:#.*)?\n)*/.exec(yaml)[0];

@@ -62,7 +62,7 @@ export function overlay(page) {
             const source = model.source(state.get("show"));
             const map = viewer.map();
             const note = viewer.shown?.no_map ? `no ${map.name} map of this picture`
-                : map ? `${map.name} map` : page.note(source);
+                : map ? `${map.name} map` : page.note?.(source) ?? "";
             const wiped = viewer.shown?.other && viewer.wiped();
             shown.replaceChildren(wiped ? `${wiped.name} \u2502 ` : "",
                 source?.digit ? `${source.digit}\u2002` : "", source?.name ?? "",

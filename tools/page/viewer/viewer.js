@@ -256,9 +256,6 @@ export class Viewer {
                 if (event.type === "pointerup" &&
                     Math.min(box.width, box.height) >= kMinCrop)
                     this.on.crop(box);
-            } else if (drag && !drag.moved && event.type === "pointerup") {
-                const pixel = inside(this.to_picture(...place(event)));
-                if (pixel) this.on.click?.(pixel);
             }
             drag = undefined;
             canvas.classList.remove("dragging");

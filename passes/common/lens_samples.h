@@ -33,7 +33,7 @@ inline constexpr int kMaxLensSamples = 1023;
 Points lens_samples(const Aperture& aperture, int count, int more = 0);
 
 // Adds the texture "lens_samples" with lens_samples(), points by sets, x and y in [-1, 1], and the
-// step that fills it.
+// order of their times (lens_samples.comp), and the step that fills it.
 TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count, int more);
 
 }  // namespace postchain::lens

@@ -74,7 +74,9 @@ Points lens_samples(const Aperture& aperture, int count, int more) {
         for (int point = 0; point < points.count; ++point) {
             const int i = point < count ? point : point - count;
             const double within = (i + 0.5) / (point < count ? count : more);
-            const double turns = i / std::numbers::phi + double(set) / points.sets;
+            // A second spiral as long as the first would otherwise repeat it, at the same times.
+            const double turned = point < count ? 0 : 0.5;
+            const double turns = i / std::numbers::phi + double(set) / points.sets + turned;
             if (aperture.image) {
                 const auto [x, y] = image_point(aperture, within, turns);
                 points.packed.push_back({packed(x), packed(y)});

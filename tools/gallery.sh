@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes the images of docs/quality.md and of the README: for every generated scene a sheet of sharp
-# input, results of two chains, ground truth, and their differences times four; FXAA alone; an aperture
-# in the shape of a heart. Needs a build (tools/demo.sh). Usage: tools/gallery.sh [TRUTH_SAMPLES]
-# (default: 192; about ten minutes on 2 cores)
+# input, results of two chains, ground truth, and their differences times four; the steps of the inverse
+# warp; FXAA alone; an aperture in the shape of a heart. Needs a build (tools/demo.sh).
+# Usage: tools/gallery.sh [TRUTH_SAMPLES]   (default: 192; about ten minutes on 2 cores)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 samples=${1:-192}
@@ -67,7 +67,13 @@ for scene in wheels poles crossing zoom still; do
     differences paper balanced
     sheet 3x2 "$images/$scene-sheet.jpg" input paper balanced truth paper_difference \
         balanced_difference
-    [[ $scene != wheels ]] || sheet 3x1 "$images/wheels.jpg" input balanced truth
+    [[ $scene == wheels ]] || continue
+    sheet 3x1 "$images/wheels.jpg" input balanced truth
+    "$postchain" run balanced -i "$work/wheels/sharp.####.exr" --frames "$frame" \
+        --camera "$work/wheels/camera.json" -o "$work/result.####.exr" --on-existing overwrite \
+        --no-elide --dump-stages "$work/stages"
+    tools/steps_picture.py "$work/stages" "$work/wheels/sharp.$number.exr" \
+        "$work/result.$number.exr" "$images/inverse-warp-steps.jpg"
 done
 
 # FXAA on one sample per pixel, against the frame averaged over each pixel; a part, enlarged.

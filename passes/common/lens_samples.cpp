@@ -29,10 +29,11 @@ std::array<double, 2> image_point(const Aperture& aperture, double within, doubl
     return {half_size[0] * (c * x + s * y), half_size[1] * (c * y - s * x)};
 }
 
-std::unique_ptr<shared::LensSamplesUniforms> packed_table(const Points& points) {
+std::unique_ptr<shared::LensSamplesUniforms> packed_table(const Points& points, int count) {
     auto uniforms = std::make_unique<shared::LensSamplesUniforms>();
     uniforms->points = points.count;
     uniforms->sets = points.sets;
+    uniforms->samples = count;
     for (size_t i = 0; i < points.packed.size(); ++i) {
         const auto& [x, y] = points.packed[i];
         uniforms->packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
@@ -48,7 +49,7 @@ const shared::LensSamplesUniforms& table_of(const Aperture& aperture, int count,
     thread_local std::optional<Key> last;
     thread_local std::unique_ptr<const shared::LensSamplesUniforms> uniforms;
     const Key key = {hash_of(aperture), count, more};
-    if (last != key) uniforms = packed_table(lens_samples(aperture, count, more));
+    if (last != key) uniforms = packed_table(lens_samples(aperture, count, more), count);
     last = key;
     return *uniforms;
 }
@@ -73,7 +74,9 @@ Points lens_samples(const Aperture& aperture, int count, int more) {
         for (int point = 0; point < points.count; ++point) {
             const int i = point < count ? point : point - count;
             const double within = (i + 0.5) / (point < count ? count : more);
-            const double turns = i / std::numbers::phi + double(set) / points.sets;
+            // A second spiral as long as the first would otherwise repeat it, at the same times.
+            const double turned = point < count ? 0 : 0.5;
+            const double turns = i / std::numbers::phi + double(set) / points.sets + turned;
             if (aperture.image) {
                 const auto [x, y] = image_point(aperture, within, turns);
                 points.packed.push_back({packed(x), packed(y)});
@@ -90,7 +93,7 @@ Points lens_samples(const Aperture& aperture, int count, int more) {
 TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count, int more) {
     const shared::LensSamplesUniforms& uniforms = table_of(aperture, count, more);
     const Area size = Area::fixed(uniforms.points, uniforms.sets);
-    const TextureId table = planner.texture("lens_samples", Format::rg32f, size);
+    const TextureId table = planner.texture("lens_samples", Format::rgba32f, size);
     Step step;
     step.name = "lens_samples";
     step.program = {"common/lens_samples.comp", {}};

@@ -1,7 +1,7 @@
 // The gather (gather.comp, samples.glsl), the sums over a pixel's samples (accumulate.glsl,
 // adaptive.glsl) and denoising (denoise.comp), one pixel at a time, written from
-// docs/inverse_warp.md. The functions are named as in GLSL; the two share only the random numbers
-// and the rounding of storage.
+// docs/inverse_warp.md. The functions are named as in GLSL; the two share only constants, the
+// random numbers and the rounding of storage.
 #include "passes/inverse_warp/reference.h"
 
 #include <algorithm>
@@ -25,10 +25,7 @@ namespace reference {
 namespace {
 
 // accumulate.glsl, adaptive.glsl
-constexpr double kSoftSpread = 8;  // px^2
 constexpr double kMaxSpread = 65536;
-constexpr double kNoiseVariance = 0.045;  // of samples, as shown; above it a block takes more
-constexpr double kFullWeight = 1.25;      // times that: they count as much as the first
 
 // A sample's color, and the surface that it sees.
 struct Hit {
@@ -143,32 +140,32 @@ double noise_of(const std::array<Half, 2>& halves, const double* own) {
 double weight_of_more(double noise, int samples) {
     // The means of halves of n samples of variance v differ by 4 v/n in the mean square.
     const double variance = noise * samples / 4;
-    return std::clamp((variance / kNoiseVariance - 1) / (kFullWeight - 1), 0.0, 1.0);
+    return std::clamp(kMoreWeight * (variance / kNoiseVariance - 1), 0.0, 1.0);
 }
 
-// The hint's pixel gate: noise, as shown, of a mean of such samples above .002 and at most .006;
-// radius of the even disc with their second moment above 1 px and at most 4 px.
+// The hint's pixel gate: noise, as shown, of a mean of such samples; radius of the even disc with
+// their second moment.
 double noise_gate(const Sums& sums) {
     if (sums.weight == 0) return 0;
     const double mean = sums.shown / sums.weight;
     const double variance = std::max(sums.shown_squared / sums.weight - mean * mean, 0.0);
     const double noise = std::sqrt(variance / sums.weight);
     const double radius_px = std::sqrt(2 * sums.moment / sums.weight);
-    return std::clamp((noise - 0.002) / 0.004, 0.0, 1.0) *
-           std::clamp((radius_px - 1) / 3, 0.0, 1.0);
+    return std::clamp((noise - kLeastNoise) / kMoreNoise, 0.0, 1.0) *
+           std::clamp((radius_px - kLeastBlurPx) / kMoreBlurPx, 0.0, 1.0);
 }
 
 // denoise.comp
 constexpr double kPixelVariance = 1.0 / 12;  // px^2, along x and y, added to each covariance
 constexpr int kReachPx = 2;
-constexpr double kMinWeight = 1.0 / 64;
 
 // Replaces, in each pixel of `color`, the part that blurred samples have by their mean over the
 // pixels around. soft: their mean color, as wide as `color`; shares: their share; spread: their
 // covariance, xx, xy, yy.
 void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
              const ImageD& spread, ImageD& color) {
-    const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.parameters.samples);
+    const double window =
+        (settings.shutter ? kWindowWithShutter : kWindow) * std::sqrt(settings.parameters.samples);
     const ImageD gathered = color;
     for (int y = 0; y < color.height; ++y) {
         for (int x = 0; x < color.width; ++x) {
@@ -187,7 +184,7 @@ void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
                     const double form =
                         (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
                     const double weight =
-                        shares.at(i, j) * std::max(std::exp(-window * form) - kMinWeight, 0.0);
+                        shares.at(i, j) * std::max(std::exp(-window * form) - kLeastWeight, 0.0);
                     if (weight == 0) continue;
                     for (size_t c = 0; c < sums.size(); ++c)
                         sums[c] += weight * (soft.at(i, j, int(c)) - soft.at(x, y, int(c)));
@@ -201,8 +198,6 @@ void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
 }
 
 // gather.comp, samples.glsl
-constexpr double kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
-constexpr double kSharpening = 1.5;
 constexpr int kMinTimes = 5;
 
 // Channels of the fill mask.
@@ -260,8 +255,8 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     Frames frames;
     frames.half_open = half_open_of(settings);
     frames.lens = settings.lens.has_value();
-    frames.own_steps = settings.shutter ? 2 : 1;
-    frames.together_px = settings.lens ? 1 : 2;
+    frames.own_steps = settings.shutter ? kSteps : 1;
+    frames.together_px = settings.lens ? kTogetherLensPx : kTogetherPx;
     if (!settings.shutter) frames.same_path_px = std::numeric_limits<double>::infinity();
     const ImageD& color = frame.planes.at(Role::color);
     const auto turns = [&](Neighbor neighbor) {
@@ -559,8 +554,8 @@ class Gather {
             for (int i = -reach; i <= reach; ++i) {
                 const Surface& s =
                     frames_.here.surface(frames_.here.inside(pixel.p + Vec{double(i), double(j)}));
-                if (s.edge || (s_.shutter && s.path() > 0.125) ||
-                    std::abs(s.radius - pixel.surface->radius) > 0.25)
+                if (s.edge || (s_.shutter && s.path() > kFilledStillPx) ||
+                    std::abs(s.radius - pixel.surface->radius) > kOneRadiusPx)
                     return false;
             }
         return true;

@@ -10,10 +10,6 @@
 namespace postchain::inverse_warp::reference {
 namespace {
 
-constexpr double kEdgePart = 0.25;
-constexpr double kFilled = 0.9, kBehind = 1.3;
-constexpr double kLamp = 3, kLeastPart = 1e-4;
-constexpr double kShows = 0.3, kOneColor = 0.25, kLost = 0.4, kMuchLonger = 2;
 constexpr std::array<int, 6> kDistances = {1, 2, 3, 5, 9, 16};
 constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 
@@ -42,7 +38,7 @@ void Background::dim_lamps(std::array<Cell, 4>& quarters) {
     const double limit = kLamp * brightness[1];
     for (Cell& quarter : quarters)
         if (quarter.brightness > limit)
-            quarter.part *= std::max(std::pow(limit / quarter.brightness, 2), kLeastPart);
+            quarter.part *= std::max(std::pow(limit / quarter.brightness, 2), kLeastLampPart);
 }
 
 // Quarter by quarter: a farther surface replaces the one so far, the same one is averaged with it.
@@ -80,7 +76,7 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
             cell.brightness = std::max({c[0], c[1], c[2], 0.0});
             cell.inverse_depth = s.inverse_depth;
             const bool own_color = s.color_from && dot(*s.color_from, *s.color_from) == 0;
-            cell.part = s.edge && !own_color ? kEdgePart : 1;
+            cell.part = s.edge && !own_color ? kEdgeWeight : 1;
         }
     levels_.push_back(std::move(pixels));
     while (levels_.back().edge_px < kBlockPx) {
@@ -133,7 +129,7 @@ double Background::level_around(std::array<int, 2> cell) const {
             around.push_back(
                 blocks.cells[size_t(y) * size_t(blocks.columns) + size_t(x)].color.data());
         }
-    return level_of(around, 1.5);
+    return level_of(around, kContinuedLevel);
 }
 
 Background::Line Background::line_between(const Sides& sides, double span, double level) const {
@@ -230,9 +226,6 @@ bool Background::shows(Vec at, double inverse_depth) const {
 }
 
 namespace {
-
-constexpr double kAcceptPx = 0.75, kClosePx = 2.5, kStillPx = 0.5;
-constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
     return q > r * now.depth_ratio;

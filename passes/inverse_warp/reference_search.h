@@ -90,9 +90,9 @@ struct Frames {
     std::optional<Frame> second_layer;  // chain/frame/behind.h, as a frame at this one's time
     double half_open = 1;               // half the open time, frames
     bool lens = false;                  // it is open
-    int own_steps = 2;                  // of the search from the pixel itself
-    double together_px = 2;             // between the displacements of surfaces that move together
-    double same_path_px = 0.25;         // between paths that are the same; infinite without motion
+    int own_steps = kSteps;             // of the search from the pixel itself
+    double together_px = kTogetherPx;   // between the displacements of surfaces that move together
+    double same_path_px = kSamePathPx;  // between paths that are the same; infinite without motion
 };
 
 // Shared by all samples of a pixel.

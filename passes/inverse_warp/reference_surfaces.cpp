@@ -69,9 +69,8 @@ class PlaneSurfaces {
         const double h = half_open_of(settings_);
         s.a = 0.5 * h * (chosen.forward + chosen.back);
         s.b = 0.5 * h * (chosen.forward - chosen.back);
-        // |b|/|a| from .4 to .6.
         const double ratio = dot(s.b, s.b) / std::max(dot(s.a, s.a), 1e-6);
-        s.straight = smoothstep(0.4 * 0.4, 0.6 * 0.6, ratio);
+        s.straight = smoothstep(kBent, kTurned, ratio);
         if (s.straight > 0) s.straight *= bounce_of(x, y, chosen);
         if (settings_.shutter) {
             const double longest = settings_.shutter->max_path_px;
@@ -86,8 +85,7 @@ class PlaneSurfaces {
     }
 
     // 1: the pixel's surface bounces, 0: it turns, as it does if no frame beside shows it. What
-    // turns accelerates by a half or more along, or by .8 or more across, in the frames before or
-    // after; what bounces by at most a fifth and a half.
+    // turns accelerates in the frames before or after too.
     double bounce_of(int x, int y, const Motion& own) const {
         const Vec here = own.forward - own.back;
         double bounce = 1;
@@ -99,8 +97,8 @@ class PlaneSurfaces {
             const double squared = std::max(dot(here, here), 1e-6);
             const double along = std::max(dot(*there, here) / squared, 0.0);
             const double across = std::abs(there->x * here.y - there->y * here.x) / squared;
-            bounce = std::min(
-                {bounce, 1 - smoothstep(0.2, 0.5, along), 1 - smoothstep(0.5, 0.8, across)});
+            bounce = std::min({bounce, 1 - smoothstep(kBounce, kTurn, along),
+                               1 - smoothstep(kBounceAcross, kTurnAcross, across)});
         }
         return known ? bounce : 0;
     }
@@ -115,7 +113,8 @@ class PlaneSurfaces {
         const Vec at = after ? p + between : p - between;
         const double i = std::floor(at.x + 0.5), j = std::floor(at.y + 0.5);
         if (!(i >= 0 && j >= 0 && i < width_ && j < height_)) return std::nullopt;
-        double least = 1 + 0.25 * 0.25 * dot(between, between);
+        double least =
+            kOtherMotionPx * kOtherMotionPx + kOtherMotion * kOtherMotion * dot(between, between);
         std::optional<Vec> found;
         const auto look_at = [&](int column, int row) {
             const int cx = std::clamp(column, 0, width_ - 1), cy = std::clamp(row, 0, height_ - 1);
@@ -187,18 +186,16 @@ class PlaneSurfaces {
     int width_, height_;
 };
 
-constexpr double kPartRadius = 3;  // px
-
-// Do the displacements of two surfaces differ by more than px of motion, or kPartRadius?
+// Do the displacements of two surfaces differ by more than px of motion, or kLensPartPx of radius?
 bool part(const Surface& s, const Surface& t, double px, const Settings& settings) {
     const Vec a = s.a - t.a, b = s.b - t.b;
     return (settings.shutter && dot(a, a) + dot(b, b) > px * px) ||
-           std::abs(s.radius - t.radius) > kPartRadius;
+           std::abs(s.radius - t.radius) > kLensPartPx;
 }
 
 // Does a surface leave its place so far?
 bool leaves(const Surface& s, double px, const Settings& settings) {
-    return (settings.shutter && s.path() > px) || std::abs(s.radius) > kPartRadius;
+    return (settings.shutter && s.path() > px) || std::abs(s.radius) > kLensPartPx;
 }
 
 // mixed_pixels.comp, split_pixels.comp
@@ -247,12 +244,11 @@ class MixedPixels {
         }
         const auto share = share_of(c, pixel(x, y, mine), pixel(x, y, theirs));
         const Surface& other = surface(x + theirs.first, y + theirs.second);
-        if (!share || !part(surface(x + mine.first, y + mine.second), other, 0.5, settings_))
+        if (!share || !part(surface(x + mine.first, y + mine.second), other, kPartPx, settings_))
             return own;
-        const double most_still = settings_.shutter ? 0.8 : 0.65;
-        const bool takes = *share < (leaves(other, 0.5, settings_) ? 0.4 : most_still);
-        // It may have twice as much of a thin surface as the pixel that shows the color of that.
-        if (*share < (thin ? -1 : -0.1) || *share > 1.1) return own;
+        const double most_still = settings_.shutter ? kMostStill : kMostStillLens;
+        const bool takes = *share < (leaves(other, kPartPx, settings_) ? kMostLeaving : most_still);
+        if (*share < (thin ? kLeastShareThin : kLeastShare) || *share > kMostShare) return own;
         if (!takes && split_ == Split::in_front) return own;
         const Offset place = takes ? Offset() : mine;
         Surface result = takes ? other : own;
@@ -293,12 +289,12 @@ class MixedPixels {
             for (size_t c = 0; c < 3; ++c) mean[c] += pixel(x, y, at)[c] / double(places.size());
         return mean;
     }
-    // The place with the closest color among those at most 1 px^2 farther than the nearest.
+    // The place with the closest color among the nearest ones.
     Offset closest(int x, int y, const std::vector<Offset>& places, const double* rgb) const {
         const auto squared = [](Offset at) { return at.first * at.first + at.second * at.second; };
         Offset best = places.front();
         for (const Offset& at : places)
-            if (squared(at) <= squared(places.front()) + 1 &&
+            if (squared(at) <= squared(places.front()) + kSlackPx2 &&
                 difference(pixel(x, y, at), rgb) < difference(pixel(x, y, best), rgb))
                 best = at;
         return best;
@@ -328,7 +324,7 @@ class MixedPixels {
         const std::array<double, 3> black = {};
         const double contrast = difference(mine, theirs);
         if (contrast <=
-            0.05 * 0.05 *
+            kContrast * kContrast *
                 std::max(difference(mine, black.data()), difference(theirs, black.data())))
             return std::nullopt;
         double share = 0, rest = 0;
@@ -338,7 +334,7 @@ class MixedPixels {
             const double off = c[k] - theirs[k] - share * (mine[k] - theirs[k]);
             rest += off * off;
         }
-        if (rest > 0.1 * 0.1 * contrast) return std::nullopt;
+        if (rest > kRest * kRest * contrast) return std::nullopt;
         return share;
     }
 
@@ -366,8 +362,7 @@ class BrightEdges {
                 const auto from = shown_at(x, y);
                 changed.push_back(from.has_value());
                 const auto [i, j] = from.value_or(Place{x, y});
-                const auto [to_x, to_y] = from ? shown_at(i, j).value_or(Place{i, j}) : Place{x, y};
-                result.push_back(surface(to_x, to_y));
+                result.push_back(surface(i, j));
             }
         // A pixel that has changed is an edge to the pixels around it.
         const std::vector<Surface> inner = result;
@@ -424,59 +419,51 @@ class BrightEdges {
         if (!own.edge || light(x, y) <= 0) return std::nullopt;
         std::optional<Place> brightest;
         double most = 0;
-        int as_bright = 0;
         for (const auto& [i, j] : kAround) {
             if (!inside(x + i, y + j) || same(x, y, x + i, y + j)) continue;
             const double there = light(x + i, y + j);
-            if (1.1 * there >= light(x, y)) ++as_bright;
             if (there <= most) continue;
             most = there;
             brightest = Place{x + i, y + j};
         }
-        // A pixel as bright as the other surface has light of its own, unless two such pixels are
-        // beside it.
-        if (!brightest || (most <= 1.1 * light(x, y) && as_bright < 2)) return std::nullopt;
+        // A pixel as bright as the other surface has light of its own.
+        if (!brightest || most <= kOtherBrighter * light(x, y)) return std::nullopt;
         const Surface& other = surface(brightest->first, brightest->second);
-        if (apart(own, other, settings_) <= 1) return std::nullopt;
+        if (apart(own, other, settings_) <= kLampApartPx * kLampApartPx) return std::nullopt;
         // A surface that stays in place keeps the light seen through its edge.
         const bool hides = own.inverse_depth > other.inverse_depth;
-        const bool stays = longest(own, settings_) <= 3;
-        if (hides && stays) return std::nullopt;
-        // A light that goes on for 16 px is no lamp: the pixel is split.
-        const int on_x = std::clamp(x + 16 * (brightest->first - x), 0, color_.width - 1);
-        const int on_y = std::clamp(y + 16 * (brightest->second - y), 0, color_.height - 1);
+        if (hides && longest(own, settings_) <= kStaysPx) return std::nullopt;
+        // A light that goes on is no lamp: the pixel is split.
+        const int on_x = std::clamp(x + kWidePx * (brightest->first - x), 0, color_.width - 1);
+        const int on_y = std::clamp(y + kWidePx * (brightest->second - y), 0, color_.height - 1);
         const Surface& front = hides ? own : other;
-        const bool part_far = part(own, other, 3, settings_) && leaves(front, 3, settings_);
-        if (split_ != Split::none && part_far && light(on_x, on_y) >= 0.5 * most)
+        const bool part_far =
+            part(own, other, kFarPx, settings_) && leaves(front, kFarPx, settings_);
+        if (split_ != Split::none && part_far && light(on_x, on_y) >= kWide * most)
             return std::nullopt;
-        // One that leaves it would leave a rim there.
-        const bool rim = stays && apart(own, other, settings_) > 10 * 10;
         const double around = light_around(x, y);
-        if (light(x, y) <= (rim ? 1.5 : 4) * around || most <= (rim ? 2.5 : 10) * around)
+        if (light(x, y) <= kBrighter * around || most <= kLampBrighter * around)
             return std::nullopt;
-        // A pixel that shows less than a tenth of what is behind it goes on hiding that.
-        if (hides && light(x, y) - around < 0.1 * (most - around)) return std::nullopt;
+        // A pixel that shows hardly anything of the lamp behind it goes on hiding that.
+        if (hides && light(x, y) - around < kCovered * (most - around)) return std::nullopt;
         return brightest;
     }
 
     // Largest component of the mean color of the pixel's surface away from edges, in the square of
-    // 3 pixels around, otherwise of 5; if there is none, of its darkest pixel there.
+    // 3 pixels around; if there is none, of its darkest pixel there.
     double light_around(int x, int y) const {
         double darkest = light(x, y);
-        for (const int reach : {1, 2}) {
-            std::array<double, 3> sum = {};
-            int count = 0;
-            for (int j = y - reach; j <= y + reach; ++j)
-                for (int i = x - reach; i <= x + reach; ++i) {
-                    if (!inside(i, j) || !same(x, y, i, j)) continue;
-                    darkest = std::min(darkest, light(i, j));
-                    if (surface(i, j).edge) continue;
-                    for (size_t c = 0; c < 3; ++c) sum[c] += color_.at(i, j, int(c));
-                    ++count;
-                }
-            if (count > 0) return std::max({sum[0], sum[1], sum[2]}) / count;
-        }
-        return darkest;
+        std::array<double, 3> sum = {};
+        int count = 0;
+        for (int j = y - 1; j <= y + 1; ++j)
+            for (int i = x - 1; i <= x + 1; ++i) {
+                if (!inside(i, j) || !same(x, y, i, j)) continue;
+                darkest = std::min(darkest, light(i, j));
+                if (surface(i, j).edge) continue;
+                for (size_t c = 0; c < 3; ++c) sum[c] += color_.at(i, j, int(c));
+                ++count;
+            }
+        return count > 0 ? std::max({sum[0], sum[1], sum[2]}) / count : darkest;
     }
 
     const ImageD color_;
@@ -484,9 +471,6 @@ class BrightEdges {
     const Settings& settings_;
     const Split split_;
 };
-
-// light.glsl
-constexpr double kOneMotionPx = 1, kOneMotion = 0.5;
 
 struct Place {
     int x = 0, y = 0;
@@ -540,8 +524,7 @@ class ShownHere {
 };
 
 // light.comp, shown_surfaces.comp
-constexpr int kPatchPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
-constexpr double kMinDifference = 0.004;
+constexpr int kPatchPx = 8;
 
 class Comparison {
   public:
@@ -560,7 +543,7 @@ class Comparison {
     // Is the light other around surface s, seen in the neighbor's pixel x, y?
     bool has_other_light(const Surface& s, int x, int y) const {
         if (s.inverse_depth < 0 || shown_here_.shown_at(s, x, y)) return false;
-        for (int ring = 0; ring <= kRings; ++ring) {
+        for (int ring = 0; ring <= kLightRings; ++ring) {
             PatchLight sum;
             double apart = 0;
             for (int j = -ring; j <= ring; ++j)
@@ -578,7 +561,7 @@ class Comparison {
             if (sum.count == 0) continue;
             const double mean = sum.here / sum.count;
             const double variance = std::max(sum.square / sum.count - mean * mean, 0.0);
-            return apart / sum.count > variance + kMinDifference;
+            return apart / sum.count > variance + kLightDifference;
         }
         return false;
     }
@@ -607,11 +590,12 @@ class Comparison {
                 middles.push_back(
                     here_.pixel(std::clamp(kPatchPx * i + kPatchPx / 2, 0, here_.width - 1),
                                 std::clamp(kPatchPx * j + kPatchPx / 2, 0, here_.height - 1)));
-        const double level = level_of(middles, 3);
+        const double level = level_of(middles, kLightLevel);
         std::vector<Pixel> pixels;
-        for (int y = row * kPatchPx; y < std::min((row + 1) * kPatchPx, here_.height); y += kStepPx)
+        for (int y = row * kPatchPx; y < std::min((row + 1) * kPatchPx, here_.height);
+             y += kLightStepPx)
             for (int x = column * kPatchPx; x < std::min((column + 1) * kPatchPx, here_.width);
-                 x += kStepPx) {
+                 x += kLightStepPx) {
                 const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
                 if (s.edge || s.inverse_depth < 0) continue;
                 if (const auto at = shown_here_.shown_at(s, x, y))
@@ -630,7 +614,7 @@ class Comparison {
             light.there += pixel.there;
             light.square += pixel.here * pixel.here;
         }
-        if (light.count < kMinPixels) return {};
+        if (light.count < kLightPixels) return {};
         light.here /= light.count;
         light.there /= light.count;
         light.square /= light.count;
@@ -649,8 +633,7 @@ class Comparison {
     std::vector<PatchLight> patches_;
 };
 
-// block_surfaces.comp, hidden_surfaces.comp, starts.comp
-constexpr double kAlikePx = 1;
+// block_surfaces.comp, hidden_surfaces.comp, start_choice.glsl
 constexpr int kMoreInRow = 2;
 constexpr int kSquarePx = 4;
 

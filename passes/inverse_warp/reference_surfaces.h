@@ -1,8 +1,8 @@
 // Surfaces of the inverse warp's double-precision reference: the surface seen in each pixel of a
 // frame, its motion and its circle of confusion (surface.glsl, surfaces.comp, bright_edges.comp,
 // shown_surfaces.comp, mixed_pixels.comp), a neighbor's light beside this frame's (light.comp), and
-// the surfaces from which a search starts (block_surfaces.comp, hidden_surfaces.comp, starts.comp).
-// Written from docs/inverse_warp.md.
+// the surfaces from which a search starts (block_surfaces.comp, hidden_surfaces.comp,
+// start_choice.glsl). Written from docs/inverse_warp.md.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 
 #include "chain/base/image.h"
 #include "passes/inverse_warp/inverse_warp.h"
+#include "shaders/shared/inverse_warp_constants.h"
 
 namespace postchain::inverse_warp::reference {
 
@@ -58,10 +59,6 @@ struct Surface {
     Vec displacement(const Sample& at, double h) const;
 };
 
-// Inverse depths up to this ratio are one surface.
-inline constexpr double kOneDepth = 1.05;
-// Beyond this ratio, what this frame shows at the place of a neighbor's surface is farther than it.
-inline constexpr double kFarther = 1.02;
 bool one_depth(double q, double r);
 
 // Planes of an image; null: not available.

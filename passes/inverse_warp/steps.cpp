@@ -11,6 +11,7 @@
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
 #include "shaders/shared/frame_uniforms.h"
+#include "shaders/shared/inverse_warp_constants.h"
 #include "shaders/shared/inverse_warp_gather_units.h"
 #include "shaders/shared/inverse_warp_uniforms.h"
 #include "shaders/shared/small_circles.h"
@@ -19,18 +20,6 @@ namespace postchain::inverse_warp {
 namespace {
 
 using shared::InverseWarpUniforms;
-
-// A sample is denoised if its displacements have at least the variance kSoftSpread (px^2; a circle
-// of confusion of 4 px radius). A pixel d away has the weight exp(-window d^T covariance^-1 d); the
-// window grows with the root of the samples. Lens samples are more even than random ones, with
-// times they are not. Chosen by measurement (docs/inverse_warp.md).
-constexpr double kSoftSpread = 8;
-constexpr double kWindow = 5.7;
-constexpr double kWindowWithShutter = 4.2;
-
-// A block takes more samples if their variance, as shown, is above this. Chosen by measurement
-// (docs/inverse_warp.md).
-constexpr double kNoiseVariance = 0.045;
 
 // A row keeps so many more surfaces than a block: some of them do not reach the block along its
 // column.
@@ -107,6 +96,7 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
     uniforms.max_path_px = 1e15f;
     uniforms.still_limit_px = float(settings.still_limit_px);
     uniforms.soft_spread = float(kSoftSpread);
+    // Lens samples are more even than random ones, with times they are not.
     uniforms.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
                                     std::sqrt(double(settings.parameters.samples)));
     if (settings.shutter) {
@@ -457,12 +447,9 @@ class Planner {
     // Chooses for each block `chosen` surfaces from the `given` ones of each block in its row or
     // column.
     Step make_starts_step(const char* name, bool rows, int given, int chosen) {
-        Step step = make_surface_step("starts");
-        step.name = name;
-        step.program.defines["ROWS"] = flag(rows);
+        Step step = make_surface_step(name);
         step.program.defines["GIVEN"] = std::to_string(given);
         step.program.defines["STARTS"] = std::to_string(chosen);
-        step.program.defines["LISTS"] = flag(false);
         const NeighborList neighbors = searched_neighbors(settings_, planner_.context().available);
         step.program.defines["NEIGHBORS"] = flag(!neighbors.empty());
         step.spread = spread_over_blocks(INVERSE_WARP_STARTS_BLOCKS);
@@ -727,7 +714,8 @@ double longest_px(const Settings& settings) {
            (settings.lens ? settings.lens->coc.max_radius_px : 0);
 }
 
-// A surface of a block may differ by a tenth from those that its block has chosen (starts.comp).
+// A surface of a block may differ by a tenth from those that its block has chosen
+// (start_choice.glsl).
 int ring_of(double longest_px) {
     return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
 }

@@ -45,7 +45,7 @@ bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
     barrier();
     const ivec2 extent = min(uniforms.size - kBlockPx * pixel.block, ivec2(kBlockPx));
     const float mean = float(block_noise) / (kNoiseSteps * float(extent.x * extent.y));
-    precise const float weight = clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
+    precise const float weight = clamp((mean / uniforms.noise_limit - 1.0) * kMoreWeight, 0.0, 1.0);
     if (weight == 0.0) return false;
     set = SampleSet(float(uniforms.more_samples), uniforms.samples, weight);
     return true;

@@ -26,10 +26,6 @@ layout(binding = 2) uniform sampler2DArray layers;
 layout(binding = 2) writeonly uniform image2DArray background_layers;
 #endif
 
-const float kLamp = 3.0;          // times as bright as its surroundings
-const float kLeastPart = 1.0e-4;  // of the weight of a lamp
-const float kEdgeWeight = 0.25;   // of an edge pixel whose color is mixed with the nearer surface's
-
 // The one that this work group averages.
 Plane this_plane() {
 #ifdef LAYERS
@@ -69,7 +65,7 @@ Cell dimmed(Cell cell, float level) {
     precise const float limit = kLamp * level;
     if (!(cell.brightness > limit)) return cell;
     precise const float part = limit / cell.brightness;
-    precise const float weight = max(part * part, kLeastPart) * cell.weight;
+    precise const float weight = max(part * part, kLeastLampPart) * cell.weight;
     cell.weight = weight;
     return cell;
 }

@@ -25,24 +25,12 @@ layout(binding = 0) writeonly uniform uimage2D shown;
 
 // A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
 // own surface around it, the other surface is kOtherBrighter times as bright as the pixel, and
-// kLampBrighter times as bright as the surface around. A pixel with less than kCovered of a surface
-// behind it goes on hiding that surface. A pixel that is as bright as the other surface may have light
-// of its own, but not if such pixels are on kSides sides of it: its depth is that of the small part
-// that the lamp leaves.
-const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 10.0, kCovered = 0.1;
-const int kSides = 2;
-// And if the two are displaced differently by more than kApartPx. A surface that is displaced by at
-// most kStaysPx keeps the light of a surface behind it, which is seen through the edge.
-const float kApartPx = 1.0, kStaysPx = 3.0;
-// Before a surface that stays, one that leaves it by more than kLeavesPx would leave a rim in its
-// place. Less light counts there: times as bright as the surface around, as above.
-const float kLeavesPx = 10.0, kRimBrighter = 1.5, kRimOtherBrighter = 2.5;
-const int kReachPx = 2;
+// kLampBrighter times as bright as the surface around, and if the two are displaced differently by more than
+// kLampApartPx. A pixel with less than kCovered of a surface behind it goes on hiding that surface. A surface
+// that is displaced by at most kStaysPx keeps the light of a surface behind it, which is seen through the edge.
+//
 // A light that goes on for kWidePx is no lamp: pixels at its edge are split (mixed_pixels.comp), if the two
 // surfaces part by more than kFarPx of motion.
-const int kWidePx = 16;
-const float kFarPx = 3.0;
-const float kWide = 0.5;  // of the light at the edge
 
 float largest(vec4 c) {
     return max(c.r, max(c.g, c.b));
@@ -56,15 +44,13 @@ float light_at(ivec2 p) {
     return largest(finite_color(texelFetch(color, p, 0)));
 }
 
-// Largest component of the mean color of a surface in the smallest square around p that shows it
-// away from edges; if none does, of its darkest pixel there.
+// Largest component of the mean color of a surface in the pixels around p that show it away from edges; if
+// none does, of its darkest pixel there.
 float light_around(ivec2 p, Surface own) {
     precise vec4 sum = vec4(0.0);
     precise float count = 0.0;
     float darkest = 3.4e38;
-    // One loop over the pixels of both squares; it ends after the first square that shows some.
     ivec2 offset = ivec2(-1);
-    int reach = 1;
     SOFTWARE_LOOP do {
         const ivec2 at = p + offset;
         const ivec2 read = clamp(at, ivec2(0), uniforms.size - 1);
@@ -76,13 +62,8 @@ float light_around(ivec2 p, Surface own) {
             sum += c;
             count += 1.0;
         }
-        ++offset.x;
-        if (offset.x > reach) offset = ivec2(-reach, offset.y + 1);
-        if (offset.y > reach && count == 0.0) {
-            ++reach;
-            offset = ivec2(-reach);
-        }
-    } while (offset.y <= reach && reach <= kReachPx);
+        offset = offset.x < 1 ? offset + ivec2(1, 0) : ivec2(-1, offset.y + 1);
+    } while (offset.y <= 1);
     return count > 0.0 ? largest(sum) / count : darkest;
 }
 
@@ -90,18 +71,16 @@ float light_around(ivec2 p, Surface own) {
 int find_lamp(ivec2 p, float inverse_depth) {
     const float light = light_at(p);
     float lamp = 0.0;
-    int to = -1, as_bright = 0;
+    int to = -1;
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = p + kAround[i];
         if (!inside(at) || one_depth(surface_at(at).inverse_depth, inverse_depth)) continue;
         const float other = light_at(at);
-        if (kOtherBrighter * other >= light) ++as_bright;
         if (other <= lamp) continue;
         lamp = other;
         to = i;
     }
-    const bool brighter = lamp > kOtherBrighter * light;
-    return (brighter || as_bright >= kSides) && light > 0.0 ? to : -1;
+    return lamp > kOtherBrighter * light && light > 0.0 ? to : -1;
 }
 
 bool hides_and_stays(Surface own, Surface other) {
@@ -125,11 +104,8 @@ bool part_far(Surface s, Surface t) {
 bool shows_lamp(ivec2 p, ivec2 at) {
     const Surface own = surface_at(p), other = surface_at(at);
     const float light = light_at(p), lamp = light_at(at);
-    const bool rim = longest_of(own) <= kStaysPx && apart(other, own) > kLeavesPx * kLeavesPx;
     const float around = light_around(p, own);
-    if (light <= (rim ? kRimBrighter : kBrighter) * around ||
-        lamp <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
-        return false;
+    if (light <= kBrighter * around || lamp <= kLampBrighter * around) return false;
     precise const float covered = (light - around) / (lamp - around);
     return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
@@ -165,7 +141,7 @@ void main() {
         const Surface own = surface_at(p);
         const int to = find_lamp(p, own.inverse_depth);
         const Surface other = surface_at(to < 0 ? p : p + kAround[to]);
-        bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
+        bool differs = apart(other, own) > kLampApartPx * kLampApartPx && !hides_and_stays(own, other);
 #if SPLIT
         differs = differs && !(part_far(own, other) && is_wide(p, max(to, 0)));
 #endif

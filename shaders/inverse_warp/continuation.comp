@@ -17,12 +17,7 @@ layout(binding = 1) uniform sampler2D background_color;
 layout(binding = 0) writeonly uniform image2D background;
 
 const int kBlockCells = kBlockPx / 2;
-const int kReachBlocks = 2;    // that hold the cells on all lines
-const float kShows = 0.3;      // part of a cell: more than its edge pixels
-const float kOneColor = 0.25;  // largest difference (brightness.glsl)
-const float kLevel = 1.5;
-const float kLost = 0.4;       // largest loss of light, likewise, that a longer line may cause
-const uint kMuchLonger = 2u;   // times the shortest line
+const int kReachBlocks = 2;  // that hold the cells on all lines
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));
@@ -95,7 +90,7 @@ float find_level(ivec2 cell) {
         const ivec2 within = clamp(block, ivec2(0), uniforms.blocks - 1);
         roots += mean_root(texelFetch(background_color, first_of_16() + within, 0).rgb);
     }
-    return level_of(roots, kLevel);
+    return level_of(roots, kContinuedLevel);
 }
 
 float largest_of(vec3 v) {
@@ -158,7 +153,7 @@ uint find_line(ivec2 cell, float q) {
         }
     } while (left != 0u);
     precise const vec3 lost = light - found_light;
-    const bool counts = found >> 8 <= kMuchLonger * (shortest >> 8) && largest_of(lost) <= kLost;
+    const bool counts = found >> 8 <= uint(kMuchLonger) * (shortest >> 8) && largest_of(lost) <= kLost;
     return counts ? found : kNoLine;
 }
 

@@ -32,7 +32,6 @@ layout(binding = 1) writeonly uniform image2DArray layers_denoised;
 #endif
 
 const int kReachPx = INVERSE_WARP_DENOISE_REACH_PX;
-const float kMinWeight = 1.0 / 64.0;  // taken off every weight: the window ends without a step
 
 // Weights exp(-denoise_window |L^-1 d|^2) of the pixels within `reach`.
 struct Window {
@@ -48,7 +47,7 @@ Window window_of(vec3 factor) {
     precise const vec2 deviation =
         vec2(factor.x, sqrt(factor.y * factor.y + factor.z * factor.z));
     w.reach =
-        min(ivec2(sqrt(log(1.0 / kMinWeight) / uniforms.denoise_window) * deviation), kReachPx);
+        min(ivec2(sqrt(log(1.0 / kLeastWeight) / uniforms.denoise_window) * deviation), kReachPx);
     return w;
 }
 
@@ -56,7 +55,7 @@ float weight_at(Window w, vec2 d) {
     precise const float u = w.narrow.x * d.x;
     precise const float v = w.narrow.y * (d.y - w.slant * u);
     precise const float weight =
-        max(exp(-uniforms.denoise_window * (u * u + v * v)) - kMinWeight, 0.0);
+        max(exp(-uniforms.denoise_window * (u * u + v * v)) - kLeastWeight, 0.0);
     return weight;
 }
 

@@ -195,14 +195,8 @@ float longest_seen_px(Pixel pixel, Sums sums) {
     return min(max(longest_of(unpack_surface(pixel.own)), seen), pixel.longest_px);
 }
 
-// Noise of a pixel as shown (standard deviation) at which FXAA begins to act, and how much more it acts
-// in full at. A display of 8 bits has steps of 1/255. Chosen by measurement (docs/fxaa.md#the-hint). Not
-// a difference of constants: GL and Vulkan round it otherwise.
-const float kLeastNoise = 0.002, kMoreNoise = 0.004;
-// A narrower blur has little noise beside detail that FXAA would soften. Radius of an even disc.
-const float kLeastBlurPx = 1.0, kMoreBlurPx = 3.0;
-
-// FXAA's pixel gate, 0..1: do the samples leave noise, by their number and how much they differ?
+// FXAA's pixel gate, 0..1: do the samples leave noise, by their number and how much they differ? A narrow blur
+// has little noise beside detail that FXAA would soften.
 float noise_gate(Sums sums) {
     const float weight = max(sums.color.weight, 1e-6);
     precise const vec2 mean = sums.shown.yz / weight;

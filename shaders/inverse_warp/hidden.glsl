@@ -1,8 +1,5 @@
 // Surfaces that this frame hides, as candidates for start surfaces.
 
-// Paths of one surface differ by at most the root of the sum of squares of these, as in light.glsl.
-const float kAlikeMotionPx = 1.0, kAlikeMotion = 0.5;  // pixels, parts of the path
-
 // How differently a surface is displaced from those that this frame shows in the block that hides it,
 // px^2. 0 if one of them moves alike, whose search finds it, or if none is farther.
 float apart_from(Surface shown[3], Surface hidden) {
@@ -10,7 +7,7 @@ float apart_from(Surface shown[3], Surface hidden) {
     for (int k = 0; k < 3; ++k) {
         const float px2 = apart(hidden, shown[k]);
         precise const float alike =
-            kAlikeMotionPx * kAlikeMotionPx + kAlikeMotion * kAlikeMotion * displaced(shown[k]);
+            kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * displaced(shown[k]);
         least = px2 > alike ? min(least, px2) : 0.0;
         far = min(far, shown[k].inverse_depth);
     }

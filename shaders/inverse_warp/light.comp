@@ -21,10 +21,6 @@ layout(binding = 2) uniform sampler2D color;
 layout(binding = 3) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform image2D light;
 
-const int kStepPx = 2;         // every second pixel of every second row
-const float kMinPixels = 4.0;  // of a patch
-const float kLevel = 3.0;
-
 // The level of a patch: of the pixels in its middle and in the middle of those around it.
 float find_level(ivec2 first) {
     precise float roots = 0.0;
@@ -33,7 +29,7 @@ float find_level(ivec2 first) {
         const ivec2 within = clamp(at, ivec2(0), uniforms.size - 1);
         roots += mean_root(finite_color(texelFetch(color, within, 0)).rgb);
     }
-    return level_of(roots, kLevel);
+    return level_of(roots, kLightLevel);
 }
 
 // Mean of red, green and blue.
@@ -74,9 +70,9 @@ void main() {
         if (!s.edge && s.inverse_depth >= 0.0 && is_shown(here, s))
             add(sums, s.inverse_depth, brightness(texelFetch(color, here.at, 0), level),
                 brightness(texelFetch(color_of_neighbor, there, 0), level));
-        there.x += kStepPx;
-        if (there.x >= end.x) there = ivec2(first.x, there.y + kStepPx);
+        there.x += kLightStepPx;
+        if (there.x >= end.x) there = ivec2(first.x, there.y + kLightStepPx);
     } while (there.y < end.y);
     precise const vec3 means = vec3(sums.here, sums.there, sums.square) / max(sums.count, 1.0);
-    imageStore(light, own_patch, vec4(sums.count < kMinPixels ? -1.0 : sums.inverse_depth, means));
+    imageStore(light, own_patch, vec4(sums.count < float(kLightPixels) ? -1.0 : sums.inverse_depth, means));
 }

@@ -2,10 +2,6 @@
 #include "inverse_warp/frames.glsl"
 
 const int kLightPatchPx = INVERSE_WARP_LIGHT_PATCH_PX;
-// Paths of one surface differ by at most the root of the sum of squares of these: surfaces turn.
-const float kOneMotionPx = 1.0, kOneMotion = 0.5;  // pixels, parts of the path
-
-const float kFarther = 1.02;  // inverse depths beyond this ratio are farther
 
 // This frame at the place of a neighbor's surface.
 struct Here {
@@ -21,7 +17,8 @@ Here place_of(usampler2D surfaces_here, Surface s, ivec2 x) {
     return Here(ivec2(at), at == place, unpack_surface(texelFetch(surfaces_here, ivec2(at), 0)));
 }
 
-// Does this frame show surface s there? Not at an edge.
+// Does this frame show surface s there? Not at an edge. Paths of one surface differ by at most the root of the
+// sum of squares of kOneMotionPx and kOneMotion of them: surfaces turn.
 bool is_shown(Here here, Surface s) {
     const Surface t = here.surface;
     precise const vec2 da = s.a - t.a;

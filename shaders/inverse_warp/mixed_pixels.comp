@@ -20,17 +20,10 @@ layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform uimage2D mixed;
 
 // A pixel is a mixture if its color differs from one by at most kRest, and the colors of both surfaces by
-// more than kContrast; parts of the difference of both colors, and of the larger color.
-const float kRest = 0.1, kContrast = 0.05;
-// Bounds of its own surface's share. It may have twice as much of a thin surface in front as the pixel that
-// shows the color of that.
-const float kLeast = -0.1, kLeastBehindThin = -1.0, kMost = 1.1;
-// Only where the surfaces part by so much motion, from which on blur fades in. A pixel shows the surface in
-// front if it has less than kMostLeaving of its own, less than kMostStill if the one in front stays in place.
-const float kPartPx = 0.5, kMostLeaving = 0.4, kMostStill = kShutter ? 0.8 : 0.65;
-// A surface has the color of the pixel that shows it alone and is closest to the pixel's color, among
-// those up to kSlack px^2 farther than the nearest.
-const int kSlack = 1;
+// more than kContrast. It shows the surface in front if it has less than kMostLeaving of its own, less than
+// kMostInPlace if the one in front stays in place. A surface has the color of the pixel that shows it alone
+// and is closest to the pixel's color, among those up to kSlackPx2 farther than the nearest.
+const float kMostInPlace = kShutter ? kMostStill : kMostStillLens;
 const int kNone = 1000;
 
 // The pixels around, nearest first.
@@ -66,7 +59,7 @@ int squared(ivec2 offset) {
 
 void add_alone(precise inout Side side, ivec2 offset, float inverse_depth, vec3 seen, vec3 own) {
     if (side.reach == kNone) {
-        side.reach = squared(offset) + kSlack;
+        side.reach = squared(offset) + kSlackPx2;
         side.inverse_depth = inverse_depth;
     }
     if (!one_depth(inverse_depth, side.inverse_depth)) return;
@@ -141,8 +134,8 @@ uint word_of(ivec2 p) {
     precise const vec3 rest = c - other.color - share * way;
     precise const float most_rest = kRest * kRest * contrast;
     const Surface front = surface_at(p + other.offset);
-    const bool takes = share < (leaves(front, kPartPx) ? kMostLeaving : kMostStill);
-    if (share < (thin ? kLeastBehindThin : kLeast) || share > kMost ||
+    const bool takes = share < (leaves(front, kPartPx) ? kMostLeaving : kMostInPlace);
+    if (share < (thin ? kLeastShareThin : kLeastShare) || share > kMostShare ||
         precise_dot(rest, rest) > most_rest || !part(surface_at(p + same.offset), front, kPartPx))
         return 0u;
     if (takes) return kMixed | kTakes | place_of(other.offset);

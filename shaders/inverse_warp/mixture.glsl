@@ -1,8 +1,6 @@
 // A pixel at a depth edge mixes the colors of two surfaces. It takes the color of its own surface from a
 // pixel that shows it alone, or the surface in front (mixed_pixels.comp, split_pixels.comp).
 
-const float kLensPartPx = 3.0;
-
 // Do the displacements of two surfaces differ by more than px of motion, or kLensPartPx of radius?
 bool part(Surface s, Surface t, float px) {
     bool by_motion = false, by_lens = false;

@@ -21,12 +21,6 @@ layout(binding = GATHER_LAYERS_BEFORE) uniform sampler2DArray layers_before;
 layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 #endif
 
-const int kNeighborSteps = 3;  // from each start surface
-const float kClosePx = 2.5;    // of a surface that comes almost to p, along each axis
-const float kBehind = 1.3;     // inverse depths up to this ratio are hardly farther
-const float kFilled = 0.9;     // least part of the fill that is not farther
-const float kStillPx = 0.5;    // path of a surface that stays in place
-
 uvec4 surface_in(int frame, ivec2 x) {
 #if BEFORE || AFTER
     const ivec2 at = kBefore && frame > 0 ? x + second_half() : x;
@@ -122,7 +116,11 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
             then.bend = other ? at_other.bend : at_nearer.bend;
             Surface begin = start_surface(search - 2);
             if (search < 2) begin = here.far;
-            if (begin.inverse_depth <= limit_beside(nearest, false, ratio)) continue;
+            if (begin.inverse_depth <= limit_beside(nearest, false, ratio)) {
+                // Start surfaces are nearest first.
+                if (search >= 2) searches = 0u;
+                continue;
+            }
             x = pixel_before(pixel.p, straight_from_neighbor(begin, then));
         }
         const int frame = other ? -nearer : nearer;

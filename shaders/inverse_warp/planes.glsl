@@ -31,12 +31,6 @@ layout(binding = 9) uniform sampler2D motion_after;
 layout(binding = 10) uniform sampler2D motion_back_after;
 #endif
 
-// A path may bounce if |b|/|a| is at least .4; it may do so fully from .6 on. Squared.
-const float kBent = 0.16, kTurned = 0.36;
-// Accelerations in the neighbors, along and across that in this frame, as parts of it: up to the first
-// one the surface bounces, from the second one on it turns.
-const float kBounce = 0.2, kTurn = 0.5, kBounceAcross = 0.5, kTurnAcross = 0.8;
-
 ivec2 nearest_inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
 }
@@ -133,7 +127,8 @@ vec2 turn_in(sampler2D forward, sampler2D back, bool after, vec2 at, vec2 betwee
     if (!all(greaterThanEqual(x, vec2(0.0))) || !all(lessThan(x, vec2(uniforms.size))))
         return kUnknownTurn;
     // Another surface has another motion between the frames.
-    precise float least = 1.0 + 0.0625 * precise_dot(between, between);
+    precise float least = kOtherMotionPx * kOtherMotionPx +
+                          kOtherMotion * kOtherMotion * precise_dot(between, between);
     vec2 there = vec2(0.0);
     bool found = false;
     for (int i = -1; i < 4; ++i) {

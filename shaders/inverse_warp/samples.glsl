@@ -8,9 +8,6 @@ layout(binding = GATHER_NOISE) uniform sampler2D noise;
 layout(binding = GATHER_LENS_SAMPLES) uniform sampler2D lens_samples;
 #endif
 
-// Range of Sample::depth_ratio.
-const float kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
-
 // Samples 0 .. ceil(n) - 1, whose lens samples are `first` .. in the table.
 struct SampleSet {
     float n;
@@ -37,28 +34,15 @@ vec2 random_at(ivec2 pixel) {
 #endif
 }
 
-// The place of k among 0 .. n - 1 in the order of their mirrored binary digits.
-int mirrored_place(int k, int n) {
-    int place = 0, digit = 0;
-    // For each digit 1 of k, the numbers that have the lower digits of k and then 0. A software
-    // renderer divides one lane after the other, so it shifts.
-    SOFTWARE_LOOP do {
-        const int lower = k & ((1 << digit) - 1);
-        ++digit;
-        place += (k >> (digit - 1) & 1) * (((n - 1 - lower) >> digit) + 1);
-    } while (k >> digit != 0);
-    return place;
-}
-
 // Time of sample k, in [-1, 1], or in the part of it in which the shutter is open. With a lens, whose
-// samples go outward, times go by mirrored digits: evenly spread, from the center of the shutter on, and
-// turned by the random number.
-float time_of(int k, SampleSet set, float part, float random) {
+// samples go outward, times go by `order`: evenly spread, from the center of the shutter on, and turned by
+// the random number.
+float time_of(int k, float order, SampleSet set, float part, float random) {
     if (!kShutter) return 0.0;
     precise float u;
     if (kLens) {
         const int n = int(set.n);
-        const float place = float(mirrored_place(k, n)) / set.n, center = float(n / 2) / set.n;
+        const float place = order / set.n, center = float(n / 2) / set.n;
         u = 2.0 * fract(place + 0.5 / set.n + center + 0.5 * random) - 1.0;
     } else {
         u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
@@ -67,22 +51,24 @@ float time_of(int k, SampleSet set, float part, float random) {
     return open_u;
 }
 
-vec2 lens_sample(int index, float random) {
+// xy: in the unit disc, z: the order of its time (common/lens_samples.comp).
+vec3 lens_sample(int index, float random) {
 #if LENS
     const int table =
         clamp(int(random * float(uniforms.lens_sets)), 0, uniforms.lens_sets - 1);
-    return texelFetch(lens_samples, ivec2(index, table), 0).xy;
+    return texelFetch(lens_samples, ivec2(index, table), 0).xyz;
 #else
-    return vec2(0.0);
+    return vec3(0.0);
 #endif
 }
 
 Sample sample_at(int k, SampleSet set, Pixel pixel) {
     precise const float part = min(set.n - float(k), 1.0);
+    const vec3 point = lens_sample(set.first + k, pixel.random.x);
     Sample at;
-    at.u = time_of(k, set, part, pixel.random.y);
+    at.u = time_of(k, point.z, set, part, pixel.random.y);
     at.bend = bend_at(at.u);
-    at.lens = lens_sample(set.first + k, pixel.random.x);
+    at.lens = point.xy;
     at.weight = set.weight * part;
     // Another ratio for each sample: while two surfaces pass each other in depth, their samples
     // change over one by one.

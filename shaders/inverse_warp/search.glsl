@@ -8,12 +8,9 @@ const bool kHasSecondLayer = true;
 const bool kHasSecondLayer = false;
 #endif
 const bool kSearchedOutside = kNeighbors || kHasSecondLayer;  // for what this frame hides
-const float kAcceptPx = 0.75;                      // |X + D(X) - p| along each axis
-const int kSteps = 2;                              // from each start surface
-const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
+const int kOwnSteps = kLens && !kShutter ? 1 : kSteps;  // from the pixel itself
 // px: the displacements of surfaces that move together differ by at most this.
-const float kTogetherPx = kLens ? 1.0 : 2.0;
-const float kSamePathPx = 0.25;  // between paths that are the same
+const float kTogether = kLens ? kTogetherLensPx : kTogetherPx;
 
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
 struct Found {
@@ -111,7 +108,7 @@ Visit visit(vec2 p, vec2 d, Sample now) {
 bool moves_along(vec2 x, float q, vec2 a, vec2 d, Sample now) {
     const Surface s = unpack_surface(texelFetch(surfaces, ivec2(inside_of(x)), 0));
     precise const vec2 e = displacement(s, now) - d, f = kShutter ? s.a - a : vec2(0.0);
-    return precise_dot(e, e) <= kTogetherPx * kTogetherPx &&
+    return precise_dot(e, e) <= kTogether * kTogether &&
            (s.inverse_depth <= q * kOneDepth || precise_dot(f, f) <= kSamePathPx * kSamePathPx);
 }
 

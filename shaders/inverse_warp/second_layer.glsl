@@ -9,7 +9,6 @@ const int kSecondLayer = 4;  // of Found::frame and Source::kind
 #ifdef SECOND_LAYER
 layout(binding = GATHER_SECOND_LAYER) uniform sampler2DArray second_layer;
 
-const int kSecondSteps = 3;         // from each start surface
 const int kFirstPlaneOfLayers = 3;  // color, inverse depth and motion come before
 
 // Below 0: nothing is known behind the pixel.

@@ -1,7 +1,6 @@
 #version 450 core
-// A pixel beside a lamp gets the surface that it shows (bright_edges.comp), also if the adjacent
-// pixel of that surface shows another in turn, and an edge to the adjacent pixels that show another.
-// All other pixels keep their surfaces.
+// A pixel beside a lamp gets the surface that it shows (bright_edges.comp), and an edge to the adjacent pixels
+// that show another. All other pixels keep their surfaces.
 //
 //   inverse_depth [, motion [, motion_back [, both of the neighbors]]], shown -> surfaces
 //
@@ -22,9 +21,6 @@ layout(binding = 5) uniform sampler2D light;
 layout(binding = 6) uniform usampler2D marks;
 
 #include "inverse_warp/light.glsl"
-
-const int kRings = 2;                  // of patches, around that of a pixel
-const float kMinDifference = 0.004;  // squared
 
 // This frame hides a surface of this inverse depth, seen at p. Does the light around it differ from
 // this frame's? That is, in the patches around that show it, of the smallest ring that has some, the
@@ -53,11 +49,11 @@ bool has_other_light(ivec2 p, float inverse_depth) {
             ++ring;
             offset = ivec2(-ring);
         }
-    } while (offset.y <= ring && ring <= kRings);
+    } while (offset.y <= ring && ring <= kLightRings);
     if (count == 0.0) return false;
     mean /= count;
     precise const float variance = max(square / count - mean * mean, 0.0);
-    return difference / count > variance + kMinDifference;
+    return difference / count > variance + kLightDifference;
 }
 
 shared uint hidden_of_square[kSquares];
@@ -67,12 +63,12 @@ uint hidden_in_other_light(ivec2 square, uint hidden) {
     const ivec2 own_patch = kSquarePx * square / kLightPatchPx;
     const ivec2 last = (uniforms.size - 1) / kLightPatchPx;
     bool differs = false, more = hidden != 0u;
-    ivec2 offset = ivec2(-kRings);
+    ivec2 offset = ivec2(-kLightRings);
     SOFTWARE_LOOP do {
         const vec4 l = texelFetch(light, clamp(own_patch + offset, ivec2(0), last), 0);
-        differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kMinDifference);
-        offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
-        more = more && !differs && offset.y <= kRings;
+        differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kLightDifference);
+        offset = offset.x < kLightRings ? offset + ivec2(1, 0) : ivec2(-kLightRings, offset.y + 1);
+        more = more && !differs && offset.y <= kLightRings;
     } while (more);
     return differs ? hidden : 0u;
 }
@@ -93,16 +89,11 @@ uint near_changed(ivec2 square) {
 }
 
 // The adjacent pixel whose surface p shows, otherwise p.
-ivec2 step_from(ivec2 p) {
+ivec2 shown_at(ivec2 p) {
     const ivec2 words = (p / kSquarePx) * ivec2(2, 1);
     if ((texelFetch(shown, words, 0).x & bit_of(p)) == 0u) return p;
     const uint to = texelFetch(shown, words + ivec2(1, 0), 0).x;
     return nearest_inside(p + kAround[to >> (2 * number_of(p)) & 3u]);
-}
-
-// The pixel whose surface p shows.
-ivec2 shown_at(ivec2 p) {
-    return step_from(step_from(p));
 }
 
 // Does depth jump from p, with this inverse depth, to an adjacent pixel that shows another surface

@@ -8,9 +8,6 @@
 #include "common/software_loop.glsl"
 #include "shared/small_circles.h"
 
-const float kFilledStillPx = 0.125;  // longest path of a surface that stays in place
-const float kOneRadiusPx = 0.25;     // radii of one circle
-
 struct Circle {
     float radius;  // px, of the surface
     int row;       // of the weights; a part of the next one

@@ -14,6 +14,7 @@
 // MOTION: surfaces hold motion: with the shutter, and if neighboring frames are searched
 // STRAIGHT: no frame has a motion_back plane: b and w are 0
 #include "common/precise.glsl"
+#include "shared/inverse_warp_constants.h"
 #include "shared/inverse_warp_uniforms.h"
 
 const bool kShutter = SHUTTER == 1, kLens = LENS == 1;
@@ -45,7 +46,6 @@ struct Surface {
 
 const float kStepB = 1.0 / 64.0;  // px: b is rounded to multiples of it
 const float kNotThere = -2.0;  // inverse depth of a neighbor's pixel that no search may find
-const float kOneDepth = 1.05;  // inverse depths up to this ratio are one surface
 
 bool one_depth(float q, float r) {
     return q <= kOneDepth * r && r <= kOneDepth * q;

@@ -4,6 +4,7 @@
 //
 // LAYERS: defined if the frame has extra layers, however many
 #include "common/finite.glsl"
+#include "shared/inverse_warp_constants.h"
 #include "shared/inverse_warp_uniforms.h"
 
 #ifdef LAYERS
@@ -37,8 +38,6 @@ vec4 bilinear(vec4 texel, vec4 beside, vec4 below, vec4 across, vec2 f) {
     precise const vec4 mean = upper + f.y * (lower - upper);
     return mean;
 }
-
-const float kSharpening = 1.5;  // of bilinear weights about their center: less added blur
 
 // The pixel nearest to a position, the one across from it, and the weight of the latter along each axis.
 struct Corners {

@@ -55,7 +55,7 @@ UNIFORMS_END
 // Pixels on each side that are denoised together.
 #define INVERSE_WARP_DENOISE_REACH_PX 2
 
-// Edge of a work group of starts.comp, in blocks.
+// Edge of a work group of start_choice.glsl, in blocks.
 #define INVERSE_WARP_STARTS_BLOCKS 8
 
 // Edge of the squares of pixels that a thread packs.

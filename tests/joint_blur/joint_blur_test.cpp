@@ -278,33 +278,48 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
 }
 
 // Faint noise on the left, lamps in the dark on the right. The extra samples are a set of their
-// own: the result is the mean of both sets' results.
+// own, through lens samples turned by a half: the result is the mean of both sets' results.
 TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
-    FramePlanes planes = moving_plane(256, 72, 0.75f, 24, 0);  // 72: its last blocks are cut
-    const ImageF random = noise_image(256, 72, 1, 11);
-    planes[Role::color] = make_image(256, 72, 4, [&](int x, int y, int c) {
+    constexpr int kWidth = 256, kHeight = 72;  // 72: its last blocks are cut
+    const auto turned = [](const ImageF& image) {
+        return make_image(kWidth, kHeight, 4, [&](int x, int y, int c) {
+            return image.at(kWidth - 1 - x, kHeight - 1 - y, c);
+        });
+    };
+    FramePlanes planes = moving_plane(kWidth, kHeight, 0.75f, 24, 0);
+    const ImageF random = noise_image(kWidth, kHeight, 1, 11);
+    planes[Role::color] = make_image(kWidth, kHeight, 4, [&](int x, int y, int c) {
         if (c == 3) return 1.0f;
         return x < 128 ? 0.5f + 0.02f * random.at(x, y) : 8 * float(random.at(x, y) > 0.875f);
     });
-    const auto blurred = [&](int64_t samples, int64_t most) {
+    FramePlanes turned_planes = moving_plane(kWidth, kHeight, 0.75f, -24, 0);
+    turned_planes[Role::color] = turned(planes[Role::color]);
+    const auto blurred = [](const FramePlanes& of, int64_t samples, int64_t most) {
         const Chain chain = chain_of(
             "joint_blur",
             {{"samples", samples}, {"max_samples", most}, {"noise", "none"}, {"denoise", false}});
-        return filtered(chain, planes);
+        return filtered(chain, of);
     };
-    const ImageF few = blurred(8, 0), rest = blurred(24, 0), adaptive = blurred(8, 32);
-    double apart = 0;
-    for (int y = 0; y < 72; ++y) {
-        for (int x = 0; x < 64; ++x) ASSERT_EQ(adaptive.at(x, y), few.at(x, y)) << x << ' ' << y;
-        for (int x = 176; x < 256; ++x) {
-            const double mean = (8 * few.at(x, y) + 24 * rest.at(x, y)) / 32;
-            ASSERT_NEAR(adaptive.at(x, y), mean, 1e-5) << x << ' ' << y;
-            apart = std::max(apart, std::abs(mean - few.at(x, y)));
+    const ImageF few = blurred(planes, 8, 0);
+    for (const int64_t more : {8, 24}) {
+        const ImageF rest = turned(blurred(turned_planes, more, 0));
+        const ImageF adaptive = blurred(planes, 8, 8 + more);
+        double apart = 0;
+        for (int y = 0; y < kHeight; ++y) {
+            for (int x = 0; x < 64; ++x)
+                ASSERT_EQ(adaptive.at(x, y), few.at(x, y)) << x << ' ' << y;
+            for (int x = 176; x < kWidth; ++x) {
+                const double mean =
+                    (8 * few.at(x, y) + double(more) * rest.at(x, y)) / double(8 + more);
+                // Positions in the turned frame are rounded otherwise.
+                ASSERT_NEAR(adaptive.at(x, y), mean, 1e-4) << x << ' ' << y;
+                apart = std::max(apart, std::abs(mean - few.at(x, y)));
+            }
         }
+        EXPECT_GT(apart, 0.1);
     }
-    EXPECT_GT(apart, 0.1);
-    EXPECT_TRUE(equal_bits(blurred(8, 8), few));
-    EXPECT_TRUE(equal_bits(blurred(8, 3), few));
+    EXPECT_TRUE(equal_bits(blurred(planes, 8, 8), few));
+    EXPECT_TRUE(equal_bits(blurred(planes, 8, 3), few));
 }
 
 // The brighter the lamps, the more visible their noise. The result grows in proportion to their

@@ -275,10 +275,13 @@ Status Instance::check(double time) {
 // Grays out rows, and writes the status: parameters may be set in this action alone.
 void Instance::refresh(double time) {
     const Values values(effect_, time);
-    const auto node = node_at(Moment{time});
-    if (node.ok() && type_->pass) {
-        const ChainLink& link = node->chain().links[0];
-        enable_rows(values, *type_->pass->parameters, link.pass->parameters());
+    if (type_->pass) {
+        const auto pass = type_->pass->create();
+        for (const Parameter& row : type_->pass->parameters->rows()) {
+            const ParameterValue value = value_of(values, row, {0, 0, 1, 1});
+            if (row.check(value).ok()) row.set(pass->parameters(), value);
+        }
+        enable_rows(values, *type_->pass->parameters, pass->parameters());
     }
     for (const Parameter* row : camera_rows(*type_))
         if (values.has("use_" + row->key))

@@ -64,12 +64,19 @@ def has_viewer(options):
     return (options.build / "tools/apps/postchain/postchain-view").exists()
 
 
+def has_plugin(options):
+    """It is built if yaml-cpp has an archive."""
+    return (options.build / "openfx").exists()
+
+
 def tree(options):
     shutil.rmtree(options.prefix, ignore_errors=True)
     components = ["plan", "library", "dev"] + ([] if options.core else ["config", "command"])
     components += ["vulkan"] if options.vulkan else []
     if has_viewer(options):
         components.append("view")
+    if has_plugin(options):
+        components.append("openfx")
     for component in components:
         call("cmake", "--install", options.build, "--prefix", options.prefix, "--component", component)
 
@@ -137,6 +144,18 @@ def needed(options):
         assert places <= {"$ORIGIN"}, places
         loaded = call("ldd", library)
         assert bool(re.search(r"lib(epoxy|E?GL)", loaded)) == (name == "postchain"), f"{name}: {loaded}"
+
+
+def plugin(options):
+    """The OpenFX bundle exports what the standard names, and brings all but libepoxy and the C library."""
+    library = one("**/postchain.ofx", options.prefix)
+    assert str(library).endswith("/OFX/Plugins/postchain.ofx.bundle/Contents/Linux-x86-64/postchain.ofx"), library
+    shown = {line.split()[-1] for line in call("nm", "-D", "--defined-only", library).splitlines()}
+    expect_equal(shown, {"OfxGetNumberOfPlugins", "OfxGetPlugin", "OfxSetHost"}, "symbols of the plugin")
+    text = call("readelf", "-d", library)
+    found = set(re.findall(r"NEEDED.*\[(.+)\]", text))
+    expect_equal(found - {"ld-linux-x86-64.so.2"}, {"libc.so.6", "libm.so.6", "libepoxy.so.0"}, "its libraries")
+    assert "NODELETE" in text and "RUNPATH" not in text and "RPATH" not in text, text
 
 
 def flags_of(module, library_folder):
@@ -289,6 +308,8 @@ def packages(options):
         has[f"libpostchain-vk{so}"] = f"libpostchain_vk.so.{options.version}"
     if has_viewer(options):
         has["postchain-view"] = "bin/postchain-view"
+    if has_plugin(options):
+        has["postchain-openfx"] = "usr/OFX/Plugins/postchain.ofx.bundle/Contents/Linux-x86-64/postchain.ofx"
     expect_equal(set(held), set(has), "packages")
     for package, file in has.items():
         for other, (files, _) in held.items():
@@ -302,6 +323,8 @@ def packages(options):
                                       ("postchain", ["libopenimageio"], ["libglfw3"]),
                                       ("postchain-service", [r"postchain \(= "], ["libglfw3"]),
                                       ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
+                                      ("postchain-openfx", ["libepoxy0", "libegl1, libopengl0"],
+                                       ["yaml", "openexr", "openimageio", "libstdc"]),
                                       ("python3-postchain", [r"python3\.\d+, python3-numpy", "libegl1, libopengl0"], [])):
         depends = held[package][1].lower() if package in held else ""
         for word in needs if package in held else []:
@@ -349,7 +372,8 @@ def source_package(options, folder):
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
         f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-service",
-        f"libpostchain-vk{soversion(options)}", "postchain-view", "python3-postchain"], control
+        f"libpostchain-vk{soversion(options)}", "postchain-view", "postchain-openfx", "python3-postchain"],
+        control
 
 
 def use_unpacked(options, folder, names):
@@ -381,7 +405,7 @@ def use_unpacked(options, folder, names):
 
 def main():
     checks = {check.__name__: check for check in (tree, headers, symbols, needed, examples,
-                                                  samples, command, packages)}
+                                                  samples, command, plugin, packages)}
     parser = argparse.ArgumentParser()
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=pathlib.Path, required=True)

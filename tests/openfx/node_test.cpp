@@ -7,6 +7,7 @@
 
 #include "tests/command/frames.h"
 #include "tests/openfx/test_host.h"
+#include "tests/support/environment.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 
@@ -398,9 +399,34 @@ TEST(Life, TwoThreadsAndManyInstances) {
             EXPECT_EQ(node.rendered(2), expected);
         }
     };
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
     std::thread other(render, 0);
     render(1);
     other.join();
+    EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
+}
+
+// A message, and a copy of the frame that needs no GL.
+TEST(LifeDeathTest, WithoutADriver) {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");  // a process in which no context was made
+    const postchain::test::TempFolder folder;
+    const std::string file = folder.path("vendor.json");
+    postchain::test::write_text(
+        file, R"({"file_format_version": "1.0.0", "ICD": {"library_path": "/no/such.so"}})");
+    const auto render = [&] {
+        postchain::test::set_variable("__EGL_VENDOR_LIBRARY_FILENAMES", file);
+        Host host;
+        Node node(host, "postchain.fxaa", kWidth, kHeight);
+        node.connect("Source", Picture{.pixels = source()});
+        if (node.render(2) != kStatFailed || node.message().find("EGL") == std::string::npos ||
+            node.object().message_type != "OfxMessageError")
+            std::fprintf(stderr, "message: %s", node.message().c_str());
+        node.connect("Source", Picture{.pixels = ImageF(kWidth, kHeight, 4, 0.5f)});
+        if (node.render(2) != kStatOK || !node.message().empty()) std::fprintf(stderr, "no copy");
+        std::_Exit(0);
+    };
+    EXPECT_EXIT(render(), ::testing::ExitedWithCode(0), "^$");
 }
 
 // The last effect that is unloaded ends the device; the next render makes another.

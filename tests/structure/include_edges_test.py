@@ -20,7 +20,7 @@ LAYERS = [
     ["tools/sequence", "tools/page"],
     ["tools/measure"],
     ["tools/service"],
-    ["tools/apps", "tools/samples", "tools/python"],
+    ["tools/apps", "tools/samples", "tools/python", "tools/openfx"],
 ]
 
 # Headers of other projects by their name or first folder, with the folders and files that may use them. All others

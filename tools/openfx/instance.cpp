@@ -255,8 +255,8 @@ Status Instance::render_frame(Properties in) {
     return Status();
 }
 
-HostStatus Instance::render(Properties in) {
-    return conclude(render_frame(in));
+HostStatus Instance::render(Properties in) try { return conclude(render_frame(in)); } catch (...) {
+    return conclude(status_of_exception("rendering a frame"));
 }
 
 Status Instance::check(double time) {

@@ -85,6 +85,7 @@ void work_off() {
 }  // namespace
 
 Status run_on_device(const DeviceWork& work, const std::function<bool()>& canceled) {
+    if (canceled()) return canceled_by_host();
     Shared& state = shared();
     const auto task = std::make_shared<Task>();
     task->work = &work;

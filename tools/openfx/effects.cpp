@@ -178,13 +178,6 @@ class Definer {
     bool animates_booleans_ = false, animates_choices_ = false;
 };
 
-Role role_of(Clip clip) {
-    constexpr std::array<Role, kClips> kRoles = {Role::color,  Role::inverse_depth, Role::motion,
-                                                 Role::mattes, Role::behind,        Role::behind,
-                                                 Role::behind};
-    return kRoles[size_t(clip)];
-}
-
 const Parameter& matte_effect_row() {
     return *link_parameters().find(kMatteEffect);
 }
@@ -263,18 +256,25 @@ void define_clip(const EffectType& type, Effect effect, Clip clip) {
     properties.set(kPropOptional, int(!type.requires_clip(clip)));
     properties.set(kPropIsMask, int(clip == Clip::matte));
     properties.set(kPropTemporalClipAccess,
-                   int(type.has(Clip::depth) && role_of(clip) != Role::behind));
+                   int(type.has(Clip::depth) && role_of_clip(clip) != Role::behind));
     properties.set(kPropSupportsTiles, 0);
 }
 
 }  // namespace
+
+Role role_of_clip(Clip clip) {
+    constexpr std::array<Role, kClips> kRoles = {Role::color,  Role::inverse_depth, Role::motion,
+                                                 Role::mattes, Role::behind,        Role::behind,
+                                                 Role::behind};
+    return kRoles[size_t(clip)];
+}
 
 bool EffectType::has(Clip clip) const {
     return clip == Clip::source || !pass || !required.empty();
 }
 
 bool EffectType::requires_clip(Clip clip) const {
-    return clip == Clip::source || required.has(role_of(clip));
+    return clip == Clip::source || required.has(role_of_clip(clip));
 }
 
 const std::vector<EffectType>& effect_types() {

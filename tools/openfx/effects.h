@@ -18,6 +18,8 @@ enum class Clip { source, depth, motion, matte, behind, behind_depth, behind_mot
 inline constexpr std::array<const char*, 7> kClipNames = {
     kSourceClip, "Depth", "Motion", "Matte", "Behind", "BehindDepth", "BehindMotion"};
 inline constexpr size_t kClips = kClipNames.size();
+// The plane that it brings; of the three for the layer behind that layer.
+Role role_of_clip(Clip clip);
 
 struct EffectType {
     const char* identifier;

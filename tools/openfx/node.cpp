@@ -305,13 +305,10 @@ void Node::find_wanted() {
 }
 
 std::vector<int> Node::frames_of(Clip clip) const {
-    constexpr std::array<Role, kClips> kRoles = {Role::color,  Role::inverse_depth, Role::motion,
-                                                 Role::mattes, Role::behind,        Role::behind,
-                                                 Role::behind};
+    const Role role = role_of_clip(clip);
     std::vector<int> frames = {0};
     for (const Neighbor neighbor : kNeighbors)
-        if (!wanted_.of(neighbor).empty() && wanted_.has(kRoles[size_t(clip)]) &&
-            kRoles[size_t(clip)] != Role::behind)
+        if (role != Role::behind && wanted_.has(role) && !wanted_.of(neighbor).empty())
             frames.push_back(frames_to(neighbor));
     return frames;
 }

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """First use of the OpenFX bundle: describes every effect and renders a moving edge by Motion Blur, in a host of a few
 lines. Usage: openfx.py POSTCHAIN.OFX"""
 import ctypes
@@ -114,7 +113,8 @@ def get_image(clip, _time, _region, to):
 
 
 def get_region(_clip, _time, to):
-    to[0:4] = 0, 0, WIDTH, HEIGHT
+    for index, value in enumerate((0, 0, WIDTH, HEIGHT)):
+        to[index] = value
     return OK
 
 

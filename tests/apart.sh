@@ -3,7 +3,7 @@
 # tests the command is built, and the default tests that are left pass; each part put back alone is built.
 # Usage: tests/apart.sh FOLDER [CASE...]   FOLDER gets the copy and its build, and is made anew
 # CASE: command (without any part), quick (the same, with the tests that need no device alone), lab, serve, view,
-# blender, python, samples; default: all but quick
+# blender, python, openfx, samples; default: all but quick
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 [[ $# -ge 1 ]] || { echo "usage: $0 FOLDER [CASE...]" >&2; exit 2; }
@@ -15,6 +15,7 @@ declare -A folders=(
     [view]="tools/apps/view tests/view"
     [blender]="tools/blender tests/blender"
     [python]="tools/python tests/python"
+    [openfx]="tools/openfx tests/openfx"
     [samples]="tools/samples tests/ogre"
 )
 declare -A targets=(
@@ -23,7 +24,7 @@ declare -A targets=(
     [samples]="postchain ogre_host"
 )
 cases=("$@")
-[[ $# -gt 0 ]] || cases=(command lab serve view blender python samples)
+[[ $# -gt 0 ]] || cases=(command lab serve view blender python openfx samples)
 
 # The tracked files, and new ones that git does not ignore.
 rm -rf "${folder:?}"

@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-chosen=(--label-exclude '^(full|serve|view|blender|python)$')
+chosen=(--label-exclude '^(full|serve|view|blender|python|openfx)$')
 target=(--target default_tests)
 packages="lab --tests"
 if [[ ${1:-} == --rest ]]; then

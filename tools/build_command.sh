@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs the packages that the command and its parts need, and builds these: build/tools/apps/postchain/postchain, for
 # `cmake --install build --component command`; likewise the component of each PART.
-# Usage: tools/build_command.sh [PART...]   PART: lab, serve, view, blender (docs/architecture.md)
+# Usage: tools/build_command.sh [PART...]   PART: lab, serve, view, blender, openfx (docs/architecture.md)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 declare -A targets=(
     [lab]="postchain_lab postchain_lab_manuals" [serve]="postchain_serve postchain_serve_manuals"
-    [view]="postchain_view_program postchain_view_program_manuals" [blender]=postchain_blender
+    [view]="postchain_view_program postchain_view_program_manuals" [blender]=postchain_blender [openfx]=postchain_openfx
 )
 tools/install_packages.sh "$@"
 options=(-DBUILD_TESTING=OFF)

@@ -3,7 +3,8 @@
 # of each PART that is named. With --tests also those of the default tests; with --full those of all parts and tests, of
 # sanitizers and fuzzing; with --windows those of tools/platforms.sh windows. Does nothing if all are installed, and on a
 # system without dpkg, for which it prints the list.
-# Usage: tools/install_packages.sh [PART...] [--tests | --full | --windows]   PART: lab, serve, view, python, blender
+# Usage: tools/install_packages.sh [PART...] [--tests | --full | --windows]   PART: lab, serve, view, python, blender,
+# openfx
 set -euo pipefail
 
 packages=(
@@ -19,6 +20,7 @@ declare -A parts=(
     [view]="libglfw3-dev libimgui-dev libfontconfig-dev"
     [python]="pybind11-dev python3-dev python3-numpy"
     [blender]=""
+    [openfx]=""
 )
 mode=
 for word in "$@"; do

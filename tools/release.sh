@@ -2,7 +2,8 @@
 # Makes the files of a release from the commit, and installs and uses each once in a system without anything else.
 # Usage: tools/release.sh [--folder FOLDER] [--work FOLDER] [PART...]       default: all parts, in this order
 #   debian12, debian13  Debian packages with their source package: built in a chroot with Build-Depends alone, without
-#                       errors of lintian; used by programs in C, the command, the module and the service
+#                       errors of lintian; used by programs in C, the command, the module,
+#                       the OpenFX plugin and the service
 #   wheel12, wheel13    the Python module as a wheel with the libraries that it loads, from the build of debian12 or
 #                       debian13; used in a virtual environment
 #   addon               the Blender add-on from the build of debian12: used as add-on in Debian 12's Blender, and as
@@ -97,7 +98,7 @@ debian() {
 
     begin "first use: the packages in a bare Debian $1"
     bare "$1" use
-    cp "$folder/debian-$1"/*.deb tests/install/program/{host.c,text.c,*.h} "$first_use/packages.sh" \
+    cp "$folder/debian-$1"/*.deb tests/install/program/{host.c,text.c,*.h} "$first_use"/{packages.sh,openfx.py} \
         "$work/$1/use/try/"
     # The commands of docs/library.md.
     sed -n '/^cc /s/ *#.*//p' docs/library.md | sed 's/tool\.c/text.c/' >"$work/$1/use/try/commands"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs packages, builds and runs tests. At its end it lists the tests that could not run, and what to install.
 #   tools/test.sh              the default set: what each behavior of the command and the lab is tested by where it lives
-#   tools/test.sh --part PART  all tests of a part (tools/CMakeLists.txt): lab, serve, view, blender or python
+#   tools/test.sh --part PART  all tests of a part (tools/CMakeLists.txt): lab, serve, view, blender, python or
+#                              openfx
 #   tools/test.sh --rest       the tests that the default set leaves out, those of all parts among them; fails if one
 #                              cannot run
 #   tools/test.sh --full       both with each warning an error, the core preset (only chain and passes, each file
@@ -15,7 +16,8 @@ options=(-DBUILD_TESTING=ON)
 part=
 case "${1:-} ${2:-}" in
     " ") sets=(default) ;;
-    "--part lab" | "--part serve" | "--part view" | "--part blender" | "--part python")
+    "--part lab" | "--part serve" | "--part view" | "--part blender" | "--part python" | \
+        "--part openfx")
         sets=(part)
         part=$2
         ;;
@@ -25,14 +27,14 @@ case "${1:-} ${2:-}" in
         options+=(-DCMAKE_COMPILE_WARNING_AS_ERROR=ON)
         ;;
     *)
-        echo "usage: tools/test.sh [--part PART | --rest | --full]   PART: lab, serve, view, blender, python" >&2
+        echo "usage: tools/test.sh [--part PART | --rest | --full]   PART: lab, serve, view, blender, python, openfx" >&2
         exit 2
         ;;
 esac
 # Switches on the parts that are named and the others off. Scenes for most tests are rendered by the lab.
 build_parts() {
     local name
-    for name in lab serve view blender python; do
+    for name in lab serve view blender python openfx; do
         [[ " lab $* " == *" $name "* ]] && options+=("-DPOSTCHAIN_${name^^}=ON") || options+=("-DPOSTCHAIN_${name^^}=OFF")
     done
 }
@@ -73,7 +75,7 @@ for set in "${sets[@]}"; do
             ;;
         rest)
             tools/install_packages.sh --full
-            build_parts serve view blender python
+            build_parts serve view blender python openfx
             cmake --preset release "${options[@]}"
             cmake --build --preset release -j "$(nproc)"
             run_tests full

@@ -132,6 +132,18 @@ def needed(options):
         assert bool(re.search(r"lib(epoxy|E?GL)", loaded)) == (name == "postchain"), f"{name}: {loaded}"
 
 
+def plugin(options):
+    """The OpenFX bundle exports what the standard names, and brings all but libepoxy and the C library."""
+    library = one("**/postchain.ofx", options.prefix)
+    assert str(library).endswith("/OFX/Plugins/postchain.ofx.bundle/Contents/Linux-x86-64/postchain.ofx"), library
+    shown = {line.split()[-1] for line in call("nm", "-D", "--defined-only", library).splitlines()}
+    expect_equal(shown, {"OfxGetNumberOfPlugins", "OfxGetPlugin", "OfxSetHost"}, "symbols of the plugin")
+    text = call("readelf", "-d", library)
+    found = set(re.findall(r"NEEDED.*\[(.+)\]", text))
+    expect_equal(found - {"ld-linux-x86-64.so.2"}, {"libc.so.6", "libm.so.6", "libepoxy.so.0"}, "its libraries")
+    assert "NODELETE" in text and "RUNPATH" not in text and "RPATH" not in text, text
+
+
 def flags_of(module, library_folder):
     """By pkg-config."""
     environment = dict(os.environ, PKG_CONFIG_PATH=str(library_folder / "pkgconfig"))
@@ -252,6 +264,8 @@ def command(options):
         expect_refused("is of version 9.9.9")
 
 
+FILES_OF_PARTS = {"blender": "postchain/postchain_blender.zip",
+                  "openfx": "usr/OFX/Plugins/postchain.ofx.bundle/Contents/Linux-x86-64/postchain.ofx"}
 OF_SERVICE = ("libsqlite3", "libsodium", "prometheus")  # libraries that the service alone needs
 
 
@@ -283,7 +297,7 @@ def packages(options):
     if options.vulkan:
         has[f"libpostchain-vk{so}"] = f"libpostchain_vk.so.{options.version}"
     for part in options.parts:
-        has[f"postchain-{part}"] = {"blender": "postchain/postchain_blender.zip"}.get(part, f"bin/postchain-{part}")
+        has[f"postchain-{part}"] = FILES_OF_PARTS.get(part, f"bin/postchain-{part}")
     if "serve" in options.parts:
         has["postchain-service"] = "system/postchain.service"
     expect_equal(set(held), set(has), "packages")
@@ -302,6 +316,8 @@ def packages(options):
                                       ("postchain-service", [r"postchain-serve \(= "], ["libglfw3"]),
                                       ("postchain-blender", [r"postchain \(= "], ["libc6"]),
                                       ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
+                                      ("postchain-openfx", ["libepoxy0", "libegl1, libopengl0"],
+                                       ["yaml", "openexr", "openimageio", "libstdc"]),
                                       ("python3-postchain", [r"python3\.\d+, python3-numpy", "libegl1, libopengl0"], [])):
         depends = held[package][1].lower() if package in held else ""
         for word in needs if package in held else []:
@@ -350,7 +366,7 @@ def source_package(options, folder):
         f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
         f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-lab",
         "postchain-serve", "postchain-service", f"libpostchain-vk{soversion(options)}", "postchain-view",
-        "postchain-blender", "python3-postchain"], control
+        "postchain-blender", "postchain-openfx", "python3-postchain"], control
 
 
 def use_unpacked(options, folder, names):
@@ -382,7 +398,7 @@ def use_unpacked(options, folder, names):
 
 def main():
     checks = {check.__name__: check for check in (tree, headers, symbols, needed, examples,
-                                                  samples, command, packages)}
+                                                  samples, command, plugin, packages)}
     parser = argparse.ArgumentParser()
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=pathlib.Path, required=True)

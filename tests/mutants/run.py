@@ -31,7 +31,7 @@ import tomllib
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 TIME_LIMIT_S = 600
 # A test with one of these labels is not in the default set (tests/CMakeLists.txt).
-NOT_DEFAULT = {"full", "serve", "view", "blender", "python"}
+NOT_DEFAULT = {"full", "serve", "view", "blender", "python", "openfx"}
 
 Test = collections.namedtuple("Test", "command environment folder full")
 Mutant = collections.namedtuple("Mutant", "file name line replacement tests")

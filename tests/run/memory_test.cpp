@@ -12,7 +12,6 @@
 
 #include "tests/command/frames.h"
 #include "tools/sequence/exr/worker_pool.h"
-#include "tools/sequence/source/control_group.h"
 
 namespace postchain::sequence {
 namespace {

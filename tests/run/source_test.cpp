@@ -13,6 +13,7 @@
 #include "tests/command/frames.h"
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
+#include "tools/sequence/source/file_convention.h"
 #include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/frame_source.h"
 

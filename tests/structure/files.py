@@ -40,7 +40,7 @@ def files_below(folders, extensions):
 
 # Each may be left out, also with its folder (docs/architecture.md).
 PARTS = ["tools/measure", "tools/service", "tools/page", "tools/apps/view", "tools/python", "tools/blender",
-         "tools/samples"]
+         "tools/openfx", "tools/samples"]
 
 
 def part_of(path):

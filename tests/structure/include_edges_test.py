@@ -22,7 +22,7 @@ LAYERS = [
     ["tools/page", "tools/apps/common"],
     ["tools/measure"],
     ["tools/service"],
-    ["tools/apps", "tools/samples", "tools/python"],
+    ["tools/apps", "tools/samples", "tools/python", "tools/openfx"],
 ]
 
 # A part (files.py) knows no other but the pages, in these folders.

@@ -17,6 +17,7 @@
 #include "tools/sequence/image/image_writer.h"
 #include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/run/output_frame.h"
+#include "tools/sequence/source/file_convention.h"
 
 namespace py = pybind11;
 

@@ -6,6 +6,7 @@
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/reduced_frame.h"
+#include "tools/sequence/source/reduced_lengths.h"
 
 namespace postchain::view {
 namespace {

@@ -1,4 +1,5 @@
 #include "tools/sequence/run/output_frame.h"
+#include "tools/sequence/source/file_convention.h"
 
 #include <cmath>
 #include <deque>

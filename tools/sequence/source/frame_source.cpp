@@ -417,30 +417,6 @@ ImageF stored_color(const io::InputFrame& input) {
     return input.kept->interleaved(input.assignment.at(Role::color).channels, input.window, 4, 1);
 }
 
-void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored) {
-    if (!conversion.unpremultiplied) return;
-    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
-        float* rgba = color.data.data() + 4 * pixel;
-        const float* was = stored.data.data() + 4 * pixel;
-        for (int c = 0; c < 3; ++c)
-            if (rgba[3] == was[3] && was[3] != 0 && rgba[c] == was[c] * was[3])
-                rgba[c] = was[c];
-            else if (rgba[3] != 0)
-                rgba[c] /= rgba[3];
-            else if (rgba[c] == 0 && was[3] == 0 && std::isfinite(was[c]))
-                rgba[c] = was[c];
-    }
-}
-
-void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion,
-                              const ImageF& color) {
-    if (!conversion.unpremultiplied) return;
-    for (size_t pixel = 0; pixel < layer.pixels(); ++pixel)
-        for (size_t c = 0; c < 3; ++c)
-            if (const float alpha = color.data[4 * pixel + 3]; alpha != 0)
-                layer.data[4 * pixel + c] /= alpha;
-}
-
 Result<ColorFile> read_color(const SourceSettings& settings, const std::string& path, int frame) {
     ASSIGN_OR_RETURN(auto header, open_source_frame(settings, {{Role::color, path}}, frame));
     // Two images and their copies; error maps are not counted.

@@ -132,13 +132,6 @@ std::string doubt_of_speed(double max_speed_px, double change);
 
 SharedPlanes shared(FramePlanes planes);
 
-// Converts color back to the file's convention: undoes ConvertOptions::unpremultiplied. If alpha is
-// 0, division is impossible: pixels that were clear in the file (`stored`) and received no light
-// get their color back. Values that the chain did not change are those stored, bit for bit.
-void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
-// to_file_convention() for a layer, which is stored like color; `color` holds its alpha.
-void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, const ImageF& color);
-
 // Color in the convention of the file, for a frame read with Keep::all.
 ImageF stored_color(const io::InputFrame& input);
 

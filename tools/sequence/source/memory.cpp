@@ -1,17 +1,13 @@
 #include "tools/sequence/source/memory.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <map>
 
 #include "chain/base/text.h"
 #include "tools/sequence/exr/worker_pool.h"
-#include "tools/sequence/source/control_group.h"
 
 namespace postchain::sequence {
 Result<uint64_t> parse_bytes(std::string_view text) {
@@ -29,23 +25,6 @@ Result<uint64_t> parse_bytes(std::string_view text) {
         return Status(StatusCode::usage,
                       concat("'", text, "' is not a valid size; use a form like 8G or 500M"));
     return uint64_t(bytes);
-}
-
-std::string bytes_text(uint64_t bytes) {
-    const char* units[] = {"bytes", "KiB", "MiB", "GiB", "TiB"};
-    double value = double(bytes);
-    size_t unit = 0;
-    while (value >= 1024 && unit + 1 < std::size(units)) value /= 1024, ++unit;
-    char text[48];
-    std::snprintf(text, sizeof(text), unit == 0 ? "%.0f %s" : "%.1f %s", value, units[unit]);
-    return text;
-}
-
-uint64_t default_memory_limit() {
-    uint64_t bytes = uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
-    if (const uint64_t stated = memory_of_groups("/proc/self/cgroup", "/sys/fs/cgroup"))
-        bytes = std::min(bytes, stated);
-    return bytes / 4 * 3;
 }
 
 uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, int rows) {

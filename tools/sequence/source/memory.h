@@ -8,15 +8,12 @@
 #include <string_view>
 
 #include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/memory_limit.h"
 
 namespace postchain::sequence {
 
 // "8G", "500M", "1.5 GiB", "4096": bytes, in powers of 1024. Errors (usage): not a size, 0.
 Result<uint64_t> parse_bytes(std::string_view text);
-std::string bytes_text(uint64_t bytes);  // "6.2 GiB"
-
-// Three quarters of the memory of the machine or of the process's control group.
-uint64_t default_memory_limit();
 
 // Memory to read `rows` rows of these planes: channels as stored, planes as float. Keep::all adds
 // the memory to write the frame back: the filtered color and the channels of its data window.

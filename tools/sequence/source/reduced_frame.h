@@ -2,7 +2,6 @@
 #pragma once
 
 #include "chain/base/image.h"
-#include "chain/pass/chain.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
@@ -15,7 +14,5 @@ ImageF middle_reduced(const ImageF& image, int width, int height);
 // Reduces the planes of a frame and of its neighbors: color, layers and mattes by mean, depth and
 // motion vectors by center pixel. Scales motion vectors, sizes and bounds.
 void reduce_frame(SourceFrame& source, double scale);
-// Scales the passes' lengths in pixels, unless the result is out of the row's range.
-void reduce_lengths(Chain& chain, double scale);
 
 }  // namespace postchain::sequence

@@ -12,6 +12,7 @@
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/reduced_frame.h"
+#include "tools/sequence/source/reduced_lengths.h"
 #include "tools/sequence/source/sequence_reader.h"
 #include "tools/sequence/source/sequence_survey.h"
 #include "tools/service/work/preview_helper.h"

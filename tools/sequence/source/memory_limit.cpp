@@ -1,7 +1,11 @@
-#include "tools/sequence/source/control_group.h"
+#include "tools/sequence/source/memory_limit.h"
+
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
+#include <iterator>
 
 namespace postchain::sequence {
 namespace {
@@ -36,6 +40,23 @@ uint64_t memory_of_groups(const std::string& groups, const std::string& mounted)
         }
     }
     return least;
+}
+
+uint64_t default_memory_limit() {
+    uint64_t bytes = uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
+    if (const uint64_t stated = memory_of_groups("/proc/self/cgroup", "/sys/fs/cgroup"))
+        bytes = std::min(bytes, stated);
+    return bytes / 4 * 3;
+}
+
+std::string bytes_text(uint64_t bytes) {
+    const char* units[] = {"bytes", "KiB", "MiB", "GiB", "TiB"};
+    double value = double(bytes);
+    size_t unit = 0;
+    while (value >= 1024 && unit + 1 < std::size(units)) value /= 1024, ++unit;
+    char text[48];
+    std::snprintf(text, sizeof(text), unit == 0 ? "%.0f %s" : "%.1f %s", value, units[unit]);
+    return text;
 }
 
 }  // namespace postchain::sequence

@@ -1,0 +1,450 @@
+// Life of a node in a host's graph: identity, messages, focus, cuts, abort, many instances.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "tests/command/frames.h"
+#include "tests/openfx/test_host.h"
+#include "tests/support/environment.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
+
+namespace postchain::openfx::test::node_test {
+namespace {
+
+using postchain::test::make_planes;
+using postchain::test::Planes;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kWidth = 53, kHeight = 37;
+
+ImageF vectors(const Planes& planes) {
+    return joined(planes.motion, planes.back);
+}
+
+// Frames 1 to 9 in the convention `generic`.
+void connect_scene(Node& node) {
+    const auto feed = [](auto plane) {
+        return [=](double time) -> std::optional<Picture> {
+            return Picture{.pixels = plane(make_planes(kWidth, kHeight, int(time)))};
+        };
+    };
+    node.connect("Source", feed([](const Planes& p) { return p.color; }), 1, 9);
+    node.connect("Depth", feed([](const Planes& p) { return p.depth; }), 1, 9);
+    node.connect("Motion", feed(vectors), 1, 9);
+    node.choose("motion_meaning", "generic");
+}
+
+ImageF source(int frame = 2) {
+    return make_planes(kWidth, kHeight, frame).color;
+}
+
+void set_lens(Node& node) {
+    node.use("focal_length_mm", 50);
+    node.use("sensor_width_mm", 36);
+    node.use("f_stop", 1.4);
+    node.use("focus_distance", 2);
+    node.use("meters_per_unit", 0.05);
+}
+
+TEST(Identity, OfParametersWithItsReason) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    EXPECT_EQ(node.identity(2), "");
+    node.use("shutter_frames", 0);
+    EXPECT_EQ(node.identity(2), "Source");
+    EXPECT_EQ(node.changed("shutter_frames"), kStatOK);
+    EXPECT_THAT(node.status(), HasSubstr("left out: motion_blur: shutter_frames is 0"));
+    // Also where the plane is missing that it would need.
+    node.connect("Motion", Feed());
+    EXPECT_EQ(node.identity(2), "Source");
+    node.animate("shutter_frames", [](double time) { return time == 2 ? 0.5 : 0; });
+    EXPECT_EQ(node.identity(3), "Source");
+    EXPECT_EQ(node.identity(2), "");
+}
+
+// What the pixels leave out is copied, without GL.
+TEST(Identity, OfFactsIsACopyWithItsReason) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.choose("neighbors", "none");
+    node.connect("Motion", Picture{.pixels = ImageF(kWidth, kHeight, 4)});
+    EXPECT_EQ(node.identity(2), "");
+    EXPECT_EQ(node.rendered(2), source());
+    EXPECT_EQ(node.changed("samples"), kStatOK);
+    EXPECT_THAT(node.status(),
+                HasSubstr("left out: motion_blur: largest half-velocity 0 px <= 0.5 px"));
+    EXPECT_THAT(node.status(), HasSubstr("every motion vector is zero"));
+    EXPECT_THAT(node.status(), Not(HasSubstr("filtered on")));
+}
+
+TEST(Regions, FramesAndRegions) {
+    Host host;
+    Node node(host, "postchain.joint_blur", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    const auto frames = node.frames_needed(5);
+    for (const char* clip : {"Source", "Depth", "Motion"})
+        EXPECT_THAT(frames.at(clip), ElementsAre(4, 6)) << clip;
+    EXPECT_THAT(frames.at("Behind"), ElementsAre(5, 5));
+    node.choose("neighbors", "before");
+    EXPECT_THAT(node.frames_needed(5).at("Depth"), ElementsAre(4, 5));
+    node.choose("neighbors", "none");
+    EXPECT_THAT(node.frames_needed(5).at("Source"), ElementsAre(5, 5));
+    EXPECT_THAT(node.regions_of_interest(5).at("Depth"), ElementsAre(0, 0, kWidth, kHeight));
+    EXPECT_FALSE(node.frame_varying());
+    node.set("animate_noise", 1);
+    EXPECT_TRUE(node.frame_varying());
+    // A cropped Source is blurred into the rest of the frame.
+    node.connect("Source", Picture{.pixels = ImageF(10, 8, 4, 1), .x = 20, .y = 9});
+    std::array<double, 4> region;
+    EXPECT_EQ(node.region_of_definition(5, region), kStatOK);
+    EXPECT_THAT(region, ElementsAre(0, 0, kWidth, kHeight));
+    node.choose("frame_size", "source");
+    EXPECT_EQ(node.region_of_definition(5, region), kStatOK);
+    EXPECT_THAT(region, ElementsAre(20, 9, 30, 17));
+}
+
+// Each cause is a message on the node, and the message goes with it.
+TEST(Messages, GoWithTheirCause) {
+    Host host;
+    Node node(host, "postchain.joint_blur", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    node.set("samples", 3);
+    const ImageF expected = node.rendered(2);
+    const auto fails = [&](const char* text) {
+        EXPECT_EQ(node.render(2), kStatFailed) << text;
+        EXPECT_EQ(node.object().message_type, "OfxMessageError");
+        EXPECT_THAT(node.message(), HasSubstr(text));
+    };
+    const auto works = [&] {
+        connect_scene(node);
+        EXPECT_EQ(node.rendered(2), expected);
+        EXPECT_EQ(node.message(), "");
+    };
+    node.connect("Depth", Feed());
+    fails("inverse_depth");
+    works();
+    node.connect("Source", Feed());
+    fails("Source: is not connected");
+    works();
+    node.connect("Motion", [](double) { return std::optional<Picture>(); });
+    fails("Motion: has no image at frame 2");
+    works();
+    node.connect("Depth", Picture{.pixels = ImageF(kWidth - 1, kHeight, 1, 3)});
+    fails("Depth: covers pixels (0, 0) to (52, 37), and Source (0, 0) to (53, 37)");
+    works();
+    node.connect("Depth",
+                 Picture{.pixels = ImageF(kWidth, kHeight, 1), .depth = "OfxBitDepthByte"});
+    fails("Depth: pixels are OfxBitDepthByte; connect float or half images");
+    works();
+    node.connect("Motion", Picture{.pixels = ImageF(kWidth, kHeight, 3)});
+    fails("Motion: has 3 channels");
+    works();
+    node.set("use_f_stop", 0);
+    fails("f_stop");
+    node.use("f_stop", 1.4);
+    works();
+    node.use("shutter_angle_deg", 180);
+    node.use("shutter_frames", 0.5);
+    fails("shutter_angle_deg");
+    node.set("use_shutter_angle_deg", 0);
+    works();
+    node.set("camera_file", "/no/such/camera.json");
+    fails("/no/such/camera.json");
+    node.set("camera_file", "");
+    works();
+    // A neighbor that cannot be read is left out.
+    node.connect("Depth", [](double time) -> std::optional<Picture> {
+        if (time != 2) return std::nullopt;
+        return Picture{.pixels = make_planes(kWidth, kHeight, 2).depth};
+    });
+    EXPECT_EQ(node.render(2), kStatOK);
+    EXPECT_EQ(node.changed("check", 2), kStatOK);
+    EXPECT_THAT(node.status(),
+                HasSubstr("without the frame before: Depth: has no image at frame 1"));
+}
+
+TEST(Messages, OfChainsAndValues) {
+    Host host;
+    Node node(host, "postchain.chain", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    node.choose("chain", "from chain_file");
+    EXPECT_EQ(node.render(2), kStatFailed);
+    EXPECT_THAT(node.message(), HasSubstr("chain_file: is empty"));
+    const postchain::test::TempFolder folder;
+    const std::string path = folder.path("own.yaml");
+    postchain::test::write_text(path, "postchain: 1\npasses: [fxaaa]\n");
+    node.set("chain_file", path);
+    EXPECT_EQ(node.render(2), kStatFailed);
+    EXPECT_THAT(node.message(), HasSubstr("own.yaml:2"));
+    postchain::test::write_text(path, "postchain: 1\npasses: [fxaa, joint_blur: {samples: 4}]\n");
+    const ImageF four = node.rendered(2);
+    EXPECT_EQ(node.message(), "");
+    node.set("overrides", "joint_blur.samples=3\njoint_blur.seed=7\n");
+    EXPECT_NE(node.rendered(2), four);
+    node.set("overrides", "joint_blur.samples=none");
+    EXPECT_EQ(node.render(2), kStatFailed);
+    EXPECT_THAT(node.message(), HasSubstr("samples"));
+}
+
+// Values from a camera file, frame by frame; those of the node replace them.
+TEST(Camera, FileByFrame) {
+    Host host;
+    Node node(host, "postchain.depth_of_field", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    node.choose("neighbors", "none");
+    const ImageF expected = node.rendered(2);
+    const postchain::test::TempFolder folder;
+    const std::string path = folder.path("camera.json");
+    postchain::test::write_text(
+        path,
+        R"({"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 22, "meters_per_unit": 0.05,
+            "focus_distance": 6, "frames": {"2": {"f_stop": 1.4, "focus_distance": 2}}})");
+    for (const char* key :
+         {"focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance", "meters_per_unit"})
+        node.set(concat("use_", key), 0);
+    node.set("camera_file", path);
+    EXPECT_EQ(node.rendered(2), expected);
+    ImageF other = node.rendered(3);
+    EXPECT_NE(other, expected);
+    node.use("f_stop", 22);
+    EXPECT_NE(node.rendered(2), expected);
+}
+
+// The point's surface is in focus, and another one at another time.
+TEST(Focus, AtAPointOverTime) {
+    Host host;
+    Node node(host, "postchain.depth_of_field", kWidth, kHeight);
+    connect_scene(node);
+    node.use("focal_length_mm", 50);
+    node.use("sensor_width_mm", 36);
+    node.use("f_stop", 1.4);
+    node.use("meters_per_unit", 0.05);
+    node.choose("neighbors", "none");
+    node.set("use_focus_at", 1);
+    // The square, whose depth is 2, is at the center of frame 2; the ground, 6, in the corner.
+    node.object().parameters.at("focus_at").numbers = [](double time) {
+        return time == 2 ? std::array{kWidth / 2.0, kHeight / 2.0}
+                         : std::array{1.0, double(kHeight - 1)};
+    };
+    const ImageF near = node.rendered(2), far = node.rendered(3);
+    node.set("use_focus_at", 0);
+    node.use("focus_distance", 2);
+    EXPECT_EQ(node.rendered(2), near);
+    node.use("focus_distance", 6);
+    EXPECT_EQ(node.rendered(3), far);
+    Node chain(host, "postchain.chain", kWidth, kHeight);
+    connect_scene(chain);
+    set_lens(chain);
+    chain.choose("chain", "fast");
+    chain.use("focus_at", kWidth / 2.0, kHeight / 2.0);
+    const ImageF at_point = chain.rendered(2);
+    chain.set("use_focus_at", 0);
+    EXPECT_EQ(chain.rendered(2), at_point);
+}
+
+TEST(Signs, AreCheckedOnceAndDismissed) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.set("samples", 3);
+    EXPECT_EQ(node.render(2), kStatOK);
+    EXPECT_EQ(node.message(), "");
+    EXPECT_EQ(node.changed("samples"), kStatOK);
+    EXPECT_THAT(node.status(), HasSubstr("signs of the motion vectors: confirmed"));
+    node.set("motion_scale", -1, 1);
+    EXPECT_EQ(node.render(2), kStatOK);
+    EXPECT_EQ(node.object().message_type, "OfxMessageWarning");
+    EXPECT_THAT(node.message(), HasSubstr("scale` multiplied by (-1, 1)"));
+    const int messages = node.object().messages;
+    EXPECT_EQ(node.render(3), kStatOK);
+    EXPECT_EQ(node.object().messages, messages);
+    node.set("check_motion", 0);
+    EXPECT_EQ(node.changed("check_motion"), kStatOK);
+    EXPECT_EQ(node.message(), "");
+    node.set("check_motion", 1);
+    EXPECT_EQ(node.render(2), kStatOK);
+    EXPECT_NE(node.message(), "");
+    node.set("motion_scale", 1, 1);
+    EXPECT_EQ(node.render(2), kStatOK);
+    EXPECT_EQ(node.message(), "");
+}
+
+// Across a cut no frame is read, and its motion is that from the frame before.
+TEST(Cuts, NoFrameAcross) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    const ImageF inside = node.rendered(2);
+    node.animate("cut", [](double time) { return time == 2 ? 1 : 0; });
+    const ImageF before_cut = node.rendered(2);
+    EXPECT_NE(before_cut, inside);
+    EXPECT_EQ(node.changed("cut"), kStatOK);
+    EXPECT_THAT(node.status(), HasSubstr("without the frame after: a cut follows frame 2"));
+    EXPECT_EQ(node.render(3), kStatOK);
+    EXPECT_EQ(node.changed("cut"), kStatOK);
+    EXPECT_THAT(node.status(), HasSubstr("without the frame before: a cut follows frame 2"));
+    // Without vectors of the other side there is no motion to blur by.
+    node.choose("motion_channels", "RG forward");
+    EXPECT_EQ(node.rendered(2), source());
+    EXPECT_EQ(node.render(1), kStatOK);
+    EXPECT_EQ(node.changed("cut"), kStatOK);
+    EXPECT_THAT(node.status(),
+                HasSubstr("without the frame before: frame 1 is the first of Source"));
+}
+
+TEST(Mattes, KeepWhatTheyCover) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    const ImageF blurred = node.rendered(2);
+    ImageF matte(kWidth, kHeight, 4);
+    for (size_t i = 0; i < matte.pixels(); ++i) matte.data[4 * i + 1] = 1;
+    node.connect("Matte", Picture{.pixels = matte});
+    EXPECT_EQ(node.rendered(2), blurred);
+    node.choose("matte_channel", "G");
+    EXPECT_EQ(node.rendered(2), source());
+    node.choose("matte_effect", "unmoved");
+    EXPECT_EQ(node.rendered(2), source());
+}
+
+// Light of surfaces that the frame does not show.
+TEST(Behind, GivesLight) {
+    Host host;
+    Node node(host, "postchain.joint_blur", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    node.choose("neighbors", "none");
+    const ImageF alone = node.rendered(2);
+    node.connect("Behind", Picture{.pixels = ImageF(kWidth, kHeight, 4, 1)});
+    EXPECT_EQ(node.render(2), kStatFailed);
+    EXPECT_THAT(node.message(), HasSubstr("BehindDepth: is not connected"));
+    node.connect("BehindDepth", Picture{.pixels = ImageF(kWidth, kHeight, 1, 6)});
+    const ImageF with_layer = node.rendered(2);
+    EXPECT_NE(with_layer, alone);
+    node.connect("BehindMotion", Picture{.pixels = ImageF(kWidth, kHeight, 4, 3)});
+    EXPECT_NE(node.rendered(2), with_layer);
+}
+
+// Before a frame begins, and while the device works on it.
+TEST(Life, AbortEndsARender) {
+    constexpr int kWide = 151, kHigh = 101;
+    Host host;
+    Node node(host, "postchain.joint_blur", kWide, kHigh);
+    const Planes planes = make_planes(kWide, kHigh, 2);
+    node.connect("Source", Picture{.pixels = planes.color});
+    node.connect("Depth", Picture{.pixels = planes.depth});
+    node.connect("Motion", Picture{.pixels = vectors(planes)});
+    node.choose("motion_meaning", "generic");
+    set_lens(node);
+    node.set("samples", 3);
+    const ImageF few = node.rendered(2);
+    node.set("samples", 1023);
+    for (const int asked : {1, 2}) {
+        node.object().output.pixels = ImageF(kWide, kHigh, 4, -5);
+        node.object().abort_asked = 0;
+        node.object().abort = [&] { return node.object().abort_asked >= asked; };
+        EXPECT_EQ(node.render(2), kStatFailed);
+        EXPECT_EQ(node.object().output.pixels, ImageF(kWide, kHigh, 4, -5));
+        EXPECT_EQ(node.message(), "");
+    }
+    node.object().abort = {};
+    node.set("samples", 3);
+    EXPECT_EQ(node.rendered(2), few);
+}
+
+TEST(Life, GraysOutWhatHasNoEffect) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    const auto enabled = [&](const char* name) {
+        const auto& set = node.object().parameters.at(name).properties;
+        return !set.values.contains("OfxParamPropEnabled") ||
+               set.integer("OfxParamPropEnabled") != 0;
+    };
+    EXPECT_FALSE(enabled("center_weight"));
+    EXPECT_FALSE(enabled("max_blur_px"));
+    EXPECT_TRUE(enabled("path_px_per_time"));
+    node.choose("mode", "guertin");
+    node.use("max_blur_px", 9);
+    EXPECT_EQ(node.changed("mode"), kStatOK);
+    EXPECT_TRUE(enabled("center_weight"));
+    EXPECT_TRUE(enabled("max_blur_px"));
+    EXPECT_FALSE(enabled("path_px_per_time"));
+    EXPECT_FALSE(enabled("status"));
+}
+
+TEST(Life, TwoThreadsAndManyInstances) {
+    Host host;
+    Node first(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(first);
+    first.set("samples", 3);
+    const ImageF expected = first.rendered(2);
+    std::vector<std::unique_ptr<Node>> nodes;
+    for (int i = 0; i < 200; ++i) {
+        nodes.push_back(std::make_unique<Node>(
+            host, i % 2 ? "postchain.motion_blur" : "postchain.fxaa", kWidth, kHeight));
+        if (i % 2) connect_scene(*nodes.back());
+    }
+    const auto render = [&](size_t from) {
+        for (size_t i = from; i < 16; i += 2) {
+            Node& node = *nodes[2 * i + 1];
+            node.set("samples", 3);
+            EXPECT_EQ(node.rendered(2), expected);
+        }
+    };
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    std::thread other(render, 0);
+    render(1);
+    other.join();
+    EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
+}
+
+// A message, and a copy of the frame that needs no GL.
+TEST(LifeDeathTest, WithoutADriver) {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");  // a process in which no context was made
+    const postchain::test::TempFolder folder;
+    const std::string file = folder.path("vendor.json");
+    postchain::test::write_text(
+        file, R"({"file_format_version": "1.0.0", "ICD": {"library_path": "/no/such.so"}})");
+    const auto render = [&] {
+        postchain::test::set_variable("__EGL_VENDOR_LIBRARY_FILENAMES", file);
+        Host host;
+        Node node(host, "postchain.fxaa", kWidth, kHeight);
+        node.connect("Source", Picture{.pixels = source()});
+        if (node.render(2) != kStatFailed || node.message().find("EGL") == std::string::npos ||
+            node.object().message_type != "OfxMessageError")
+            std::fprintf(stderr, "message: %s", node.message().c_str());
+        node.connect("Source", Picture{.pixels = ImageF(kWidth, kHeight, 4, 0.5f)});
+        if (node.render(2) != kStatOK || !node.message().empty()) std::fprintf(stderr, "no copy");
+        std::_Exit(0);
+    };
+    EXPECT_EXIT(render(), ::testing::ExitedWithCode(0), "^$");
+}
+
+// The last effect that is unloaded ends the device; the next render makes another.
+TEST(Life, LoadedAgain) {
+    std::vector<ImageF> colors;
+    for (int i = 0; i < 2; ++i) {
+        Host host;
+        Node node(host, "postchain.motion_blur", kWidth, kHeight);
+        connect_scene(node);
+        node.set("samples", 3);
+        colors.push_back(node.rendered(2));
+    }
+    EXPECT_EQ(colors[0], colors[1]);
+}
+
+}  // namespace
+}  // namespace postchain::openfx::test::node_test

@@ -1,0 +1,290 @@
+// Pixels: those of the command, whatever the layout of the host's images.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/chain_find.h"
+#include "tests/openfx/test_host.h"
+#include "tests/run/fixture.h"
+#include "tests/support/images.h"
+
+namespace postchain::openfx::test {
+namespace {
+
+using postchain::test::make_planes;
+using postchain::test::Planes;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 61, kHeight = 43;
+
+struct Lens {
+    const char* key;
+    double value;
+};
+constexpr Lens kLens[] = {{"focal_length_mm", 50},
+                          {"sensor_width_mm", 36},
+                          {"f_stop", 1.4},
+                          {"focus_distance", 2},
+                          {"meters_per_unit", 0.05}};
+
+ImageF scaled(ImageF image, float x, float y) {
+    for (size_t i = 0; i < image.pixels(); ++i) {
+        image.data[2 * i] *= x;
+        image.data[2 * i + 1] *= y;
+    }
+    return image;
+}
+
+// Frames 1 to 3 as Cycles writes them: Vector as R G B A.
+ImageF cycles_vectors(const Planes& planes) {
+    return joined(scaled(planes.back, -1, 1), scaled(planes.motion, -1, 1));
+}
+
+void connect_scene(Node& node, int width = kWidth, int height = kHeight) {
+    const auto feed = [=](auto plane) {
+        return [=](double time) -> std::optional<Picture> {
+            return Picture{.pixels = plane(make_planes(width, height, int(time)))};
+        };
+    };
+    node.connect("Source", feed([](const Planes& p) { return p.color; }), 1, 3);
+    node.connect("Depth", feed([](const Planes& p) { return p.depth; }), 1, 3);
+    node.connect("Motion", feed(cycles_vectors), 1, 3);
+    node.choose("motion_meaning", "cycles");
+}
+
+void set_lens(Node& node) {
+    for (const Lens& one : kLens) node.use(one.key, one.value);
+}
+
+class OpenFx : public sequence::SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        settings_.on_existing = io::OnExisting::overwrite;
+        postchain::test::write_sequence(at(""), {1, 2, 3}, kWidth, kHeight);
+        std::string camera;
+        for (const Lens& one : kLens)
+            camera += concat(camera.empty() ? "" : ", ", "\"", one.key, "\": ", one.value);
+        auto file = parse_camera("{" + camera + "}", "camera.json");
+        EXPECT_TRUE(file.status().ok()) << file.status().message();
+        settings_.source.camera = std::move(file);
+    }
+    // Frame 2 by the command's own functions.
+    ImageF of_command(Chain chain) {
+        chain_ = std::move(chain);
+        const auto summary = go();
+        EXPECT_TRUE(summary.ok()) << summary.status().message();
+        return postchain::test::read_color(out(2));
+    }
+    ImageF of_command(const std::string& shipped) {
+        return of_command(std::move(load_chain(shipped, builtin_passes())->chain));
+    }
+    Host host_;
+};
+
+TEST_F(OpenFx, AChainHasTheBitsOfTheCommand) {
+    Node node(host_, "postchain.chain", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    // `balanced` reads the frames before and after.
+    for (const char* chain : {"balanced", "paper"}) {
+        node.choose("chain", chain);
+        EXPECT_EQ(node.rendered(2), of_command(chain)) << chain << "\n" << node.message();
+    }
+}
+
+TEST_F(OpenFx, AnEffectHasTheBitsOfItsPass) {
+    Node node(host_, "postchain.joint_blur", kWidth, kHeight);
+    connect_scene(node);
+    for (const Lens& one : kLens) node.use(one.key, one.value);
+    node.set("samples", 9);
+    node.set("seed", 5);
+    const ImageF color = of_command(
+        postchain::test::chain_of("joint_blur", {{"samples", int64_t(9)}, {"seed", int64_t(5)}}));
+    EXPECT_EQ(node.rendered(2), color);
+    EXPECT_NE(color, make_planes(kWidth, kHeight, 2).color);
+}
+
+// Where the image is, how its rows lie, and which part of it is asked for change no bit.
+TEST(Pixels, BoundsAndRowsOfTheHost) {
+    Host host;
+    Node plain(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(plain);
+    plain.set("samples", 5);
+    const ImageF expected = plain.rendered(2);
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    node.set("samples", 4);  // an odd number is read
+    node.object().properties.set("OfxImageEffectPropProjectOffset", {-7.0, -100.0});
+    const auto feed = [](auto plane) {
+        return [=](double time) -> std::optional<Picture> {
+            return Picture{.pixels = plane(make_planes(kWidth, kHeight, int(time))),
+                           .x = -7,
+                           .y = -100,
+                           .negative_rows = true,
+                           .padding = 12};
+        };
+    };
+    node.connect("Source", feed([](const Planes& p) { return p.color; }), 1, 3);
+    node.connect("Depth", feed([](const Planes& p) {
+                     return arranged(p.depth, {-1, 0, -1, -1});
+                 }),
+                 1, 3);
+    node.choose("depth_channel", "G");
+    node.connect("Motion", feed([](const Planes& p) {
+                     return joined(scaled(p.motion, 1, -1), scaled(p.back, -1, 1));
+                 }),
+                 1, 3);
+    node.choose("motion_meaning", "nuke");
+    Picture& output = node.object().output;
+    output = {.pixels = ImageF(kWidth, kHeight, 4, -5), .x = -7, .y = -100, .negative_rows = true};
+    EXPECT_EQ(node.render(2), kStatOK) << node.message();
+    EXPECT_EQ(output.pixels, expected);
+    output.pixels = ImageF(kWidth, kHeight, 4, -5);
+    EXPECT_EQ(node.render(2, {3, -90, 20, -80}), kStatOK);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const int host_x = x - 7, host_y = -100 + kHeight - 1 - y;
+            const bool inside = host_x >= 3 && host_x < 20 && host_y >= -90 && host_y < -80;
+            ASSERT_EQ(output.pixels.at(x, y, 1), inside ? expected.at(x, y, 1) : -5)
+                << x << " " << y;
+        }
+}
+
+TEST(Pixels, HalvesAreWithinTheirStep) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.choose("neighbors", "none");
+    const ImageF floats = node.rendered(2);
+    node.connect("Source", Picture{.pixels = make_planes(kWidth, kHeight, 2).color,
+                                   .depth = "OfxBitDepthHalf"});
+    node.object().output.depth = "OfxBitDepthHalf";
+    const ImageF halves = node.rendered(2);
+    // Half a step of the input and of the output each, for values below 1.
+    EXPECT_LE(postchain::test::largest_difference(floats, halves), 0x1p-11);
+    EXPECT_NE(halves, floats);
+}
+
+// Color without its alpha is filtered with it, and handed back without.
+TEST(Pixels, Unpremultiplied) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    ImageF color = make_planes(kWidth, kHeight, 2).color, divided = color;
+    for (size_t i = 0; i < color.pixels(); ++i) {
+        const float alpha = i % 3 == 0 ? 0.5f : 0.25f;
+        color.data[4 * i + 3] = divided.data[4 * i + 3] = alpha;
+        for (size_t c = 0; c < 3; ++c) color.data[4 * i + c] *= alpha;
+    }
+    node.connect("Source", Picture{.pixels = color});
+    ImageF expected = node.rendered(2);
+    node.connect("Source",
+                 Picture{.pixels = divided, .premultiplication = "OfxImageAlphaUnPremultiplied"});
+    node.object().output.premultiplication = "OfxImageAlphaUnPremultiplied";
+    ImageF found = node.rendered(2);
+    EXPECT_NE(found, expected);
+    for (size_t i = 0; i < found.pixels(); ++i)
+        for (size_t c = 0; c < 3; ++c) found.data[4 * i + c] *= found.data[4 * i + 3];
+    EXPECT_LE(postchain::test::largest_difference(found, expected), 1e-6);
+}
+
+// Means of blocks of `side` pixels.
+ImageF reduced(const ImageF& image, int side) {
+    ImageF small(image.width / side, image.height / side, image.channels);
+    for (int y = 0; y < small.height; ++y)
+        for (int x = 0; x < small.width; ++x)
+            for (int c = 0; c < image.channels; ++c) {
+                double sum = 0;
+                for (int j = 0; j < side; ++j)
+                    for (int i = 0; i < side; ++i) sum += image.at(side * x + i, side * y + j, c);
+                small.at(x, y, c) = float(sum / (side * side));
+            }
+    return small;
+}
+
+double rms(const ImageF& a, const ImageF& b) {
+    double sum = 0;
+    for (size_t i = 0; i < a.data.size(); ++i) sum += std::pow(a.data[i] - b.data[i], 2);
+    return std::sqrt(sum / double(a.data.size()));
+}
+
+// A proxy looks as the whole frame does, far closer than with vectors or limits of another size.
+TEST(Pixels, ProxiesAreBlurredAlike) {
+    constexpr int kWide = 160, kHigh = 32;
+    ImageF color(kWide, kHigh, 4, 1), motion(kWide, kHigh, 4);
+    for (size_t i = 0; i < color.pixels(); ++i) {
+        color.data[4 * i] = float(0.5 + 0.4 * std::sin(0.05 * double(i % kWide)));
+        motion.data[4 * i] = 80;
+    }
+    Host host;
+    for (const bool limited : {false, true}) {
+        Node node(host, "postchain.motion_blur", kWide, kHigh);
+        node.choose("neighbors", "none");
+        if (limited) node.use("max_blur_px", 16);
+        const auto render = [&](int side, double factor) {
+            node.object().scale_x = node.object().scale_y = 1.0 / side;
+            node.connect("Source", Picture{.pixels = reduced(color, side)});
+            node.connect("Depth", Picture{.pixels = ImageF(kWide / side, kHigh / side, 1, 5)});
+            node.connect("Motion", Picture{.pixels = reduced(motion, side)});
+            node.object().output.pixels = ImageF(kWide / side, kHigh / side, 4);
+            node.set("motion_scale", factor, 1);
+            return node.rendered(2);
+        };
+        const ImageF whole = render(1, 1);
+        EXPECT_GT(rms(whole, color), 0.01);
+        for (const int side : {2, 4}) {
+            const double alike = rms(render(side, 1), reduced(whole, side));
+            EXPECT_LT(alike, 0.25 * rms(reduced(color, side), reduced(whole, side))) << side;
+        }
+    }
+}
+
+// The same vectors and depths in each meaning give the same frame.
+TEST(Pixels, MeaningsOfVectorsAndDepth) {
+    Host host;
+    Node node(host, "postchain.joint_blur", kWidth, kHeight);
+    connect_scene(node);
+    set_lens(node);
+    node.choose("neighbors", "none");
+    node.choose("motion_channels", "BA forward");
+    const ImageF expected = node.rendered(2);
+    const Planes planes = make_planes(kWidth, kHeight, 2);
+    const auto closeness = [&](const char* meaning, float x, float y, const char* channels,
+                               std::vector<int> order) {
+        node.choose("motion_meaning", meaning);
+        node.choose("motion_channels", channels);
+        node.connect("Motion", Picture{.pixels = arranged(scaled(planes.motion, x, y), order)});
+        return postchain::test::largest_difference(node.rendered(2), expected);
+    };
+    const std::vector<int> rg = {0, 1, -1, -1}, ba = {-1, -1, 0, 1};
+    EXPECT_EQ(closeness("to_next", 1, -1, "RG forward", rg), 0);
+    EXPECT_EQ(closeness("to_next", 1, -1, "BA forward", ba), 0);
+    EXPECT_EQ(closeness("from_previous", 1, -1, "RG forward", rg), 0);
+    EXPECT_EQ(closeness("to_previous", -1, 1, "RG forward", rg), 0);
+    EXPECT_EQ(closeness("arnold", 1, -1, "as motion_meaning has them", rg), 0);
+    EXPECT_EQ(closeness("generic", 1, 1, "RG forward", rg), 0);
+    EXPECT_LT(closeness("uv", 1.f / kWidth, -1.f / kHeight, "RG forward", rg), 1e-3);
+    EXPECT_LT(closeness("ndc", 2.f / kWidth, -2.f / kHeight, "RG forward", rg), 1e-3);
+    EXPECT_GT(closeness("to_next", 1, 1, "RG forward", rg), 1e-2);
+    node.set("motion_scale", 1, -1);
+    EXPECT_EQ(closeness("to_next", 1, 1, "RG forward", rg), 0);
+
+    const auto with_depth = [&](const char* meaning, auto stored) {
+        ImageF depth = planes.depth;
+        for (float& value : depth.data) value = float(stored(double(value)));
+        node.choose("depth_meaning", meaning);
+        node.connect("Depth", Picture{.pixels = depth});
+        return postchain::test::largest_difference(node.rendered(2), expected);
+    };
+    EXPECT_LT(with_depth("inverse", [](double d) { return 1 / d; }), 1e-3);
+    node.use("near_clip", 1);
+    node.use("far_clip", 9);
+    EXPECT_EQ(with_depth("normalized", [](double d) { return (d - 1) / 8; }), 0);
+    EXPECT_EQ(with_depth("normalized_inverted", [](double d) { return 1 - (d - 1) / 8; }), 0);
+    EXPECT_GT(with_depth("linear", [](double d) { return 1 / d; }), 1e-2);
+}
+
+}  // namespace
+}  // namespace postchain::openfx::test

@@ -18,9 +18,9 @@
 #include "passes/registry.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/frame/camera_metadata.h"
-#include "tools/sequence/frame/frame_reader.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/camera_metadata.h"
+#include "tools/sequence/planes/frame_reader.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::fuzz {
 
@@ -93,10 +93,10 @@ void ask_part(io::PixelFile& file, int index) {
 
 // The file as `run` writes it: color through floats, every other part chunk by chunk.
 void ask_copy(const std::string& path, const io::ChannelAssignment& roles) {
-    Result<io::OpenFrame> open = io::open_frame({{Role::color, path}}, 1, kLimits);
+    Result<io::FrameFiles> open = io::open_frame({{Role::color, path}}, 1, kLimits);
     require(open.ok(), "a file that was opened once can be opened again");
     const size_t parts = open->color_file().parts().size();
-    Result<io::InputFrame> frame =
+    Result<io::StoredFrame> frame =
         io::read_frame(std::move(*open), roles, {Role::color}, io::Keep::all);
     require_reason(frame.status());
     if (!frame.ok()) return;

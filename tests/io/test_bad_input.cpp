@@ -9,7 +9,7 @@
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::io {
 namespace {

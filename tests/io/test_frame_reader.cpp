@@ -7,7 +7,7 @@
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::io::test_frame_reader {
 namespace {
@@ -39,8 +39,8 @@ const ChannelAssignment kCycles = {
     {Role::motion, {0, {"V.Vector.Z", "V.Vector.W"}}},
     {Role::motion_back, {0, {"V.Vector.X", "V.Vector.Y"}}}};
 
-InputFrame read_ok(const std::map<Role, std::string>& files, const ChannelAssignment& roles,
-                   RoleSet wanted, Keep keep = Keep::nothing) {
+StoredFrame read_ok(const std::map<Role, std::string>& files, const ChannelAssignment& roles,
+                    RoleSet wanted, Keep keep = Keep::nothing) {
     return must(read_frame(must(open_frame(files, 17)), roles, wanted, keep));
 }
 
@@ -48,7 +48,7 @@ TEST_F(FrameReader, PlanesInTheFilesOwnConvention) {
     FilePart part = cycles();
     part.edit = [](Imf::Header& h) { h.pixelAspectRatio() = 2; };
     write_file(in, {part});
-    const InputFrame frame =
+    const StoredFrame frame =
         read_ok({{Role::color, in}}, kCycles,
                 {Role::color, Role::inverse_depth, Role::motion, Role::motion_back}, Keep::all);
     EXPECT_EQ(frame.description.pixel_aspect, 2);
@@ -82,7 +82,7 @@ TEST_F(FrameReader, ReadsOnlyWhatIsWanted) {
     write_file(in, {part});
     ChannelAssignment roles = kCycles;
     roles[Role::color].channels.pop_back();
-    const InputFrame frame = read_ok({{Role::color, in}}, roles, {Role::inverse_depth});
+    const StoredFrame frame = read_ok({{Role::color, in}}, roles, {Role::inverse_depth});
     EXPECT_EQ(frame.planes.size(), 2u);
     EXPECT_EQ(frame.description.planes, (RoleSet{Role::color, Role::inverse_depth}));
     EXPECT_EQ(frame.kept, nullptr);
@@ -99,7 +99,7 @@ TEST_F(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
     write_file(in, {color, depth});
     const ChannelAssignment roles = {{Role::color, {0, {"R", "G", "B"}}},
                                      {Role::inverse_depth, {1, {"Z"}}}};
-    const InputFrame frame = read_ok({{Role::color, in}}, roles, {Role::inverse_depth});
+    const StoredFrame frame = read_ok({{Role::color, in}}, roles, {Role::inverse_depth});
     const ImageF& z = frame.planes.at(Role::inverse_depth);
     ASSERT_EQ(z.width, 6);
     ASSERT_EQ(z.height, 5);
@@ -120,13 +120,13 @@ TEST_F(FrameReader, PlanesInFilesOfTheirOwn) {
     write_file(folder.path("c.exr"), {color});
     write_file(folder.path("d.exr"), {depth});
     write_file(folder.path("m.exr"), {motion});
-    const InputFrame frame = read_ok({{Role::color, folder.path("c.exr")},
-                                      {Role::inverse_depth, folder.path("d.exr")},
-                                      {Role::motion, folder.path("m.exr")}},
-                                     {{Role::color, {0, {"R", "G", "B"}}},
-                                      {Role::inverse_depth, {0, {"R"}}},
-                                      {Role::motion, {0, {"R", "G"}}}},
-                                     {Role::inverse_depth, Role::motion}, Keep::all);
+    const StoredFrame frame = read_ok({{Role::color, folder.path("c.exr")},
+                                       {Role::inverse_depth, folder.path("d.exr")},
+                                       {Role::motion, folder.path("m.exr")}},
+                                      {{Role::color, {0, {"R", "G", "B"}}},
+                                       {Role::inverse_depth, {0, {"R"}}},
+                                       {Role::motion, {0, {"R", "G"}}}},
+                                      {Role::inverse_depth, Role::motion}, Keep::all);
     EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(4, 5), sample_value(depth, 0, 4, 5));
     EXPECT_EQ(frame.planes.at(Role::motion).at(4, 5, 1), sample_value(motion, 1, 4, 5));
     EXPECT_EQ(frame.kept->planes.size(), 3u) << "color's file alone is written back";

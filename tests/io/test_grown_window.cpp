@@ -7,7 +7,7 @@
 
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::io {
 namespace {

@@ -22,7 +22,7 @@ class OutputPath : public InOut {
         test::write_file(in, {part});
     }
     Result<WriteReport> write(const std::string& path, float value, OnExisting on_existing) {
-        InputFrame frame = read_ok(in);
+        StoredFrame frame = read_ok(in);
         const ImageF color(frame.description.width, frame.description.height, 4, value);
         return write_filtered(path, frame, color, {.on_existing = on_existing});
     }

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::io {
 
 inline const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 
-InputFrame read_ok(const std::string& path, int part = 0,
-                   const std::vector<std::string>& color = kRgba);
+StoredFrame read_ok(const std::string& path, int part = 0,
+                    const std::vector<std::string>& color = kRgba);
 
 // A folder with the file that is read and what is written of it.
 class InOut : public testing::Test {
@@ -32,9 +32,9 @@ using ExrWriter = InOut;
 using ExrOutputSettings = InOut;
 
 // An image unlike any input: each pixel and channel has its own value, exact in half.
-ImageF new_color(const InputFrame& frame);
+ImageF new_color(const StoredFrame& frame);
 
-WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
+WriteReport write_ok(const std::string& path, StoredFrame& frame, const ImageF& color,
                      WriteOptions options = {});
 
 // Expects all channels of `out` to equal those of `in`, except for `replaced`, which hold `color`.

@@ -15,10 +15,10 @@
 #include "passes/registry.h"
 #include "tests/io/exr_files.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/frame/frame_reader.h"
-#include "tools/sequence/frame/frame_writer.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/planes/frame_reader.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace {
 
@@ -154,7 +154,7 @@ class Allocations : public testing::Test {
         test::write_file(folder_.path("in.exr"), {test::rgba_z("color"), other});
     }
 
-    Result<io::InputFrame> read_frame() const {
+    Result<io::StoredFrame> read_frame() const {
         ASSIGN_OR_RETURN(auto open, io::open_frame(files_, 1));
         return io::read_frame(std::move(open), roles_, {Role::color}, io::Keep::all);
     }

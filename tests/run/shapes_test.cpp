@@ -14,7 +14,7 @@
 #include <random>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {

@@ -151,7 +151,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     // Layers are what the caller calls so, whatever their names are.
     frame->settings_.profile->data = {""};
     frame->settings_.layers.aovs = "all";
-    io::OpenFrame files;
+    io::FrameFiles files;
     files.frame_number = number;
     const auto file = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
     files.files[Role::color] = file;
@@ -181,7 +181,7 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     return frame;
 }
 
-Status Frame::open(io::OpenFrame files) {
+Status Frame::open(io::FrameFiles files) {
     ASSIGN_OR_RETURN(header_, sequence::header_of(settings_, std::move(files)));
     if (depth_encoding_) header_.match.options.depth = *depth_encoding_;
     if (behind_ || !behind_path_.empty()) header_.has_behind = true;

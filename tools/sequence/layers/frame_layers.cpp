@@ -223,7 +223,7 @@ class MatteFinder {
 };
 
 // The named channels in `area`, taken from the planes that were kept.
-Result<ImageF> pixels_of(const io::InputFrame& input, const RoleChannels& source,
+Result<ImageF> pixels_of(const io::StoredFrame& input, const RoleChannels& source,
                          const io::Window& area, int channels) {
     if (input.kept && input.kept->part == source.part)
         return input.kept->interleaved(source.channels, area, channels, 0);
@@ -420,7 +420,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     return status_of_exception(file.path());
 }
 
-Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& input,
+Result<ImageF> read_layers(const FrameLayers& layers, const io::StoredFrame& input,
                            const io::Window& area) {
     std::vector<ImageF> planes;
     for (const FileLayer& layer : layers.filtered) {
@@ -444,7 +444,7 @@ void MatteFindings::add_cryptomatte(const std::string& path, const io::Cryptomat
                                  "they count as none"));
 }
 
-Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
+Result<ImageF> read_mattes(const FrameLayers& layers, const io::StoredFrame& input,
                            const io::Window& area, MatteFindings& findings) {
     const std::string path = input.files.color_file().path();
     std::map<size_t, io::RankedCoverage> ranks;

@@ -120,7 +120,7 @@ bool is_done(const std::string& output, const std::string& fingerprint,
 }
 
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
-                           const FrameInputs& inputs) {
+                           const FrameToRead& inputs) {
     const int frame = inputs.frame->number;
     std::string text =
         concat(chain.text(), name_of(settings.plan.precision), " frame ", frame, "\n",

@@ -149,7 +149,7 @@ Result<std::optional<io::ImageEncoding>> to_output_convention(const std::string&
                                                               const SourceFrame& source,
                                                               ImageF& result,
                                                               const RunSettings& settings) {
-    const io::InputFrame& input = source.input;
+    const io::StoredFrame& input = source.input;
     const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::image_format_of(path)) {
@@ -179,7 +179,7 @@ Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source
                                     const std::vector<io::FilteredLayer>& layers,
                                     const io::OutputFiles& files, io::WriteOptions options) {
     ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
-    const io::InputFrame& input = source.input;
+    const io::StoredFrame& input = source.input;
     const io::PixelFile& color_file = input.files.color_file();
     const RoleChannels& color = input.assignment.at(Role::color);
     if (encoding) {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "chain/pass/chain.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 #include "tools/sequence/run/runner.h"
 
 namespace postchain::sequence {

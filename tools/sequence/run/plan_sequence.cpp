@@ -45,7 +45,7 @@ Calibration calibration_of(const std::string& path, const Json& json) {
 }
 
 // `frames`: number in the sequence or part; at most kFramesInFlight are in memory.
-Memory memory_of(const FrameInputs& inputs, const Plan& plan, size_t frames) {
+Memory memory_of(const FrameToRead& inputs, const Plan& plan, size_t frames) {
     const auto bytes_of = [](const OpenedFrame& frame) {
         return frame_bytes(frame.header, frame.planes, io::Keep::all, frame.header.window.height());
     };
@@ -141,7 +141,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
     SequenceReader reader(settings.source, settings.input, [&](const FrameHeader& header) {
         return planes_needed(chain, settings.source, header, settings.plan);
     });
-    const auto plan_of = [&](int frame, PlannedFrame& planned) -> Result<Plan> {
+    const auto plan_of = [&](int frame, PlanReport& planned) -> Result<Plan> {
         const auto files = list.files.find(frame);
         if (files == list.files.end()) return absent_frame(frame, settings);
         ASSIGN_OR_RETURN(auto inputs, reader.open(frame, files->second));
@@ -158,15 +158,14 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
     };
     for (int frame : list.frames) {
         if (is_stopped()) return stopped_status();
-        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {},
-                             {}};
+        PlanReport planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {}, {}};
         planned.plan = plan_of(frame, planned);
         if (!visitor(planned)) break;
     }
     return Status();
 }
 
-io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
+io::Json planned_json(const PlanReport& planned, const std::optional<Seconds>& seconds) {
     io::Json json = io::json_from(plan_json(*planned.plan));
     if (planned.resolved) json["resolved"] = resolved_json(*planned.resolved);
     if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())

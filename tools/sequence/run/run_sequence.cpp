@@ -33,7 +33,7 @@ class FilterJob final : public FrameJob {
         return planes_needed(chain_, settings_.source, header, settings_.plan);
     }
 
-    Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+    Result<bool> begin(const FrameTask& task, const FrameToRead& inputs,
                        FrameReport& report) override {
         RETURN_IF_ERROR(files_.check_existing(outputs_of(task, settings_)));
         report.renderer = renderer_;

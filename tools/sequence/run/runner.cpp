@@ -38,7 +38,7 @@ struct Numbered {
 struct ViewInputs {
     std::string name;
     SequenceReader* reader;
-    FrameInputs inputs;
+    FrameToRead inputs;
 };
 
 class Runner {
@@ -155,7 +155,7 @@ class Runner {
         return Status();
     }
 
-    static void note_opened(const FrameInputs& inputs, FrameReport& report) {
+    static void note_opened(const FrameToRead& inputs, FrameReport& report) {
         report.profile = inputs.frame->header.match.profile;
         const auto add_stamps = [&](const OpenedFrame& of) {
             report.stamps.insert(report.stamps.end(), of.stamps.begin(), of.stamps.end());
@@ -165,7 +165,7 @@ class Runner {
         if (inputs.behind) add_stamps(*inputs.behind);
     }
 
-    static void note_read(const FrameInputs& inputs, const SourceFrame& source,
+    static void note_read(const FrameToRead& inputs, const SourceFrame& source,
                           FrameReport& report) {
         for (const auto& [neighbor, other] : inputs.neighbors)
             for (const auto& [role, path] : other->files)
@@ -182,7 +182,7 @@ class Runner {
     }
 
     // ProfileMatch::other_views, each read as a sequence of its own.
-    Result<std::vector<ViewInputs>> open_views(const FrameTask& task, const FrameInputs& first) {
+    Result<std::vector<ViewInputs>> open_views(const FrameTask& task, const FrameToRead& first) {
         std::vector<ViewInputs> views;
         const FrameHeader& header = first.frame->header;
         for (const std::string& name : header.match.other_views) {
@@ -211,7 +211,7 @@ class Runner {
     }
 
     // Reads the frame, and its other views into SourceFrame::other_views.
-    Result<SourceFrame> read_views(const FrameInputs& inputs,
+    Result<SourceFrame> read_views(const FrameToRead& inputs,
                                    const std::vector<ViewInputs>& views) {
         ASSIGN_OR_RETURN(auto source, reader_.read(inputs));
         for (const ViewInputs& view : views) {
@@ -225,7 +225,7 @@ class Runner {
     }
 
     // Waits until the frame fits beside those in flight; it leaves the gate when it is written.
-    Status wait_for_memory(const FrameInputs& inputs, const std::vector<ViewInputs>& views,
+    Status wait_for_memory(const FrameToRead& inputs, const std::vector<ViewInputs>& views,
                            Numbered& next) {
         uint64_t bytes = bytes_of(inputs);
         for (const ViewInputs& view : views) bytes += bytes_of(view.inputs);
@@ -241,7 +241,7 @@ class Runner {
 
     // Memory of the frame in flight and of the neighbors kept for it, which may later be filtered
     // and written too.
-    uint64_t bytes_of(const FrameInputs& inputs) const {
+    uint64_t bytes_of(const FrameToRead& inputs) const {
         const OpenedFrame& frame = *inputs.frame;
         const int rows = frame.header.window.height();
         uint64_t bytes = frame_bytes(frame.header, frame.planes, job_.keep(), rows);
@@ -387,7 +387,7 @@ class VisitJob final : public FrameJob {
 
     io::Keep keep() const override { return io::Keep::nothing; }
     RoleSet planes(const FrameHeader&) const override { return wanted_; }
-    Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
+    Result<bool> begin(const FrameTask&, const FrameToRead&, FrameReport&) override { return true; }
     Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
     Status process(FrameInFlight& frame, const Upcoming&) override {
         return visitor_(*frame.source, frame.report);

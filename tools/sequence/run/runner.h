@@ -14,7 +14,7 @@
 
 #include "chain/base/image.h"
 #include "tools/sequence/filter/filter_view.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 #include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/run/frame_feed.h"
 #include "tools/sequence/settings/run_settings.h"
@@ -46,7 +46,7 @@ class FrameJob {
     // header.
     virtual RoleSet planes(const FrameHeader& header) const = 0;
     // Reader thread, before pixels are read. False = the frame is already done.
-    virtual Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+    virtual Result<bool> begin(const FrameTask& task, const FrameToRead& inputs,
                                FrameReport& report) = 0;
     // Reader thread, after the frame is read.
     virtual Status prepare(const SourceFrame& source, FrameReport& report) = 0;

@@ -31,7 +31,7 @@ struct Writer {
     bool is_named_or_any() const { return !detected || profile.detect_channels.empty(); }
 };
 
-Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& files) {
+Result<Writer> writer_of(const SourceSettings& settings, const io::FrameFiles& files) {
     if (settings.profile) return Writer{.profile = *settings.profile};
     FileChannels all = io::channels_of(files.color_file());
     std::set<const io::PixelFile*> seen = {&files.color_file()};
@@ -467,7 +467,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     return header;
 }
 
-Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files) {
+Result<FrameHeader> header_of(const SourceSettings& settings, io::FrameFiles files) {
     FrameHeader header;
     header.files = std::move(files);
     for (const auto& [role, file] : header.files.files) file->flattening.behind = settings.behind;

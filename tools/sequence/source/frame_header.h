@@ -12,9 +12,9 @@
 #include "config/profile.h"
 #include "config/profile_match.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/frame/camera_metadata.h"
-#include "tools/sequence/frame/frame_reader.h"
 #include "tools/sequence/layers/frame_layers.h"
+#include "tools/sequence/planes/camera_metadata.h"
+#include "tools/sequence/planes/frame_reader.h"
 #include "tools/sequence/source/camera_motion.h"
 
 namespace postchain::sequence {
@@ -48,7 +48,7 @@ struct SourceSettings : SourceChoices {
 };
 
 struct FrameHeader {
-    io::OpenFrame files;
+    io::FrameFiles files;
     ProfileMatch match;
     io::ChannelAssignment assignment;
     io::Window window;                // the window that is filtered
@@ -70,7 +70,7 @@ struct FrameHeader {
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame);
 // Reads the headers of open files; `files.frame_number` is the frame.
-Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files);
+Result<FrameHeader> header_of(const SourceSettings& settings, io::FrameFiles files);
 
 const io::ExrPart& color_part(const FrameHeader& header);
 

@@ -37,7 +37,7 @@ void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
 
 // Adds the planes that are not channels of a role: layers, cryptomattes and mattes.
 Status decode_layers(const FrameHeader& header, RoleSet present, const io::Window& window,
-                     io::InputFrame& read, SourceStrip& strip) {
+                     io::StoredFrame& read, SourceStrip& strip) {
     if (present.has(Role::layers) && !header.layers.filtered.empty()) {
         ASSIGN_OR_RETURN(read.planes[Role::layers], read_layers(header.layers, read, window));
     }
@@ -413,7 +413,7 @@ std::string SourceFrame::first_nonfinite_text() const {
     return first ? concat("(", (*first)[0], ", ", (*first)[1], ")") : "none";
 }
 
-ImageF stored_color(const io::InputFrame& input) {
+ImageF stored_color(const io::StoredFrame& input) {
     return input.kept->interleaved(input.assignment.at(Role::color).channels, input.window, 4, 1);
 }
 

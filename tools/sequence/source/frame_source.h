@@ -53,7 +53,7 @@ struct SeparateLayers {
 };
 
 struct SourceFrame {
-    io::InputFrame input;          // its planes have moved into `planes`, with input.window
+    io::StoredFrame input;         // its planes have moved into `planes`, with input.window
     FrameDescription description;  // bounds and camera included
     SharedPlanes planes;           // canonical; neighbors' planes: source/sequence_reader.h
     InputHealth health;            // first_nonfinite in file coordinates
@@ -95,7 +95,7 @@ struct SourceFindings {
 };
 
 struct SourceStrip {
-    io::InputFrame input;  // as read, with extra rows for edge detection
+    io::StoredFrame input;  // as read, with extra rows for edge detection
     FrameDescription description;
     FramePlanes planes;  // canonical, rows first .. end - 1 of FrameHeader::window
     SourceFindings findings;
@@ -140,12 +140,12 @@ void to_file_convention(ImageF& color, const ConvertOptions& conversion, const I
 void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, const ImageF& color);
 
 // Color in the convention of the file, for a frame read with Keep::all.
-ImageF stored_color(const io::InputFrame& input);
+ImageF stored_color(const io::StoredFrame& input);
 
 // Color of one file for comparison and display, as the file has it, non-finite values included;
 // premultiplied.
 struct ColorFile {
-    io::InputFrame input;
+    io::StoredFrame input;
     std::string profile;
     ImageF& rgba() { return input.planes.at(Role::color); }
 };

@@ -49,13 +49,13 @@ SequenceReader::SequenceReader(const SourceSettings& settings, io::InputSpec inp
 
 SequenceReader::~SequenceReader() = default;
 
-Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
+Result<FrameToRead> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
     std::erase_if(window_, [&](const auto& entry) {
         return entry.first < number - 1 || entry.first > number + 1 ||
                (entry.first == number && entry.second->is_neighbor_only);
     });
     ASSIGN_OR_RETURN(auto entry, enter(number, files));
-    FrameInputs inputs;
+    FrameToRead inputs;
     inputs.frame = entry;
     for (Neighbor neighbor : kNeighbors)
         if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
@@ -117,7 +117,7 @@ std::set<Neighbor> SequenceReader::reads_with(int number,
     return neighbors;
 }
 
-void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
+void SequenceReader::find_neighbor(Neighbor neighbor, FrameToRead& inputs) {
     const OpenedFrame& frame = *inputs.frame;
     const int number = frame.number + frames_to(neighbor);
     std::string& why = inputs.missing[neighbor];
@@ -200,7 +200,7 @@ Status SequenceReader::decode(Entry& entry) {
     return Status();
 }
 
-Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
+Result<SourceFrame> SequenceReader::read(const FrameToRead& inputs) {
     Entry& entry = *window_.at(inputs.frame->number);
     // A held frame replaces several frames: it is read for each of them.
     if (entry.status.ok() && !entry.source) entry.is_decoded = false;

@@ -1,7 +1,7 @@
 // Reads the frames of a sequence, each with the neighbor planes that are needed.
 //
-//   n --open--> FrameInputs   headers of n and of the frames before and after; what is missing, why
-//   FrameInputs --read--> SourceFrame   pixels of all three, by role
+//   n --open--> FrameToRead   headers of n and of the frames before and after; what is missing, why
+//   FrameToRead --read--> SourceFrame   pixels of all three, by role
 //
 // Keeps the last three frames, so that in numeric order each file is opened, decoded and converted
 // once. Planes are shared, never copied. Neighbors depend on what is on disk, not on which frames
@@ -34,7 +34,7 @@ struct OpenedFrame {
 // Files by frame, for frames with a file for each plane.
 using FramesOnDisk = std::map<int, std::map<Role, std::string>>;
 
-struct FrameInputs {
+struct FrameToRead {
     std::shared_ptr<const OpenedFrame> frame;
     // Neighbors with wanted planes: the frame, or why there is none.
     std::map<Neighbor, std::shared_ptr<const OpenedFrame>> neighbors;
@@ -73,9 +73,9 @@ class SequenceReader {
     std::set<Neighbor> reads_with(int number, const std::map<Role, std::string>& files);
 
     // Errors (input): the frame's own. A neighbor's error becomes a reason and a warning.
-    Result<FrameInputs> open(int number, const std::map<Role, std::string>& files);
+    Result<FrameToRead> open(int number, const std::map<Role, std::string>& files);
     // Reads the frame last opened, always with color. Errors: those of open().
-    Result<SourceFrame> read(const FrameInputs& inputs);
+    Result<SourceFrame> read(const FrameToRead& inputs);
 
     size_t decoded() const { return decoded_; }  // number of frames so far
 
@@ -85,7 +85,7 @@ class SequenceReader {
         return try_file_ ? try_file_(path, number) : Status();
     }
     Result<std::shared_ptr<Entry>> enter(int number, const std::map<Role, std::string>& files);
-    void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
+    void find_neighbor(Neighbor neighbor, FrameToRead& inputs);
     std::string absence(int number, Neighbor neighbor);
     Status decode(Entry& entry);
     void compare_slow_motion(SourceFrame& frame);

@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,14 +48,14 @@ Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path, const Re
     return shared(ExrFile::open(path, limits));
 }
 
-PixelFile& OpenFrame::file_of(Role role) const {
+PixelFile& FrameFiles::file_of(Role role) const {
     const auto it = files.find(role);
     return it != files.end() ? *it->second : color_file();
 }
 
-Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits, std::optional<Transfer> transfer) try {
-    OpenFrame frame;
+Result<FrameFiles> open_frame(const std::map<Role, std::string>& files, int frame_number,
+                              const ReadLimits& limits, std::optional<Transfer> transfer) try {
+    FrameFiles frame;
     frame.frame_number = frame_number;
     std::map<std::string, std::shared_ptr<PixelFile>> opened;
     for (const auto& [role, path] : files) {
@@ -129,7 +129,7 @@ struct PartRead {
 };
 
 // Every part is read once; the first is color's.
-Result<std::vector<PartRead>> reads_of(const OpenFrame& files, const ChannelAssignment& assignment,
+Result<std::vector<PartRead>> reads_of(const FrameFiles& files, const ChannelAssignment& assignment,
                                        RoleSet wanted) {
     std::vector<PartRead> reads;
     for (const Role role : kAllRoles) {  // which begins with color
@@ -158,8 +158,8 @@ Result<std::vector<PartRead>> reads_of(const OpenFrame& files, const ChannelAssi
     return reads;
 }
 
-// InputFrame::outside: of the roles in color's file.
-std::map<int, std::map<std::string, float>> outside_values(const OpenFrame& files,
+// StoredFrame::outside: of the roles in color's file.
+std::map<int, std::map<std::string, float>> outside_values(const FrameFiles& files,
                                                            const ChannelAssignment& assignment,
                                                            const ConvertOptions& convention) {
     std::map<int, std::map<std::string, float>> outside;
@@ -176,7 +176,7 @@ std::map<int, std::map<std::string, float>> outside_values(const OpenFrame& file
 
 // Reads the planes of a part into `frame`. `all`: keeps every channel of the part for the writer.
 Status read_planes(PartRead& read, bool all, Keep keep, const ConvertOptions& convention,
-                   InputFrame& frame) {
+                   StoredFrame& frame) {
     if (!read.info().data_window.contains(frame.data_window)) {
         return Status(
             StatusCode::input,
@@ -201,13 +201,14 @@ Status read_planes(PartRead& read, bool all, Keep keep, const ConvertOptions& co
 
 }  // namespace
 
-Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep, const std::optional<PlanesArea>& area) try {
+Result<StoredFrame> read_frame(FrameFiles files, const ChannelAssignment& assignment,
+                               RoleSet wanted, Keep keep,
+                               const std::optional<PlanesArea>& area) try {
     wanted.add(Role::color);
     ASSIGN_OR_RETURN(auto reads, reads_of(files, assignment, wanted));
     const ExrPart& color_part = reads[0].info();
     const ConvertOptions convention = area ? area->convention : ConvertOptions();
-    InputFrame frame;
+    StoredFrame frame;
     frame.assignment = assignment;
     frame.data_window = color_part.data_window;
     frame.display_window = color_part.display_window;

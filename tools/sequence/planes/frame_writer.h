@@ -1,6 +1,6 @@
 // Writes the input EXR with its color replaced.
 //
-//   InputFrame + color --write_filtered--> the input file, color channels replaced:
+//   StoredFrame + color --write_filtered--> the input file, color channels replaced:
 //     color's part    every channel in its own type; other channels keep the bytes that were read
 //     a layer's part  as color's part, if an extra layer in it is filtered
 //     other parts     chunk by chunk as stored (copyPixels): flat, tiled, mip-mapped and deep alike
@@ -26,7 +26,7 @@
 #include "chain/base/image.h"
 #include "chain/base/status.h"
 #include "tools/sequence/exr/write_options.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::io {
 
@@ -34,7 +34,7 @@ namespace postchain::io {
 struct FilteredLayer {
     int part = 0;                       // its data window is that of color's part
     std::vector<std::string> channels;  // names, in the order of the image's channels
-    const ImageF* image = nullptr;      // covers InputFrame::window
+    const ImageF* image = nullptr;      // covers StoredFrame::window
     bool ids = false;                   // not color: the bits are written unchanged
     bool added =
         false;  // the file has no such channels: halves, whatever ExrSettings::channels says
@@ -42,12 +42,12 @@ struct FilteredLayer {
 
 // Writes `frame` (read with Keep::all) with its color channels and those of `layers` replaced.
 // `color` covers `frame.window` and has 4 channels; alpha is written if the file has it. If the
-// written data window is larger than the file's, other channels are InputFrame::outside there.
+// written data window is larger than the file's, other channels are StoredFrame::outside there.
 // Errors (output): the path (see AtomicFile), write errors, and with `refuse` values above the
 // range of half, NaN and Inf (with `clamp` NaN becomes 0, the others the largest value of the
 // channel's type); (input): check_rewritable(), damaged data in a copied part; (usage): settings
 // that check_rewritable() refuses.
-Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, StoredFrame& frame, const ImageF& color,
                                    const WriteOptions& options,
                                    const std::vector<FilteredLayer>& layers = {});
 

@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 #include <ImfChannelList.h>
 #include <ImfFloatAttribute.h>
@@ -13,7 +13,7 @@
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/exr_output.h"
 #include "tools/sequence/exr/pixel_encode.h"
-#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/planes/cryptomatte.h"
 
 namespace postchain::io {
 
@@ -155,7 +155,7 @@ struct RewrittenPart {
 
     // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
     // not fit its channel.
-    EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
+    EncodeCounts replace(const PartPixels& kept, const Window& window, const StoredFrame& frame,
                          const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
     // After replace(): no value of the replaced channels has changed.
     bool is_as_read(const PartPixels& kept) const;
@@ -180,7 +180,7 @@ bool chunks_fit(const Imf::Header& from, const Imf::Header& to) {
 }
 
 EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
-                                    const InputFrame& frame,
+                                    const StoredFrame& frame,
                                     const std::vector<const FilteredLayer*>& layers,
                                     const ExrSettings& exr) {
     static const std::map<std::string, float> kNothing;
@@ -222,7 +222,7 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
 
 // The layers by their part, color's among them.
 Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
-    const std::string& path, const InputFrame& frame, const FilteredLayer& color,
+    const std::string& path, const StoredFrame& frame, const FilteredLayer& color,
     const std::vector<FilteredLayer>& layers) {
     std::map<int, std::vector<const FilteredLayer*>> parts;
     parts[color.part].push_back(&color);
@@ -250,7 +250,7 @@ std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>&
 
 }  // namespace
 
-Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, StoredFrame& frame, const ImageF& color,
                                    const WriteOptions& options,
                                    const std::vector<FilteredLayer>& layers) try {
     WriteReport report;

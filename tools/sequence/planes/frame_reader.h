@@ -1,8 +1,8 @@
 // Opens the files of one frame and reads its planes in the files' own convention.
 //
-//   files --open_frame--> OpenFrame (headers; the profile resolves roles on them)
-//   OpenFrame + ChannelAssignment --read_frame--> InputFrame --convert.h--> canonical frame
-//   InputFrame + filtered color --frame_writer.h--> output file
+//   files --open_frame--> FrameFiles (headers; the profile resolves roles on them)
+//   FrameFiles + ChannelAssignment --read_frame--> StoredFrame --convert.h--> canonical frame
+//   StoredFrame + filtered color --frame_writer.h--> output file
 //
 // Values are scene-linear and alpha is premultiplied, as EXR demands; profiles of other files set
 // ConvertOptions::unpremultiplied.
@@ -36,7 +36,7 @@ Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path,
                                                std::optional<Transfer> transfer = {});
 
 // The open files of one frame. With separate files each role has its own.
-struct OpenFrame {
+struct FrameFiles {
     int frame_number = 0;
     std::map<Role, std::shared_ptr<PixelFile>> files;  // always has color
 
@@ -47,8 +47,8 @@ struct OpenFrame {
 
 // `files` as in FrameList::files, `transfer` as in open_pixels. Errors (input): those of
 // open_pixels; a plane other than color in a file that is not an EXR.
-Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
+Result<FrameFiles> open_frame(const std::map<Role, std::string>& files, int frame_number,
+                              const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
 
 // The names that profiles match. Channels of deep parts are left out if a flat part has color; for
 // the layer behind (Flattening::behind) those of flat parts are, if a deep part has color.
@@ -62,8 +62,8 @@ struct PlanesArea {
 };
 
 // A frame as read.
-struct InputFrame {
-    OpenFrame files;
+struct StoredFrame {
+    FrameFiles files;
     ChannelAssignment assignment;
     // Sizes, display window, number, planes and luma weights are filled; camera and facts are not.
     FrameDescription description;
@@ -91,8 +91,9 @@ enum class Keep {
 // error if it does not cover color's. With `area` the planes cover its window, which contains
 // color's data window. Errors (input): a wanted role that is not assigned, check_channels(),
 // damaged data, a wrong number of channels (3 or 4 of color, 1 of depth, 2 of motion).
-Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep, const std::optional<PlanesArea>& area = {});
+Result<StoredFrame> read_frame(FrameFiles files, const ChannelAssignment& assignment,
+                               RoleSet wanted, Keep keep,
+                               const std::optional<PlanesArea>& area = {});
 
 // Luminance weights of R, G, B for primaries and white point (xy of red, green, blue, white):
 // the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 if they are degenerate.

@@ -319,9 +319,7 @@ TEST(HostileHeader, CopiedTilesOfNegativeSize) {
         std::string bytes = whole;
         test::MemoryFile memory;
         memory.set(size == 0 ? bytes : bytes.replace(chunk + 20, 4, ints({size})));
-        StoredFrame frame =
-            must(read_frame(must(open_frame({{Role::color, memory.path()}}, 1)),
-                            {{Role::color, {0, {"R", "G", "B", "A"}}}}, {Role::color}, Keep::all));
+        const ReadFile frame = read_ok(memory.path());
         const ImageF color = frame.planes.at(Role::color);
         return write_filtered(folder.path("copy.exr"), frame, color,
                               {.on_existing = OnExisting::overwrite})

@@ -13,8 +13,15 @@ namespace postchain::io {
 
 inline const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 
-StoredFrame read_ok(const std::string& path, int part = 0,
-                    const std::vector<std::string>& color = kRgba);
+// A file that was read to be written with another color.
+struct ReadFile : StoredFrame {
+    FrameFiles files;
+    RoleChannels color;
+};
+ReadFile read_file(const std::string& path, const FrameChannels& channels,
+                   RoleSet wanted = {Role::color}, const std::optional<PlanesArea>& area = {});
+ReadFile read_ok(const std::string& path, int part = 0,
+                 const std::vector<std::string>& color = kRgba);
 
 // A folder with the file that is read and what is written of it.
 class InOut : public testing::Test {
@@ -34,7 +41,11 @@ using ExrOutputSettings = InOut;
 // An image unlike any input: each pixel and channel has its own value, exact in half.
 ImageF new_color(const StoredFrame& frame);
 
-WriteReport write_ok(const std::string& path, StoredFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, const ReadFile& frame,
+                                   const ImageF& color, const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers = {});
+
+WriteReport write_ok(const std::string& path, const ReadFile& frame, const ImageF& color,
                      WriteOptions options = {});
 
 // Expects all channels of `out` to equal those of `in`, except for `replaced`, which hold `color`.

@@ -1,8 +1,8 @@
 // Opens the files of one frame and reads its planes in the files' own convention.
 //
 //   files --open_frame--> FrameFiles (headers; the profile resolves roles on them)
-//   FrameFiles + ChannelAssignment --read_frame--> StoredFrame --convert.h--> canonical frame
-//   StoredFrame + filtered color --frame_writer.h--> output file
+//   FrameFiles + FrameChannels --read_frame--> StoredFrame --convert.h--> canonical frame
+//   FrameFiles + StoredFrame + filtered color --frame_writer.h--> output file
 //
 // Values are scene-linear and alpha is premultiplied, as EXR demands; profiles of other files set
 // ConvertOptions::unpremultiplied.
@@ -21,13 +21,14 @@
 #include "config/profile.h"
 #include "config/profile_match.h"
 #include "tools/sequence/exr/pixel_file.h"
+#include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/image/transfer.h"
 
 namespace postchain::io {
 
 // Each role's channels in its file, in the order of the plane: R G B [A]; Z; x y
 // (ProfileMatch::roles; with separate files, of each role's own file).
-using ChannelAssignment = std::map<Role, RoleChannels>;
+using FrameChannels = std::map<Role, RoleChannels>;
 
 // Opens an EXR, or another format by its extension. `transfer`: see ImageFile::open. Errors
 // (input): those of ExrFile::open and ImageFile::open.
@@ -39,6 +40,8 @@ Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path,
 struct FrameFiles {
     int frame_number = 0;
     std::map<Role, std::shared_ptr<PixelFile>> files;  // always has color
+    // Of the files as they were named, taken before the first was opened.
+    std::map<Role, FileStamp> stamps;
 
     // The file of a role: its own, otherwise color's.
     PixelFile& file_of(Role role) const;
@@ -61,16 +64,10 @@ struct PlanesArea {
     ConvertOptions convention;
 };
 
-// A frame as read.
+// The pixels of a frame as its files store them.
 struct StoredFrame {
-    FrameFiles files;
-    ChannelAssignment assignment;
-    // Sizes, display window, number, planes and luma weights are filled; camera and facts are not.
-    FrameDescription description;
-    FramePlanes planes;  // planes of `window`, in the files' convention
-    Window window;       // window of the planes; default: color's data window
-    Window data_window;  // data window of the color part
-    Window display_window;
+    FramePlanes planes;                // planes of `window`, in the files' convention
+    Window window;                     // window of the planes; default: color's data window
     bool half_depth = false;           // depth came as half (warn: relative step 2^-11)
     std::shared_ptr<PartPixels> kept;  // color's part, every channel, for the writer
     // By part of color's file: the value of depth and motion channels for empty pixels; other
@@ -91,12 +88,13 @@ enum class Keep {
 // error if it does not cover color's. With `area` the planes cover its window, which contains
 // color's data window. Errors (input): a wanted role that is not assigned, check_channels(),
 // damaged data, a wrong number of channels (3 or 4 of color, 1 of depth, 2 of motion).
-Result<StoredFrame> read_frame(FrameFiles files, const ChannelAssignment& assignment,
+Result<StoredFrame> read_frame(const FrameFiles& files, const FrameChannels& channels,
                                RoleSet wanted, Keep keep,
                                const std::optional<PlanesArea>& area = {});
 
 // Luminance weights of R, G, B for primaries and white point (xy of red, green, blue, white):
-// the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 if they are degenerate.
-std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities);
+// the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 if there are none, or degenerate
+// ones.
+std::array<double, 3> luma_weights(const std::optional<std::array<float, 8>>& chromaticities);
 
 }  // namespace postchain::io

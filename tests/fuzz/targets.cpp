@@ -18,9 +18,9 @@
 #include "passes/registry.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/frame/camera_metadata.h"
-#include "tools/sequence/frame/frame_reader.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/camera_metadata.h"
+#include "tools/sequence/planes/frame_reader.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::fuzz {
 
@@ -92,19 +92,20 @@ void ask_part(io::PixelFile& file, int index) {
 }
 
 // The file as `run` writes it: color through floats, every other part chunk by chunk.
-void ask_copy(const std::string& path, const io::ChannelAssignment& roles) {
-    Result<io::OpenFrame> open = io::open_frame({{Role::color, path}}, 1, kLimits);
+void ask_copy(const std::string& path, const io::FrameChannels& roles) {
+    Result<io::FrameFiles> open = io::open_frame({{Role::color, path}}, 1, kLimits);
     require(open.ok(), "a file that was opened once can be opened again");
     const size_t parts = open->color_file().parts().size();
-    Result<io::InputFrame> frame =
-        io::read_frame(std::move(*open), roles, {Role::color}, io::Keep::all);
+    const Result<io::StoredFrame> frame =
+        io::read_frame(*open, roles, {Role::color}, io::Keep::all);
     require_reason(frame.status());
     if (!frame.ok()) return;
     const OutputFolder folder;
     const std::string copy = folder.path("copy.exr");
     const ImageF color = frame->planes.at(Role::color);
+    const RoleChannels& where = roles.at(Role::color);
     const auto report = io::write_filtered(
-        copy, *frame, color,
+        copy, open->color_file(), *frame, {where.part, where.channels, &color},
         {.on_existing = io::OnExisting::overwrite, .overflow = io::HalfOverflow::clamp});
     require_reason(report.status());
     if (!report.ok()) return;
@@ -215,7 +216,7 @@ bool exr(std::string_view bytes) {
                     part.data_window.height() >= 1 && part.data_window.height() <= kLimits.max_side,
                 "a side is within its limit");
         io::camera_metadata(part);
-        if (part.chromaticities) io::luma_weights(*part.chromaticities);
+        io::luma_weights(part.chromaticities);
         ask_part(*file, int(i));
     }
     return true;

@@ -9,7 +9,7 @@
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::io {
 namespace {
@@ -70,7 +70,7 @@ TEST_F(BadInput, SixteenThousandThreeHundredAndEightyFiveIsTooWide) {
     }
 }
 
-std::string read_error(const std::string& path, const ChannelAssignment& roles,
+std::string read_error(const std::string& path, const FrameChannels& roles,
                        RoleSet wanted = {Role::color}) {
     const Status status =
         read_frame(must(open_frame({{Role::color, path}}, 1)), roles, wanted, Keep::all).status();
@@ -112,9 +112,9 @@ TEST_F(BadInput, LuminanceChromaAndSubsampledChannels) {
 
 TEST_F(BadInput, ARoleThatIsNotThere) {
     write_file(in, {rgba_z()});
-    const ChannelAssignment color = {{Role::color, {0, {"R", "G", "B", "A"}}}};
+    const FrameChannels color = {{Role::color, {0, {"R", "G", "B", "A"}}}};
     EXPECT_THAT(read_error(in, color, {Role::motion}), HasSubstr("motion"));
-    ChannelAssignment wrong = color;
+    FrameChannels wrong = color;
     wrong[Role::inverse_depth] = {0, {"depth.Z"}};
     EXPECT_THAT(read_error(in, wrong, {Role::inverse_depth}),
                 AllOf(HasSubstr("no channel depth.Z"), HasSubstr("A, B, G, R, Z")));

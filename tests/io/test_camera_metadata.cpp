@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/planes/camera_metadata.h"
 
 namespace postchain::io::test_camera_metadata {
 namespace {

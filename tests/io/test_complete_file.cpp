@@ -10,7 +10,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tools/sequence/files/file_stamp.h"
-#include "tools/sequence/frame/complete_file.h"
+#include "tools/sequence/planes/complete_file.h"
 
 namespace postchain::io {
 namespace {

@@ -12,7 +12,7 @@
 #include "tests/io/written_files.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
-#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/planes/cryptomatte.h"
 
 namespace postchain::io {
 namespace {

@@ -10,7 +10,7 @@
 #include "tests/io/largest_allocation.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::io::test_deep_reader {
 namespace {

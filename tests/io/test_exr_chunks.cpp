@@ -67,7 +67,7 @@ TEST_F(ExrChunks, AreThoseThatOpenExrWrites) {
         threads = 3 - threads;
         set_exr_threads(threads);
         write_file(in, {part});
-        InputFrame frame = read_ok(in);
+        ReadFile frame = read_ok(in);
         write_ok(out, frame, frame.planes.at(Role::color),
                  {.on_existing = OnExisting::overwrite, .zip_level = 4});
         ASSERT_TRUE(oiio_channels(in) == oiio_channels(out));
@@ -121,7 +121,7 @@ TEST_F(ExrChunks, SubsampledChannels) {
         part.compression = compression;
         part.repeating = true;
         write_file(in, {part});
-        InputFrame frame = read_ok(in);
+        ReadFile frame = read_ok(in);
         write_ok(out, frame, frame.planes.at(Role::color), {.on_existing = OnExisting::overwrite});
         // OpenImageIO converts such channels, so OpenEXR's own bytes are compared.
         if (compression == Imf::NO_COMPRESSION) {

@@ -80,7 +80,7 @@ TEST_F(ExrOutputSettings, EachCompressionAndLevelArrivesAndKeepsWhatItMustKeep) 
     write_file(in, {part});
     const auto before = oiio_channels(in);
     for (const char* text : {"none", "rle", "zips:1", "zip:9", "piz", "pxr24", "dwaa:9", "dwab"}) {
-        InputFrame frame = read_ok(in);
+        ReadFile frame = read_ok(in);
         WriteOptions options{.on_existing = OnExisting::overwrite};
         options.exr.compression = compression_of(text);
         const WriteReport report = write_ok(out, frame, new_color(frame), options);
@@ -103,7 +103,7 @@ TEST_F(ExrOutputSettings, HigherLevelsOfZipAreSmaller) {
     part.data = {{0, 0}, {119, 119}};
     part.repeating = true;
     write_file(in, {part});
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     const auto bytes_with = [&](WriteOptions options) {
         options.on_existing = OnExisting::overwrite;
         return write_ok(out, frame, frame.planes.at(Role::color), options).bytes;
@@ -117,7 +117,7 @@ TEST_F(ExrOutputSettings, HigherLevelsOfZipAreSmaller) {
 
 TEST_F(ExrOutputSettings, LossyIsRefusedWhereItWouldChangeDataAndNamesIt) {
     write_file(in, {color_and_data()});
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     WriteOptions options;
     options.exr.compression = compression_of("pxr24");
     const Status refused = write_filtered(out, frame, new_color(frame), options).status();
@@ -131,7 +131,7 @@ TEST_F(ExrOutputSettings, LossyIsRefusedWhereItWouldChangeDataAndNamesIt) {
 
 TEST_F(ExrOutputSettings, HalfMakesFloatColorHalfAndNothingElse) {
     write_file(in, {color_and_data()});
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     WriteOptions options;
     options.exr.half = true;
     ImageF color = new_color(frame);
@@ -159,7 +159,7 @@ TEST_F(ExrOutputSettings, ChannelsThatAreNamedAreWrittenAndNoOthers) {
     beauty.name = "beauty";
     write_file(in, {depth, beauty, other});
     const auto names_of = [&](const std::vector<std::string>& patterns) {
-        InputFrame frame = read_ok(in, 1);
+        ReadFile frame = read_ok(in, 1);
         WriteOptions options{.on_existing = OnExisting::overwrite};
         options.exr.channels = patterns;
         const auto report = write_filtered(out, frame, new_color(frame), options);

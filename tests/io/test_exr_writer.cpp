@@ -16,7 +16,7 @@
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::io {
 namespace {
@@ -71,7 +71,7 @@ bool has_type_attribute(const std::string& path) {
 // OpenEXR's multi-part classes always have a type; in the file it is optional.
 TEST_F(ExrWriter, ASinglePartGetsNoTypeItDidNotHave) {
     ASSERT_TRUE(write_planes_exr(in, ImageF(4, 3, 4, 1), kRgba).ok());
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     write_ok(out, frame, new_color(frame));
     EXPECT_FALSE(has_type_attribute(in));
     EXPECT_FALSE(has_type_attribute(out));
@@ -172,7 +172,7 @@ TEST_F(ExrWriter, ADamagedPartThatWouldBeCopiedIsAnError) {
                     {.name = "b", .channels = {{"X", Imf::FLOAT}}}});
     const std::string whole = read_text(in);
     test::write_text(in, whole.substr(0, whole.size() - 3));
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     EXPECT_FALSE(write_filtered(out, frame, new_color(frame), {}).ok());
     EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
 }
@@ -210,7 +210,7 @@ TEST_F(ExrWriter, ColorThatDoesNotFitIsRefusedOrClampedNeverInf) {
         for (size_t c = 0; c < 4; ++c) part.channels[c].type = one.type;
         write_file(in, {part});
         std::filesystem::remove(out);
-        InputFrame frame = read_ok(in);
+        ReadFile frame = read_ok(in);
         ImageF color = new_color(frame), expected = color;
         for (const Replaced& sample : one.samples) {
             color.at(sample.x, sample.y, sample.channel) = sample.given;
@@ -238,7 +238,7 @@ TEST_F(ExrWriter, ALayerThatDoesNotFitIsRefusedWhereverItIs) {
     for (const float value : {70000.f, -70000.f, kInf, kNan})
         for (const bool first : {false, true}) {
             write_file(in, first ? std::vector{light, color} : std::vector{color, light});
-            InputFrame frame = read_ok(in, first ? 1 : 0);
+            ReadFile frame = read_ok(in, first ? 1 : 0);
             const ImageF same = new_color(frame);
             ImageF layer = same;
             layer.at(5, 3, 1) = value;
@@ -256,7 +256,7 @@ ImageF color_of(const std::string& path) {
 // 2049 lies between the halves 2048 and 2050: to even. 2051 between 2050 and 2052: to 2052.
 TEST_F(ExrWriter, RoundsToTheNearestHalf) {
     write_file(in, {every_type()});
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     ImageF color = new_color(frame);
     for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i % 2 == 0 ? 2049 : 2051);
     write_ok(out, frame, color);
@@ -280,7 +280,7 @@ TEST_F(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {
     write_file(in, {{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
                      .data = {{0, 0}, {63, 63}},
                      .compression = Imf::DWAA_COMPRESSION}});
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     const WriteOptions overwrite{.on_existing = OnExisting::overwrite};
     EXPECT_THAT(write_ok(out, frame, ImageF(64, 64, 4, 0.5f), overwrite).notes, IsEmpty());
     EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "dwaa");
@@ -301,7 +301,7 @@ TEST_F(ExrWriter, LossyColorThatIsAsReadIsCopied) {
             std::vector<FilePart> parts = {part};
             if (*name != 0) parts.push_back({.name = "other", .channels = {{"Z"}}});
             write_file(in, parts);
-            InputFrame frame = read_ok(in);
+            ReadFile frame = read_ok(in);
             const ImageF before = color_of(in);
             WriteOptions options{.on_existing = OnExisting::overwrite};
             options.attributes["postchain"] = "a longer header";
@@ -334,7 +334,7 @@ TEST_F(ExrWriter, LossyColorThatIsAsReadIsCopied) {
                      .data = {{0, 0}, {63, 63}},
                      .compression = Imf::DWAA_COMPRESSION,
                      .tile = 16}});
-    InputFrame frame = read_ok(in);
+    ReadFile frame = read_ok(in);
     EXPECT_THAT(write_ok(out, frame, color_of(in), {.on_existing = OnExisting::overwrite}).notes,
                 ElementsAre(HasSubstr("tiles of a file of one part")));
 }

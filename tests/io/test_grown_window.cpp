@@ -7,7 +7,7 @@
 
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::io {
 namespace {
@@ -68,17 +68,15 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         const std::string in = folder.path(std::string(one.name) + ".exr"),
                           out = folder.path(std::string(one.name) + "_out.exr");
         write_file(in, parts);
-        const ChannelAssignment roles = {{Role::color, {0, kRgba}},
-                                         {Role::inverse_depth, {0, {"Z"}}},
-                                         {Role::motion, {0, {"mv.x", "mv.y"}}}};
+        const FrameChannels roles = {{Role::color, {0, kRgba}},
+                                     {Role::inverse_depth, {0, {"Z"}}},
+                                     {Role::motion, {0, {"mv.x", "mv.y"}}}};
         PlanesArea area{{-10, 0, 30, 24}, {}};
         area.convention.motion.bias = 0.5;
-        auto open = must(open_frame({{Role::color, in}}, 1));
-        auto frame =
-            must(read_frame(open, roles, {Role::inverse_depth, Role::motion}, Keep::all, area));
+        const ReadFile frame = read_file(in, roles, {Role::inverse_depth, Role::motion}, area);
         // The planes, with the pixels around them.
-        EXPECT_EQ(frame.description.width, 41);
-        EXPECT_EQ(frame.description.height, 25);
+        EXPECT_EQ(frame.planes.at(Role::color).width, 41);
+        EXPECT_EQ(frame.planes.at(Role::color).height, 25);
         EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(0, 0), 1e10f);
         EXPECT_EQ(frame.planes.at(Role::motion).at(40, 24, 1), 0.5f);
         EXPECT_EQ(frame.planes.at(Role::color).at(5, 12, 3), 0);

@@ -10,7 +10,7 @@
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::io::test_hostile_header {
 namespace {
@@ -319,9 +319,7 @@ TEST(HostileHeader, CopiedTilesOfNegativeSize) {
         std::string bytes = whole;
         test::MemoryFile memory;
         memory.set(size == 0 ? bytes : bytes.replace(chunk + 20, 4, ints({size})));
-        InputFrame frame =
-            must(read_frame(must(open_frame({{Role::color, memory.path()}}, 1)),
-                            {{Role::color, {0, {"R", "G", "B", "A"}}}}, {Role::color}, Keep::all));
+        const ReadFile frame = read_ok(memory.path());
         const ImageF color = frame.planes.at(Role::color);
         return write_filtered(folder.path("copy.exr"), frame, color,
                               {.on_existing = OnExisting::overwrite})

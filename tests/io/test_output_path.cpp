@@ -22,8 +22,8 @@ class OutputPath : public InOut {
         test::write_file(in, {part});
     }
     Result<WriteReport> write(const std::string& path, float value, OnExisting on_existing) {
-        InputFrame frame = read_ok(in);
-        const ImageF color(frame.description.width, frame.description.height, 4, value);
+        ReadFile frame = read_ok(in);
+        const ImageF color(frame.window.width(), frame.window.height(), 4, value);
         return write_filtered(path, frame, color, {.on_existing = on_existing});
     }
     std::vector<float> values_of(const std::string& path) {

@@ -48,18 +48,31 @@ const bool files_are_watched = [] {
 
 }  // namespace
 
-InputFrame read_ok(const std::string& path, int part, const std::vector<std::string>& color) {
-    return must(read_frame(must(open_frame({{Role::color, path}}, 1)),
-                           {{Role::color, {part, color}}}, {Role::color}, Keep::all));
+ReadFile read_file(const std::string& path, const FrameChannels& channels, RoleSet wanted,
+                   const std::optional<PlanesArea>& area) {
+    FrameFiles files = must(open_frame({{Role::color, path}}, 1));
+    StoredFrame stored = must(read_frame(files, channels, wanted, Keep::all, area));
+    return {std::move(stored), std::move(files), channels.at(Role::color)};
 }
 
-ImageF new_color(const InputFrame& frame) {
-    ImageF color(frame.description.width, frame.description.height, 4);
+ReadFile read_ok(const std::string& path, int part, const std::vector<std::string>& color) {
+    return read_file(path, {{Role::color, {part, color}}});
+}
+
+ImageF new_color(const StoredFrame& frame) {
+    ImageF color(frame.window.width(), frame.window.height(), 4);
     for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = 4 + float(i % 1021) / 256;
     return color;
 }
 
-WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, const ReadFile& frame,
+                                   const ImageF& color, const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) {
+    return write_filtered(path, frame.files.color_file(), frame,
+                          {frame.color.part, frame.color.channels, &color}, options, layers);
+}
+
+WriteReport write_ok(const std::string& path, const ReadFile& frame, const ImageF& color,
                      WriteOptions options) {
     return must(write_filtered(path, frame, color, options));
 }
@@ -67,7 +80,7 @@ WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& c
 WriteReport InOut::expect_new_color(const std::vector<FilePart>& parts, WriteOptions options,
                                     int part, const std::vector<std::string>& channels) {
     test::write_file(in, parts);
-    InputFrame frame = read_ok(in, part, channels);
+    ReadFile frame = read_ok(in, part, channels);
     const ImageF color = new_color(frame);
     options.on_existing = OnExisting::overwrite;
     const WriteReport report = write_ok(out, frame, color, options);

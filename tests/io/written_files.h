@@ -7,14 +7,21 @@
 #include <vector>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace postchain::io {
 
 inline const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 
-InputFrame read_ok(const std::string& path, int part = 0,
-                   const std::vector<std::string>& color = kRgba);
+// A file that was read to be written with another color.
+struct ReadFile : StoredFrame {
+    FrameFiles files;
+    RoleChannels color;
+};
+ReadFile read_file(const std::string& path, const FrameChannels& channels,
+                   RoleSet wanted = {Role::color}, const std::optional<PlanesArea>& area = {});
+ReadFile read_ok(const std::string& path, int part = 0,
+                 const std::vector<std::string>& color = kRgba);
 
 // A folder with the file that is read and what is written of it.
 class InOut : public testing::Test {
@@ -32,9 +39,13 @@ using ExrWriter = InOut;
 using ExrOutputSettings = InOut;
 
 // An image unlike any input: each pixel and channel has its own value, exact in half.
-ImageF new_color(const InputFrame& frame);
+ImageF new_color(const StoredFrame& frame);
 
-WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, const ReadFile& frame,
+                                   const ImageF& color, const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers = {});
+
+WriteReport write_ok(const std::string& path, const ReadFile& frame, const ImageF& color,
                      WriteOptions options = {});
 
 // Expects all channels of `out` to equal those of `in`, except for `replaced`, which hold `color`.

@@ -15,10 +15,10 @@
 #include "passes/registry.h"
 #include "tests/io/exr_files.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/frame/frame_reader.h"
-#include "tools/sequence/frame/frame_writer.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/planes/frame_reader.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 namespace {
 
@@ -154,16 +154,15 @@ class Allocations : public testing::Test {
         test::write_file(folder_.path("in.exr"), {test::rgba_z("color"), other});
     }
 
-    Result<io::InputFrame> read_frame() const {
-        ASSIGN_OR_RETURN(auto open, io::open_frame(files_, 1));
-        return io::read_frame(std::move(open), roles_, {Role::color}, io::Keep::all);
+    Result<io::StoredFrame> read_frame(const io::FrameFiles& files) const {
+        return io::read_frame(files, roles_, {Role::color}, io::Keep::all);
     }
 
     // Only the library calls may fail: arguments are made before.
     test::TempFolder folder_;
     const std::string out_ = folder_.path("out.exr");
     const std::map<Role, std::string> files_ = {{Role::color, folder_.path("in.exr")}};
-    const io::ChannelAssignment roles_ = {{Role::color, {0, {"R", "G", "B", "A"}}}};
+    const io::FrameChannels roles_ = {{Role::color, {0, {"R", "G", "B", "A"}}}};
 };
 
 TEST_F(Allocations, ChainFile) {
@@ -233,7 +232,8 @@ TEST_F(Allocations, ReadingAFrame) {
             "reading a frame",
             [&] {
                 color = ImageF();
-                ASSIGN_OR_RETURN(auto frame, read_frame());
+                ASSIGN_OR_RETURN(const auto files, io::open_frame(files_, 1));
+                ASSIGN_OR_RETURN(auto frame, read_frame(files));
                 color = std::move(frame.planes.at(Role::color));
                 return Status();
             },
@@ -252,9 +252,12 @@ TEST_F(Allocations, WritingAFrame) {
     fail_each(
         "writing a frame",
         [&] {
-            ASSIGN_OR_RETURN(auto frame, read_frame());
+            ASSIGN_OR_RETURN(const auto files, io::open_frame(files_, 1));
+            ASSIGN_OR_RETURN(auto frame, read_frame(files));
             const ImageF color = std::move(frame.planes.at(Role::color));
-            return io::write_filtered(out_, frame, color, options).status();
+            return io::write_filtered(out_, files.color_file(), frame,
+                                      {0, roles_.at(Role::color).channels, &color}, options)
+                .status();
         },
         [&] { return bytes("out.exr"); });
     EXPECT_GT(bytes("out.exr").size(), 500u);

@@ -54,7 +54,7 @@ TEST_F(BehindTest, IsNotReplaced) {
 TEST_F(BehindTest, IsInTheMemoryOfThePlan) {
     const auto planned = [&] {
         Memory memory;
-        const Status status = plan_sequence(chain_, settings_, [&](const PlannedFrame& frame) {
+        const Status status = plan_sequence(chain_, settings_, [&](const PlanReport& frame) {
             memory = frame.memory;
             return true;
         });

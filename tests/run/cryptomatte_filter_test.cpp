@@ -83,7 +83,7 @@ TEST(CryptomatteFilter, BoxesOfANeighborAreInTheFramesWindow) {
         return std::make_shared<const FrameCryptomattes>(one);
     };
     SourceFrame frame;
-    frame.input.window = window;
+    frame.header.window = window;
     frame.cryptomattes = of(5, window);
     frame.planes = shared({{Role::color_before, ImageF()}});
     FramePlan plan;

@@ -11,8 +11,8 @@
 #include "tests/run/fixture.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/frame/cryptomatte.h"
 #include "tools/sequence/layers/fill_mask.h"
+#include "tools/sequence/planes/cryptomatte.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence::frame_layers_test {

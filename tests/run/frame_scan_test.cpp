@@ -38,15 +38,15 @@ test::Planes odd_planes(int frame) {
 auto findings(const SourceFrame& frame) {
     const FrameDescription& d = frame.description;
     const auto& bounds = d.bounds;
-    const auto& health = frame.health;
-    const auto& surfaces = frame.surface_health;
+    const auto& found = frame.findings;
+    const auto& health = found.health;
     return std::tuple(bounds.max_speed_px, bounds.max_speed_back_px, bounds.min_inverse_depth,
                       bounds.max_inverse_depth, bounds.min_color, bounds.max_color,
                       bounds.one_color, bounds.color_is_half, health.nonfinite_color,
                       health.nonfinite_depth, health.nonfinite_motion, health.sentinel_motion,
                       health.negative_depth, health.motion_all_zero, health.first_nonfinite,
-                      surfaces.mixed_edges.depth, surfaces.mixed_edges.motion, surfaces.clear_edges,
-                      surfaces.sky_without_motion, d.width, d.height, d.origin_y, d.planes,
+                      found.edges.parts().depth, found.edges.parts().motion, found.clear_edges,
+                      found.sky.without_motion(), d.width, d.height, d.origin_y, d.planes,
                       frame.warnings);
 }
 
@@ -77,8 +77,9 @@ class FrameScan : public testing::Test {
         ASSERT_TRUE(whole.ok() && next.ok());
         SignChecker checker;
         checker.add(
-            whole->planes, Strip::whole(whole->input.window.height()),
-            io::placed(*next->planes.at(Role::color), next->input.window, whole->input.window), 0);
+            whole->planes, Strip::whole(whole->header.window.height()),
+            io::placed(*next->planes.at(Role::color), next->header.window, whole->header.window),
+            0);
         const SignCheck signs = checker.result();
         for (int rows : {1, 2, 5, 16, 40, 41}) {
             SCOPED_TRACE(rows);
@@ -104,9 +105,9 @@ TEST_F(FrameScan, ShowsWhatTheWholeFrameShows) {
     const auto found = scan_source_frame(settings_, open(1),
                                          {Role::inverse_depth, Role::motion, Role::motion_back}, 7);
     ASSERT_TRUE(found.ok());
-    EXPECT_EQ(found->health.first_nonfinite, (std::array<int, 2>{20, 23}));
-    EXPECT_GT(found->surface_health.clear_edges, 10u);
-    EXPECT_GT(found->surface_health.mixed_edges.depth, 0);
+    EXPECT_EQ(found->findings.health.first_nonfinite, (std::array<int, 2>{20, 23}));
+    EXPECT_GT(found->findings.clear_edges, 10u);
+    EXPECT_GT(found->findings.edges.parts().depth, 0);
 }
 
 TEST_F(FrameScan, AFrameOfOneColorThatStands) {

@@ -176,9 +176,9 @@ TEST_F(NeighborsTest, PlanesAreSharedAndMemoryIsFlat) {
         SequenceReader reader(settings_.source, settings_.input, [&](const FrameHeader&) {
             return kept ? chain_.required() | chain_.optional() : RoleSet();
         });
-        const auto inputs = reader.open(2, {{Role::color, in(2)}});
-        ASSERT_TRUE(inputs.ok()) << inputs.status().message();
-        const auto frame = reader.read(*inputs);
+        const auto opened = reader.open(2, {{Role::color, in(2)}});
+        ASSERT_TRUE(opened.ok()) << opened.status().message();
+        const auto frame = reader.read(*opened);
         ASSERT_TRUE(frame.ok()) << frame.status().message();
         EXPECT_EQ(frame->planes.at(Role::color).use_count(), kept ? 2 : 1);
     }
@@ -359,10 +359,10 @@ TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
     SequenceReader reader(settings_.source, settings_.input, [&](const FrameHeader& header) {
         return planes_needed(chain_, settings_.source, header, settings_.plan);
     });
-    const auto inputs = reader.open(2, {{Role::color, in(2)}});
-    ASSERT_TRUE(inputs.ok()) << inputs.status().message();
-    EXPECT_EQ(inputs->neighbors.count(Neighbor::after), 1u);
-    const auto frame = reader.read(*inputs);
+    const auto opened = reader.open(2, {{Role::color, in(2)}});
+    ASSERT_TRUE(opened.ok()) << opened.status().message();
+    EXPECT_EQ(opened->neighbors.count(Neighbor::after), 1u);
+    const auto frame = reader.read(*opened);
     EXPECT_EQ(frame.status().code(), StatusCode::memory);
     EXPECT_THAT(frame.status().message(), HasSubstr("in.0003.exr"));
 }

@@ -26,9 +26,9 @@ class Fingerprint : public SequenceTest {
     std::string of_frame(int frame) {
         SequenceReader reader(settings_.source, settings_.input,
                               [](const FrameHeader&) { return RoleSet(); });
-        const auto inputs = reader.open(frame, {{Role::color, in(frame)}});
-        EXPECT_TRUE(inputs.ok()) << inputs.status().message();
-        return inputs.ok() ? fingerprint_of(chain_, settings_, *inputs) : "";
+        const auto opened = reader.open(frame, {{Role::color, in(frame)}});
+        EXPECT_TRUE(opened.ok()) << opened.status().message();
+        return opened.ok() ? fingerprint_of(chain_, settings_, *opened) : "";
     }
 };
 

@@ -246,7 +246,7 @@ class PatientJob final : public FrameJob {
 
     io::Keep keep() const override { return io::Keep::nothing; }
     RoleSet planes(const FrameHeader&) const override { return {}; }
-    Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
+    Result<bool> begin(const FrameTask&, const FrameToRead&, FrameReport&) override { return true; }
     Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
     Status process(FrameInFlight& frame, const Upcoming& upcoming) override {
         if (frame.report.frame == last_) {
@@ -274,7 +274,7 @@ class FailingJob final : public FrameJob {
   public:
     io::Keep keep() const override { return io::Keep::nothing; }
     RoleSet planes(const FrameHeader&) const override { return {}; }
-    Result<bool> begin(const FrameTask& task, const FrameInputs&, FrameReport&) override {
+    Result<bool> begin(const FrameTask& task, const FrameToRead&, FrameReport&) override {
         return task.frame != 1;
     }
     Status prepare(const SourceFrame&, FrameReport& report) override {

@@ -14,7 +14,7 @@
 #include <random>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
@@ -163,17 +163,18 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
     settings.data_window = shape.below(4) ? DataWindow::grow : DataWindow::keep;
     auto header = open_source_frame(settings, {{Role::color, in}}, 1);
     ASSERT_TRUE(header.ok()) << header.status().message();
-    const RoleChannels where = header->assignment.at(Role::color);
+    const RoleChannels where = color_channels(*header);
     ASSERT_EQ(where.part, int(shape.color));
     auto frame = read_source_frame(settings, *header, {}, io::Keep::all);
     ASSERT_TRUE(frame.ok()) << frame.status().message();
-    EXPECT_EQ(frame->description.width, frame->input.window.width());
+    const io::Window &window = header->window, &data_window = color_part(*header).data_window;
+    EXPECT_EQ(frame->description.width, window.width());
     ImageF filtered(frame->description.width, frame->description.height, 4);
     for (size_t i = 0; i < filtered.data.size(); ++i) filtered.data[i] = float(i % 509) / 256;
     io::WriteOptions options;
-    options.window =
-        frame->input.data_window.grown(shape.below(9)).intersected(frame->input.window);
-    auto written = io::write_filtered(out, frame->input, filtered, options);
+    options.window = data_window.grown(shape.below(9)).intersected(window);
+    auto written = io::write_filtered(out, header->files.color_file(), frame->stored,
+                                      {where.part, where.channels, &filtered}, options);
     ASSERT_TRUE(written.ok()) << written.status().message();
 
     auto after = io::ExrFile::open(out);
@@ -181,12 +182,12 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
     ASSERT_EQ(after->parts().size(), shape.parts.size());
     const io::ExrPart& part = after->parts()[shape.color];
     EXPECT_TRUE(part.data_window.contains(*options.window)) << part.data_window.text();
-    EXPECT_EQ(part.display_window, frame->input.display_window);
+    EXPECT_EQ(part.display_window, color_part(*header).display_window);
     for (const io::ExrChannel& channel : part.channels) {
         if (std::count(where.channels.begin(), where.channels.end(), channel.name)) continue;
         // A depth role is infinitely far outside the data.
         const bool depth = channel.name == "Z";
-        const io::Window area = depth ? frame->input.data_window : part.data_window;
+        const io::Window area = depth ? data_window : part.data_window;
         EXPECT_EQ(samples_in(in, int(shape.color), channel.name, area),
                   samples_in(out, int(shape.color), channel.name, area))
             << channel.name;
@@ -196,7 +197,7 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
     if (kept == "none" || kept == "rle" || kept == "zip" || kept == "zips" || kept == "piz") {
         const auto color = after->read_channels(int(shape.color), where.channels);
         ASSERT_TRUE(color.ok());
-        const ImageF expected = io::placed(filtered, frame->input.window, part.data_window);
+        const ImageF expected = io::placed(filtered, window, part.data_window);
         for (size_t i = 0; i < color->pixels(); ++i)
             for (int c = 0; c < color->channels; ++c)
                 ASSERT_EQ(color->data[i * size_t(color->channels) + size_t(c)],

@@ -11,6 +11,7 @@
 #include "config/profile.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
+#include "tests/io/exr_files.h"
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tools/sequence/source/file_convention.h"
@@ -96,7 +97,7 @@ TEST_F(Source, EveryConventionGivesTheCanonicalPlanes) {
         SCOPED_TRACE(name);
         write(planes, of(name));
         const SourceFrame frame = read();
-        EXPECT_EQ(frame.match.profile, name);
+        EXPECT_EQ(frame.header.match.profile, name);
         EXPECT_EQ(frame.planes.at(Role::color)->data, planes.color.data);
         EXPECT_LE(test::largest_difference(*frame.planes.at(Role::motion), planes.motion), 1e-6);
         const auto& w = *frame.planes.at(Role::inverse_depth);
@@ -109,6 +110,21 @@ TEST_F(Source, EveryConventionGivesTheCanonicalPlanes) {
         }
         EXPECT_NEAR(frame.description.bounds.max_speed_px, std::sqrt(45.0), 1e-5);
     }
+}
+
+TEST_F(Source, IsDescribedFromItsHeader) {
+    test::write_file(path_, {{.channels = {{"R"}, {"G"}, {"B"}},
+                              .data = {{-2, -1}, {13, 9}},
+                              .display = {{0, 0}, {11, 7}},
+                              .edit = [](Imf::Header& h) { h.pixelAspectRatio() = 2; }}});
+    camera(R"({"focal_length_mm": 35})");
+    settings_.data_window = DataWindow::keep;
+    const auto frame = describe(must(open_source_frame(settings_, {{Role::color, path_}}, 17)));
+    EXPECT_THAT((std::array{frame.width, frame.height, frame.display_width, frame.display_height,
+                            frame.origin_x, frame.origin_y, frame.frame_number}),
+                ElementsAre(16, 11, 12, 8, -2, -1, 17));
+    EXPECT_EQ(frame.pixel_aspect, 2);
+    EXPECT_EQ(frame.camera.focal_length_mm, 35);
 }
 
 // Fractions are of the display window: neither overscan nor a crop of the file, which may move from
@@ -131,8 +147,8 @@ TEST_F(Source, FractionsAreOfTheDisplay) {
             settings_.data_window = window;
             const SourceFrame frame = read();
             const ImageF& motion = *frame.planes.at(Role::motion);
-            const int x = one.data.min_x - frame.input.window.min_x,
-                      y = one.data.min_y - frame.input.window.min_y;
+            const int x = one.data.min_x - frame.header.window.min_x,
+                      y = one.data.min_y - frame.header.window.min_y;
             EXPECT_FLOAT_EQ(motion.at(x, y, 0), -2 * one.display.width());
             EXPECT_FLOAT_EQ(motion.at(x, y, 1), 1 * one.display.height());
         }
@@ -435,7 +451,7 @@ TEST_F(Source, MotionOfTheCameraInPlaceOfMissingVectorsIsAWarning) {
     const auto said = [&](CameraMotion wanted, RoleSet planes) {
         settings_.camera_motion = wanted;
         const SourceFrame frame = read(planes);
-        EXPECT_EQ(frame.surface_health.motion_from_camera, planes.empty() ? 0u : 24u * 16);
+        EXPECT_EQ(frame.findings.motion_from_camera, planes.empty() ? 0u : 24u * 16);
         return frame.warnings;
     };
     EXPECT_THAT(said(CameraMotion::missing, kEverything),
@@ -466,8 +482,8 @@ TEST_F(Source, APlaneDoesNotDependOnWhichOthersAreRead) {
                       later, R"(}}, "camera_matrix_world": {"1": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
             "2": [[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]]}})"));
         const SourceFrame whole = read();
-        EXPECT_GT(whole.surface_health.sky_motion_from_camera, 0u);
-        EXPECT_GT(whole.surface_health.clear_edges, 0u);
+        EXPECT_GT(whole.findings.sky_motion_from_camera, 0u);
+        EXPECT_GT(whole.findings.clear_edges, 0u);
         for (const RoleSet wanted :
              {RoleSet{Role::inverse_depth}, RoleSet{Role::motion}, RoleSet{Role::motion_back},
               RoleSet{Role::inverse_depth, Role::motion}, RoleSet{Role::motion, Role::motion_back}})
@@ -499,7 +515,7 @@ TEST_F(Source, AZoomIsAddedInFilesOfCyclesAndIfAskedFor) {
                 const SourceFrame frame = read(wanted, of_cycles, lens);
                 EXPECT_THAT(warnings(frame), Not(HasSubstr("zoom")));
                 const bool added = lens == zooms && wanted != none && (of_cycles || wanted == zoom);
-                EXPECT_EQ(frame.surface_health.zoom_motion_added, added ? 24u * 16 : 0u);
+                EXPECT_EQ(frame.findings.zoom_motion_added, added ? 24u * 16 : 0u);
                 const ImageF& motion = *frame.planes.at(Role::motion);
                 EXPECT_EQ(test::largest_difference(motion, planes.motion) > 1e-5, added);
             }

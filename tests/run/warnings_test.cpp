@@ -55,13 +55,13 @@ TEST_F(WarningsTest, FaultyValuesAreCountedByKind) {
     file.origin_x = -10;
     file.origin_y = -4;
     const FrameReport report = report_on(planes_, file);
-    EXPECT_EQ(report.health.nonfinite_color, 2u);
-    EXPECT_EQ(report.health.nonfinite_depth, 1u);
-    EXPECT_EQ(report.health.nonfinite_motion, 1u);
-    EXPECT_EQ(report.health.negative_depth, 1u);
-    EXPECT_EQ(report.health.sentinel_motion, 1u);
+    EXPECT_EQ(report.findings.health.nonfinite_color, 2u);
+    EXPECT_EQ(report.findings.health.nonfinite_depth, 1u);
+    EXPECT_EQ(report.findings.health.nonfinite_motion, 1u);
+    EXPECT_EQ(report.findings.health.negative_depth, 1u);
+    EXPECT_EQ(report.findings.health.sentinel_motion, 1u);
     // Pixel (5, 2) of the planes is (-5, -2) of the file.
-    EXPECT_EQ(report.health.first_nonfinite, (std::array<int, 2>{-5, -2}));
+    EXPECT_EQ(report.findings.health.first_nonfinite, (std::array<int, 2>{-5, -2}));
     EXPECT_EQ(report.output_nonfinite, 0u);
 }
 

@@ -18,7 +18,7 @@
 #include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/frame/complete_file.h"
+#include "tools/sequence/planes/complete_file.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/report_parts.h"

@@ -9,7 +9,7 @@ PARSERS = re.compile(r"\b[Jj]son::(parse|sax_parse|accept)\(|\bYAML::Load|\bYAML
 
 MAY_PARSE = {
     "config/text_tree.cpp": "the one that does",
-    "tools/sequence/frame/cryptomatte.cpp": "manifests have any number of names",
+    "tools/sequence/planes/cryptomatte.cpp": "manifests have any number of names",
     "tools/python/documentation.cpp": "the passes of this program",
     "tools/service/http/problem.cpp": "a reply of this program",
     "tools/service/work/service.cpp": "an event of this program",

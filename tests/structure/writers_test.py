@@ -53,7 +53,7 @@ WRITERS = {
     "tools/measure/study/study_folder.cpp": 1,  # tasks/, report files of a study
 }
 # Their callers ask what may be replaced.
-LIBRARIES = tuple(f"tools/sequence/{folder}/" for folder in ("exr", "files", "frame", "image"))
+LIBRARIES = tuple(f"tools/sequence/{folder}/" for folder in ("exr", "files", "image", "planes"))
 
 OVERWRITE = r"(?<![=!]= )(?<!io::)(io::)?\bOnExisting::overwrite"  # not in a comparison
 MAY_OVERWRITE = {

@@ -11,7 +11,7 @@
 
 #include "chain/base/image.h"
 #include "chain/frame/role.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::python {
 

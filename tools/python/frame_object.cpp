@@ -87,7 +87,7 @@ Status add_neighbors(const ChainObject& chain, const PlanOptions& options,
         neighbors[which] = {&header, &neighbor.source->planes, neighbor.source->cryptomattes};
         read[which] = std::move(neighbor);
     }
-    sequence::add_neighbors(neighbors, planes, frame.header().window, source);
+    sequence::add_neighbors(neighbors, source);
     return Status();
 }
 
@@ -100,7 +100,7 @@ void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
                 raise_usage(given, ": the channel ", channel, " is one of ", argument,
                             "; rename this array");
     };
-    for (const auto& [role, where] : header.assignment)
+    for (const auto& [role, where] : header.match.roles)
         expect(where.channels, role == Role::inverse_depth ? "depth" : name_of(role));
     std::set<std::string> found;
     for (const FileLayer& layer : header.layers.filtered) {
@@ -119,7 +119,7 @@ std::vector<std::string> planning_warnings(const ChainObject& chain, const Plann
     std::vector<std::string> warnings = planned.source.warnings;
     if (unsaid && !planned.plan.missing_neighbors.empty())
         warnings.push_back(
-            concat(planned.source.input.files.color_file().path(), ": ", chain.name,
+            concat(color_path(planned.source.header), ": ", chain.name,
                    " reads the frames before and after, which are not given: what they show of "
                    "occluded surfaces is estimated; give before= and after=, or None where there "
                    "is no such frame"));
@@ -151,7 +151,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     // Layers are what the caller calls so, whatever their names are.
     frame->settings_.profile->data = {""};
     frame->settings_.layers.aovs = "all";
-    io::OpenFrame files;
+    io::FrameFiles files;
     files.frame_number = number;
     const auto file = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
     files.files[Role::color] = file;
@@ -181,7 +181,7 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     return frame;
 }
 
-Status Frame::open(io::OpenFrame files) {
+Status Frame::open(io::FrameFiles files) {
     ASSIGN_OR_RETURN(header_, sequence::header_of(settings_, std::move(files)));
     if (depth_encoding_) header_.match.options.depth = *depth_encoding_;
     if (behind_ || !behind_path_.empty()) header_.has_behind = true;
@@ -222,22 +222,20 @@ Status Frame::add_behind(RoleSet planes, sequence::SourceFrame& source) const {
                 "frame (inverse warps do)");
         return Status();
     }
-    const sequence::OpenedFrame opened{number(), {}, {}, header_, planes};
-    const std::string path =
-        behind_path_.empty() ? header_.files.color_file().path() : behind_path_;
-    auto behind = behind_ ? sequence::behind_of(behind_->header_, opened)
-                          : sequence::open_behind(settings_, path, opened);
+    const std::string path = behind_path_.empty() ? color_path(header_) : behind_path_;
+    auto behind = behind_ ? sequence::behind_of(behind_->header_, source.header)
+                          : sequence::open_behind(settings_, path, source.header);
     if (!behind.ok() && !behind_ && behind_path_.empty()) {  // a deep file without one
         source.warnings.push_back(
             concat("filtered without the layer behind: ", behind.status().message()));
         return Status();
     }
     if (!behind.ok()) return behind.status();
-    return sequence::add_behind(settings_, *behind, header_, source);
+    return sequence::add_behind(settings_, *behind, source);
 }
 
 bool Frame::has_alpha() const {
-    return header_.assignment.at(Role::color).channels.size() == 4;
+    return color_channels(header_).channels.size() == 4;
 }
 
 Result<std::shared_ptr<const sequence::SourceFrame>> Frame::read(RoleSet wanted) const {
@@ -264,6 +262,7 @@ Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeigh
         sequence::planes_needed(chain.chain, frame.settings(), frame.header(), options));
     ASSIGN_OR_RETURN(const auto read, frame.read(planes));
     PlannedArrays planned{*read, {}};
+    planned.source.header.to_read = planes;
     RETURN_IF_ERROR(add_neighbors(chain, options, frames, frame, planes, planned.source));
     RETURN_IF_ERROR(frame.add_behind(planes, planned.source));
     ASSIGN_OR_RETURN(planned.plan,
@@ -326,11 +325,11 @@ FilteredArrays filtered_arrays(const ChainObject& chain, const FrameWithNeighbor
                 sequence::filter_view(chain.chain, planned.plan, planned.source, options, executor,
                                       observer, [&] { arrays.times = executor.pass_times(); }));
             if (request) RETURN_IF_ERROR(check_stages(*request, arrays.stages, planned.plan));
-            const std::string& name = planned.source.input.files.color_file().path();
+            const std::string& name = color_path(planned.source.header);
             for (auto& line : sequence::lost_coverage(arrays.view.reports, name))
                 warnings.push_back(std::move(line));
             if (!frames.frame->has_alpha()) arrays.view.color = without_alpha(arrays.view.color);
-            arrays.layers = std::move(planned.source.layers);
+            arrays.layers = std::move(planned.source.header.layers);
             return arrays;
         });
     if (!filtered.ok()) raise(filtered.status());
@@ -405,7 +404,7 @@ py::dict aovs_of(const Frame& frame) {
     const auto stack = source->planes.find(Role::layers);
     return stack == source->planes.end()
                ? py::dict()
-               : layers_of(*stack->second, source->layers, source->description.height);
+               : layers_of(*stack->second, source->header.layers, source->description.height);
 }
 
 py::dict mattes_of(const Frame& frame, const std::vector<std::string>& names) {

@@ -53,7 +53,7 @@ class Frame : public std::enable_shared_from_this<Frame> {
     bool is_of_files() const { return !depth_encoding_; }
 
   private:
-    Status open(io::OpenFrame files);
+    Status open(io::FrameFiles files);
 
     sequence::SourceSettings settings_;
     std::optional<DepthEncoding> depth_encoding_;  // of arrays

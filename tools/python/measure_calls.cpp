@@ -117,8 +117,7 @@ class Comparer {
         if (!picture.path.empty()) {
             ASSIGN_OR_RETURN(auto color,
                              sequence::read_color(source_, picture.path, picture.frame));
-            const io::Window &data = color.input.window, &display = color.input.display_window;
-            pixels = io::placed(color.rgba(), data, display);
+            pixels = io::placed(color.rgba, color.window, color.display_window);
         }
         if (request_.over && pixels.channels == 4) metrics::composite_over(pixels, *request_.over);
         return pixels;

@@ -104,7 +104,7 @@ py::list plan_sequence(const ChainObject& chain, const std::string& input, const
     const Status status = in_background("plan_sequence", [&](Call& call) -> Status {
         Status failure;
         const Status ended = sequence::plan_sequence(
-            chain.chain, settings, [&](const sequence::PlannedFrame& planned) {
+            chain.chain, settings, [&](const sequence::PlanReport& planned) {
                 failure = planned.plan.status();
                 if (!failure.ok() || call.stop()) return false;
                 frames.push_back(sequence::planned_json(planned, std::nullopt));

@@ -177,7 +177,7 @@ void write_image(const std::string& path, const py::object& result, const py::ob
             ASSIGN_OR_RETURN(
                 auto source,
                 sequence::read_source_frame(frame->settings(), frame->header(), {}, io::Keep::all));
-            return sequence::write_view(path, frame->header(), source, view, settings, files);
+            return sequence::write_view(path, source, view, settings, files);
         }
         io::WriteOptions options;
         ASSIGN_OR_RETURN(options.on_existing, files.permit(path));

@@ -250,27 +250,27 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
                       concat(both, ": ", what, " differ: ", wa.width(), "x", wa.height(), " ",
                              wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
     };
-    const io::Window& display = a.input.display_window;
-    RETURN_IF_ERROR(same("display windows", display, b.input.display_window));
-    if (a.input.window != b.input.window) {
-        log::info(concat(both, ": data windows differ, ", a.input.window.text(), " and ",
-                         b.input.window.text(), ": compared in the display window ", display.text(),
+    const io::Window& display = a.display_window;
+    RETURN_IF_ERROR(same("display windows", display, b.display_window));
+    if (a.window != b.window) {
+        log::info(concat(both, ": data windows differ, ", a.window.text(), " and ", b.window.text(),
+                         ": compared in the display window ", display.text(),
                          "; missing pixels count as clear"));
         for (sequence::ColorFile* color : {&a, &b})
-            color->rgba() = io::placed(color->rgba(), color->input.window, display);
+            color->rgba = io::placed(color->rgba, color->window, display);
     }
     if (work.over)
         for (sequence::ColorFile* color : {&a, &b})
-            metrics::composite_over(color->rgba(), *work.over);
-    if (a.input.description.luma_weights != b.input.description.luma_weights)
+            metrics::composite_over(color->rgba, *work.over);
+    if (a.luma_weights != b.luma_weights)
         log::warning(both + ": chromaticities differ; values are compared without conversion");
-    return metrics::pair_of(b.rgba(), a.rgba()).at(both);
+    return metrics::pair_of(b.rgba, a.rgba).at(both);
 }
 
 Result<metrics::RgbImage> read_reference(const DiffWork& work, const DiffFrame& frame) {
     ASSIGN_OR_RETURN(auto color, read_logged(work, frame.a, frame.number).at(frame.both()));
-    if (work.over) metrics::composite_over(color.rgba(), *work.over);
-    return metrics::rgb_image_of(color.rgba()).at(frame.a);
+    if (work.over) metrics::composite_over(color.rgba, *work.over);
+    return metrics::rgb_image_of(color.rgba).at(frame.a);
 }
 
 // Exposures of a sequence, from all references.

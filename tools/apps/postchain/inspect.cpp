@@ -171,8 +171,8 @@ void print_frame(const sequence::InspectedFrame& found, int frame) {
             if (printed.insert(file["file"]).second) print_file(file);
     }
     if (!found.status.ok()) return;
-    std::fputs(printable(found.source->match.text() + "\n", Lines::keep).c_str(), stdout);
-    print_attributes(found.attributes);
+    std::fputs(printable(found.source->header.match.text() + "\n", Lines::keep).c_str(), stdout);
+    print_attributes(found.source->header.camera_attributes);
     for (const char* key : {"frame", "bounds", "health"}) print_values(found.json[key]);
     if (found.signs && found.signs->ok()) print_signs(**found.signs, frame + 1);
 }
@@ -181,7 +181,7 @@ void log_notes(const sequence::InspectedFrame& found) {
     for (const auto& warning : found.source->warnings) log::warning(warning);
     const Camera& camera = found.source->description.camera;
     if (camera.metadata_focus_m && !camera.meters_per_unit)
-        log::info(concat(found.source->input.files.color_file().path(), ": the focus is ",
+        log::info(concat(color_path(found.source->header), ": the focus is ",
                          *camera.metadata_focus_m,
                          " m; without meters_per_unit a scene unit is assumed "
                          "to be 1 m"));

@@ -29,7 +29,7 @@ struct PlanSettings {
 using Calibration = std::optional<sequence::Calibration>;
 
 // None if the calibration does not tell.
-std::optional<sequence::Seconds> seconds_of(const sequence::PlannedFrame& planned,
+std::optional<sequence::Seconds> seconds_of(const sequence::PlanReport& planned,
                                             const Calibration& calibration) {
     if (!calibration) return std::nullopt;
     const auto seconds = sequence::seconds_of(*planned.plan, *calibration);
@@ -39,7 +39,7 @@ std::optional<sequence::Seconds> seconds_of(const sequence::PlannedFrame& planne
     return seconds;
 }
 
-std::string verbose_text(const sequence::PlannedFrame& planned,
+std::string verbose_text(const sequence::PlanReport& planned,
                          std::optional<sequence::Seconds> seconds) {
     std::string text = plan_as_text(*planned.plan) + sequence::resolved_text(*planned.resolved) +
                        sequence::layers_text(planned.layers);
@@ -131,7 +131,7 @@ std::string cost_of(const Plan& plan, int pass) {
 // Summary of a planned frame: the passes with their non-default parameters, what is left out of
 // each with rule and reason, and the cost. (plan_as_text() shows dispatches and textures.) The
 // first line has the frame's number and size. `seconds`: as from seconds_of().
-std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& planned,
+std::string plan_summary(const Chain& chain, const sequence::PlanReport& planned,
                          const std::optional<sequence::Seconds>& seconds) {
     const Plan& plan = *planned.plan;
     std::ostringstream out;
@@ -195,7 +195,7 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
     Status first_failure;
     size_t good = 0;
     PlanSummaries summaries;
-    const auto print = [&](const sequence::PlannedFrame& planned) {
+    const auto print = [&](const sequence::PlanReport& planned) {
         const auto seconds = seconds_of(planned, calibration);
         if (plan.format == "json") {
             print_line(sequence::planned_json(planned, seconds));
@@ -210,7 +210,7 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
     };
     FrameErrors errors;
     std::string said;  // of the previous frame, without its path
-    const auto show = [&](const sequence::PlannedFrame& planned) {
+    const auto show = [&](const sequence::PlanReport& planned) {
         for (const auto& warning : planned.warnings) log::warning(warning);
         if (planned.plan.ok()) {
             ++good;

@@ -26,7 +26,8 @@ namespace {
 std::string frame_line(const sequence::FrameReport& report) {
     char times[96];
     std::snprintf(times, sizeof(times), "read %.0f ms, filter %.0f ms, write %.0f ms",
-                  report.read_ms + report.convert_ms, report.filter_ms, report.write_ms);
+                  report.findings.read_ms + report.findings.convert_ms, report.filter_ms,
+                  report.write_ms);
     std::string text = concat("frame ", report.frame, " ", sequence::name_of(report.outcome));
     if (report.outcome == sequence::Outcome::held) text += concat(" from frame ", report.held_from);
     text += ": " + report.output;

@@ -47,8 +47,8 @@ class FrameFilter {
             settings.source, settings.input, [&](const sequence::FrameHeader& header) {
                 return sequence::planes_needed(chain, settings.source, header, settings.plan);
             });
-        ASSIGN_OR_RETURN(auto inputs, reader.open(number, files->second));
-        ASSIGN_OR_RETURN(auto source, reader.read(inputs));
+        ASSIGN_OR_RETURN(auto opened, reader.open(number, files->second));
+        ASSIGN_OR_RETURN(auto source, reader.read(opened));
         source.description.frame_number = number;
         ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, source, settings.plan));
         ASSIGN_OR_RETURN(auto planes, executor_.filter(plan, source.planes));

@@ -189,11 +189,11 @@ void FrameStore::read(int frame, const std::shared_ptr<const Chain>& chain) {
     CachedFrame kept;
     kept.stamps = stamps_of(frame, {{frame, files}}, *on_disk);
     try {
-        auto inputs = reader_->open(frame, files);
-        kept.status = inputs.status();
-        if (inputs.ok()) {
+        auto opened = reader_->open(frame, files);
+        kept.status = opened.status();
+        if (opened.ok()) {
             handed_out_.push_back(frame);
-            auto source = reader_->read(*inputs);
+            auto source = reader_->read(*opened);
             kept.status = source.status();
             if (source.ok()) {
                 source->description.frame_number = frame;

@@ -89,7 +89,7 @@ Result<metrics::RgbImage> Truth::load(int frame) const {
     ASSIGN_OR_RETURN(auto header, open_frame(frame));
     ASSIGN_OR_RETURN(auto source, read(std::move(header)));
     return metrics::rgb_image_of(
-        io::placed(*source.planes.at(Role::color), source.input.window, windows_.at(frame)));
+        io::placed(*source.planes.at(Role::color), source.header.window, windows_.at(frame)));
 }
 
 std::vector<std::string> Truth::paths() const {
@@ -171,11 +171,12 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
             return differ("data window", part_of_truth.data_window, part_of_input.data_window);
         windows_[frame] = of_input;
         ASSIGN_OR_RETURN(auto source, read(std::move(header)));
-        if (const auto bad = source.health.nonfinite_color)
-            return Status(StatusCode::input,
-                          concat(path, ": the ground truth has ", report::counted(bad, "pixel"),
-                                 " with NaN or Inf, the first at ", source.first_nonfinite_text(),
-                                 "; cannot measure against it"));
+        if (const auto bad = source.findings.health.nonfinite_color)
+            return Status(
+                StatusCode::input,
+                concat(path, ": the ground truth has ", report::counted(bad, "pixel"),
+                       " with NaN or Inf, the first at ", source.findings.first_nonfinite_text(),
+                       "; cannot measure against it"));
         auto image =
             metrics::rgb_image_of(io::placed(*source.planes.at(Role::color), of_truth, of_input));
         if (!image.ok()) return image.status().at(path);
@@ -426,8 +427,8 @@ Result<sequence::SourceFrame> read_frame(const ExperimentInput& input,
                                          RoleSet wanted) {
     sequence::SequenceReader reader(run.source, run.input,
                                     [&](const sequence::FrameHeader&) { return wanted; });
-    ASSIGN_OR_RETURN(const auto inputs, reader.open(frame, input.files.at(frame)));
-    auto source = reader.read(inputs);
+    ASSIGN_OR_RETURN(const auto opened, reader.open(frame, input.files.at(frame)));
+    auto source = reader.read(opened);
     if (source.ok()) source->description.frame_number = frame;
     return source;
 }

@@ -27,8 +27,8 @@ Result<std::string> files_of(const Chain& chain, int frame, const ExperimentSett
         settings.run.source, settings.run.input, [&](const sequence::FrameHeader& header) {
             return sequence::planes_needed(chain, settings.run.source, header, settings.run.plan);
         });
-    ASSIGN_OR_RETURN(const auto inputs, reader.open(frame, input.files.at(frame)));
-    std::string work = sequence::fingerprint_of(chain, settings.run, inputs);
+    ASSIGN_OR_RETURN(const auto opened, reader.open(frame, input.files.at(frame)));
+    std::string work = sequence::fingerprint_of(chain, settings.run, opened);
     if (input.has_truth(frame)) work += " truth " + input.truth->identity(frame);
     return work;
 }

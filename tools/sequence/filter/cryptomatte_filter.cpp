@@ -49,14 +49,14 @@ Boxes all_boxes(const SourceFrame& frame, size_t index) {
     Boxes boxes = boxes_of(frame.cryptomattes->ranks[index]);
     for (const auto& [neighbor, other] : neighbors_of(frame, index))
         for (const auto& [id, box] : boxes_of(*other.ranks))
-            add_box(boxes, id, moved(box, other.window, frame.input.window));
+            add_box(boxes, id, moved(box, other.window, frame.header.window));
     return boxes;
 }
 
 // Boxes of the ids that are filtered.
 Boxes filtered_boxes(const SourceFrame& frame, size_t index, Boxes boxes) {
-    const auto asked = frame.layers.filtered_ids.find(index);
-    if (asked == frame.layers.filtered_ids.end()) return boxes;
+    const auto asked = frame.header.layers.filtered_ids.find(index);
+    if (asked == frame.header.layers.filtered_ids.end()) return boxes;
     std::erase_if(boxes, [&](const auto& box) {
         return !std::binary_search(asked->second.begin(), asked->second.end(), box.first);
     });
@@ -84,7 +84,7 @@ void put_near_together(std::vector<std::vector<io::CryptoId>>& slots, const Boxe
 // Layers that are filtered with color: the frame's, and its fill mask.
 int own_layers(const SourceFrame& frame) {
     return (frame.planes.count(Role::layers) ? frame.description.layers : 0) +
-           int(!frame.layers.fill_mask.empty());
+           int(!frame.header.layers.fill_mask.empty());
 }
 
 // True if extra layers with ids leave color unchanged: these layers have
@@ -190,7 +190,7 @@ std::vector<CoverageRun> coverage_runs(const Chain& chain, const FramePlan& plan
     }
     for (auto& [neighbors, slots] : groups) {
         bool with_color = color_goes_along(frame, neighbors, options);
-        const size_t at_once = 4 * size_t(layers_at_once(frame.input.window.pixels()));
+        const size_t at_once = 4 * size_t(layers_at_once(frame.header.window.pixels()));
         for (size_t first = 0; first < slots.size(); first += at_once) {
             const size_t end = std::min(slots.size(), first + at_once);
             runs.push_back(
@@ -205,7 +205,7 @@ std::vector<CoverageRun> coverage_runs(const Chain& chain, const FramePlan& plan
 
 FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
                            FrameDescription description) {
-    if (run.with_color && !frame.layers.fill_mask.empty())
+    if (run.with_color && !frame.header.layers.fill_mask.empty())
         description = with_fill_mask(std::move(description));
     description.layers = run.layers() + (run.with_color ? own_layers(frame) : 0);
     description.bounds.layers_are_half = false;
@@ -229,7 +229,7 @@ CryptomatteFilter::CryptomatteFilter(const Chain& chain, const FramePlan& plan,
       runs_(coverage_runs(chain, plan, frame, options)) {
     if (!any_pass_runs(plan)) return;
     reach_px_ = reach_of_ids(chain, plan);
-    const io::Window& window = frame.input.window;
+    const io::Window& window = frame.header.window;
     for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i) {
         Boxes boxes = all_boxes(frame, i);
         const size_t all_ids = boxes.size();
@@ -256,7 +256,7 @@ Result<std::vector<io::RankedCoverage>> CryptomatteFilter::filter_rest(
     std::vector<io::RankedCoverage> filtered;
     for (size_t i = 0; i < states_.size(); ++i) {
         const CryptomatteState& state = states_[i];
-        reports.push_back({frame_.layers.cryptomattes[i].name, state.boxes.size(),
+        reports.push_back({frame_.header.layers.cryptomattes[i].name, state.boxes.size(),
                            state.all_ids - state.boxes.size(), state.planes,
                            state.ranking.pixels_short(), state.ranking.largest_lost()});
         filtered.push_back(state.ranking.result());
@@ -266,7 +266,7 @@ Result<std::vector<io::RankedCoverage>> CryptomatteFilter::filter_rest(
 
 // The run's ids below the frame's own layers, if color goes along.
 ImageF CryptomatteFilter::stacked(const CoverageRun& run, std::optional<Neighbor> neighbor) const {
-    const io::Window& window = frame_.input.window;
+    const io::Window& window = frame_.header.window;
     const int own = run.with_color ? own_layers(frame_) : 0;
     ImageF stack(window.width(), window.height() * (own + run.layers()), 4);
     const Role role = neighbor ? role_of(*neighbor, Role::layers) : Role::layers;
@@ -303,7 +303,7 @@ Result<FramePlanes> CryptomatteFilter::filter(const CoverageRun& run,
     ASSIGN_OR_RETURN(auto result, executor_.filter(plan, planes, observer));
     ImageF& layers = result.at(Role::layers);
     const int own = run.with_color ? own_layers(frame_) : 0;
-    const int width = frame_.input.window.width(), height = frame_.input.window.height();
+    const int width = frame_.header.window.width(), height = frame_.header.window.height();
     for (size_t slot = 0; slot < run.slots.size(); ++slot) {
         CryptomatteState& state = states_[run.slots[slot].cryptomatte];
         for (const io::CryptoId id : run.slots[slot].ids)

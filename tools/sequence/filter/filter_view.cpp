@@ -17,7 +17,7 @@ Result<ImageF> filter_separately(const Chain& chain, const FramePlan& whole,
                                  const SourceFrame& frame, const PlanOptions& options,
                                  Executor& executor, const ImageF& together) {
     const int height = frame.description.height;
-    std::vector<ImageF> filtered(frame.layers.filtered.size());
+    std::vector<ImageF> filtered(frame.header.layers.filtered.size());
     for (const SeparateLayers& group : frame.separate_layers) {
         SharedPlanes planes = frame.planes;
         FrameDescription description = whole.description;
@@ -47,7 +47,7 @@ Result<FilteredView> filter_view(const Chain& chain, const FramePlan& plan,
                                  const SourceFrame& source, const PlanOptions& options,
                                  Executor& executor, const StageObserver& observer,
                                  const std::function<void()>& color_is_done) {
-    const bool masked = !source.layers.fill_mask.empty();
+    const bool masked = !source.header.layers.fill_mask.empty();
     const SharedPlanes planes =
         masked ? planes_with_fill_mask(source.planes, source.description) : source.planes;
     std::optional<CryptomatteFilter> cryptomattes;

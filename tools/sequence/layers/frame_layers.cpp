@@ -222,14 +222,13 @@ class MatteFinder {
     FrameLayers& layers_;
 };
 
-// The named channels in `area`, taken from the planes that were kept.
-Result<ImageF> pixels_of(const io::InputFrame& input, const RoleChannels& source,
-                         const io::Window& area, int channels) {
-    if (input.kept && input.kept->part == source.part)
-        return input.kept->interleaved(source.channels, area, channels, 0);
-    ASSIGN_OR_RETURN(const auto pixels,
-                     input.files.color_file().read_part(source.part, source.channels, area));
-    return pixels.interleaved(source.channels, area, channels, 0);
+// The named channels in the window of `read`, taken from the planes that were kept.
+Result<ImageF> pixels_of(io::PixelFile& file, const io::StoredFrame& read,
+                         const RoleChannels& source, int channels) {
+    if (read.kept && read.kept->part == source.part)
+        return read.kept->interleaved(source.channels, read.window, channels, 0);
+    ASSIGN_OR_RETURN(const auto pixels, file.read_part(source.part, source.channels, read.window));
+    return pixels.interleaved(source.channels, read.window, channels, 0);
 }
 
 // The attributes, not the names, mark cryptomattes as data.
@@ -420,11 +419,11 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     return status_of_exception(file.path());
 }
 
-Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& input,
-                           const io::Window& area) {
+Result<ImageF> read_layers(const FrameLayers& layers, io::PixelFile& file,
+                           const io::StoredFrame& read) {
     std::vector<ImageF> planes;
     for (const FileLayer& layer : layers.filtered) {
-        ASSIGN_OR_RETURN(auto plane, pixels_of(input, layer.channels, area, 4));
+        ASSIGN_OR_RETURN(auto plane, pixels_of(file, read, layer.channels, 4));
         planes.push_back(std::move(plane));
     }
     return stack_planes(planes);
@@ -444,15 +443,16 @@ void MatteFindings::add_cryptomatte(const std::string& path, const io::Cryptomat
                                  "they count as none"));
 }
 
-Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
-                           const io::Window& area, MatteFindings& findings) {
-    const std::string path = input.files.color_file().path();
+Result<ImageF> read_mattes(const FrameLayers& layers, io::PixelFile& file,
+                           const io::StoredFrame& read, MatteFindings& findings) {
+    const std::string path = file.path();
+    const io::Window& area = read.window;
     std::map<size_t, io::RankedCoverage> ranks;
     std::vector<ImageF> planes;
     for (const MatteSource& matte : layers.mattes) {
         ImageF plane(area.width(), area.height(), 1);
         if (!matte.channel.channels.empty()) {
-            ASSIGN_OR_RETURN(plane, pixels_of(input, matte.channel, area, 1));
+            ASSIGN_OR_RETURN(plane, pixels_of(file, read, matte.channel, 1));
             const auto bad = std::ranges::count_if(
                 plane.data, [](float value) { return !std::isfinite(value); });
             if (bad > 0)
@@ -472,9 +472,9 @@ Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& inpu
         for (const auto& [cryptomatte, ids] : matte.ids) {
             const io::Cryptomatte& source = layers.cryptomattes[cryptomatte];
             if (!ranks.contains(cryptomatte)) {
-                ASSIGN_OR_RETURN(auto read, io::read_ranks(input.files.color_file(), source, area));
-                findings.add_cryptomatte(path, source, read);
-                ranks[cryptomatte] = std::move(read);
+                ASSIGN_OR_RETURN(auto stored, io::read_ranks(file, source, area));
+                findings.add_cryptomatte(path, source, stored);
+                ranks[cryptomatte] = std::move(stored);
             }
             const ImageF coverage = io::coverage_of(ranks.at(cryptomatte), ids);
             for (size_t i = 0; i < plane.data.size(); ++i) plane.data[i] += coverage.data[i];

@@ -14,8 +14,8 @@
 
 #include "chain/pass/chain.h"
 #include "config/layer_match.h"
-#include "tools/sequence/frame/cryptomatte.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/cryptomatte.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::sequence {
 
@@ -78,10 +78,10 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const std::vector<std::string>& data,
                                       const io::PixelFile& file, const ProfileMatch& match);
 
-// The filtered layers as stored, stacked, RGBA each (A = 0 if a layer has none). `input` was read
-// with this area. Errors (input): damaged data.
-Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& input,
-                           const io::Window& area);
+// The filtered layers as stored, stacked, RGBA each (A = 0 if a layer has none). `file`: color's,
+// of which `read` was read. Errors (input): damaged data.
+Result<ImageF> read_layers(const FrameLayers& layers, io::PixelFile& file,
+                           const io::StoredFrame& read);
 
 // Faults in the pixels of mattes and cryptomattes.
 struct MatteFindings {
@@ -96,7 +96,7 @@ struct MatteFindings {
 
 // The mattes in 0..1, stacked; NaN is read as 0. A warning says if no pixel has ids that no
 // manifest confirms. Errors (input): damaged data.
-Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
-                           const io::Window& area, MatteFindings& findings);
+Result<ImageF> read_mattes(const FrameLayers& layers, io::PixelFile& file,
+                           const io::StoredFrame& read, MatteFindings& findings);
 
 }  // namespace postchain::sequence

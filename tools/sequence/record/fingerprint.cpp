@@ -32,8 +32,7 @@ std::string text_of_config(const std::string& config) {
 }
 
 // Everything that decides a frame's canonical planes, in addition to SourceSettings.
-std::string text_of_frame(const OpenedFrame& frame) {
-    const FrameHeader& header = frame.header;
+std::string text_of_frame(const FrameHeader& header) {
     std::string text = header.camera.text() + "\n";
     if (header.sky) text += header.sky->text() + "\n";
     if (header.zoom)
@@ -52,14 +51,14 @@ std::string text_of_frame(const OpenedFrame& frame) {
     text += concat(int(options.depth), " ", options.unpremultiplied, "\n");
     if (const io::Window& own = color_part(header).data_window; header.window != own)
         text += "window " + header.window.text() + "\n";
-    for (const auto& [role, where] : header.assignment) {
+    for (const auto& [role, where] : header.match.roles) {
         text += concat(postchain::name_of(role), " ", where.part);
         for (const auto& channel : where.channels) text += " " + channel;
         text += "\n";
     }
     text += header.layers.text();
     for (const std::string& view : header.match.other_views) text += "view " + view + "\n";
-    for (const io::FileStamp& file : frame.stamps)
+    for (const auto& [role, file] : header.files.stamps)
         text +=
             concat(fs::path(file.path).filename().string(), " ", file.bytes, " ", file.time, "\n");
     return text;
@@ -120,11 +119,11 @@ bool is_done(const std::string& output, const std::string& fingerprint,
 }
 
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
-                           const FrameInputs& inputs) {
-    const int frame = inputs.frame->number;
+                           const FrameToRead& opened) {
+    const int frame = opened.frame->files.frame_number;
     std::string text =
         concat(chain.text(), name_of(settings.plan.precision), " frame ", frame, "\n",
-               text_of_frame(*inputs.frame), int(settings.source.nonfinite_color), " ",
+               text_of_frame(*opened.frame), int(settings.source.nonfinite_color), " ",
                settings.overflow ? int(*settings.overflow) : -1, "\n");
     const io::ExrSettings& exr = settings.exr;
     if (exr.compression)
@@ -145,11 +144,10 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
     const RuleNames rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)
         if (rules.count(rule)) text += rule + "\n";
-    if (inputs.frame->header.motion_crosses_cut && rules.count(kRuleCameraCut))
-        text += "camera cut\n";
-    for (const auto& [neighbor, other] : inputs.neighbors)
+    if (opened.frame->motion_crosses_cut && rules.count(kRuleCameraCut)) text += "camera cut\n";
+    for (const auto& [neighbor, other] : opened.neighbors)
         text += concat(postchain::name_of(neighbor), " ", text_of_frame(*other));
-    if (inputs.behind) text += concat("behind ", text_of_frame(*inputs.behind));
+    if (opened.behind) text += concat("behind ", text_of_frame(*opened.behind));
     return concat("postchain ", settings.version, " chain ", hex_of(chain.hash()), " work ",
                   hex_of(hash_text(text)));
 }

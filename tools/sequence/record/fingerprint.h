@@ -13,7 +13,7 @@ namespace postchain::sequence {
 
 // "postchain VERSION chain HASH work HASH".
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
-                           const FrameInputs& inputs);
+                           const FrameToRead& opened);
 
 // Provenance of an output (its attribute "postchain", its sidecar's "work"): the fingerprint, and
 // whether RunSettings::strict was set.

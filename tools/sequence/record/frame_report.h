@@ -39,16 +39,13 @@ struct FrameReport {
     std::string provenance;                       // record/fingerprint.h
     std::string preview_provenance;               // preview's origin, if requested
     std::vector<io::FileStamp> stamps;            // all files read, neighbors' too
-    FrameLayers layers;                           // layers of color's file
     std::vector<CryptomatteReport> cryptomattes;  // filtered ones
-    FrameBounds bounds;
-    InputHealth health;  // first_nonfinite in file coordinates
-    SurfaceHealth surface_health;
-    io::Window window;  // data window of the output
+    FrameFindings findings;                       // outlive the frame
+    io::Window window;                            // data window of the output
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
     uint64_t stage_bytes = 0;  // bytes of its stages
-    double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
+    double filter_ms = 0, write_ms = 0;
     std::vector<PassTime> pass_times;
     std::vector<WorkDone> work_done;
     std::string timing_source;

@@ -14,8 +14,8 @@ Json times_json(const FrameReport& report) {
     Json passes = Json::array();
     for (const auto& time : report.pass_times)
         passes.push_back({{"pass", time.pass}, {"name", time.name}, {"ms", time.milliseconds}});
-    return {{"read", report.read_ms},
-            {"convert", report.convert_ms},
+    return {{"read", report.findings.read_ms},
+            {"convert", report.findings.convert_ms},
             {"filter", report.filter_ms},
             {"write", report.write_ms},
             {"passes", passes},
@@ -63,8 +63,8 @@ Json summary_json(const FrameReport& report) {
 
 }  // namespace
 
-void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& health,
-                  const SurfaceHealth& surfaces) {
+void add_findings(Json& json, const FrameBounds& bounds, const FrameFindings& findings) {
+    const InputHealth& health = findings.health;
     json["bounds"] = {{"max_speed_px", bounds.max_speed_px},
                       {"max_speed_back_px", bounds.max_speed_back_px},
                       {"min_inverse_depth", bounds.min_inverse_depth},
@@ -80,37 +80,37 @@ void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& heal
                       {"input_sentinel_motion", health.sentinel_motion},
                       {"input_negative_depth", health.negative_depth},
                       {"input_motion_all_zero", health.motion_all_zero}};
-    json["health"]["input_mixed_edge_depth"] = surfaces.mixed_edges.depth;
-    json["health"]["input_mixed_edge_motion"] = surfaces.mixed_edges.motion;
-    json["health"]["input_clear_edges"] = surfaces.clear_edges;
-    json["health"]["input_sky_without_motion"] = surfaces.sky_without_motion;
-    json["health"]["sky_motion_from_camera"] = surfaces.sky_motion_from_camera;
-    json["health"]["motion_from_camera"] = surfaces.motion_from_camera;
-    json["health"]["zoom_motion_added"] = surfaces.zoom_motion_added;
+    json["health"]["input_mixed_edge_depth"] = findings.edges.parts().depth;
+    json["health"]["input_mixed_edge_motion"] = findings.edges.parts().motion;
+    json["health"]["input_clear_edges"] = findings.clear_edges;
+    json["health"]["input_sky_without_motion"] = findings.sky.without_motion();
+    json["health"]["sky_motion_from_camera"] = findings.sky_motion_from_camera;
+    json["health"]["motion_from_camera"] = findings.motion_from_camera;
+    json["health"]["zoom_motion_added"] = findings.zoom_motion_added;
     if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;
 }
 
-std::string sidecar_json(const FrameReport& report, const std::string& version) {
+std::string sidecar_json(const FrameReport& report, const FrameLayers& layers,
+                         const std::string& version) {
     Json json = summary_json(report);
     json["output_bytes"] = report.write.bytes;
     json["work"] = report.provenance;
     json["profile"] = report.profile;
     if (!report.views.empty()) json["views"] = report.views;
     if (report.resolved) json["resolved"] = resolved_json(*report.resolved);
-    if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
-        json["layers"] = std::move(layers);
-    if (report.plan) {
-        json["plan"] = brief_plan(*report.plan);
-        for (const auto& elision : report.plan->elisions)
-            if (const auto found = found_in(elision, *report.plan, report.work_done);
-                found && found->kind == ElisionKind::blocks)
-                json["left_out_on_device"].push_back(
-                    io::json_from(elision_json(*found, item_text(*found, *report.plan))));
-    }
+    if (io::Json found = layers_json(layers, report.cryptomattes); !found.empty())
+        json["layers"] = std::move(found);
+    const FramePlan& plan = *report.plan;  // every written frame has one
+    json["plan"] = brief_plan(plan);
+    for (const auto& elision : plan.elisions)
+        if (const auto found = found_in(elision, plan, report.work_done);
+            found && found->kind == ElisionKind::blocks)
+            json["left_out_on_device"].push_back(
+                io::json_from(elision_json(*found, item_text(*found, plan))));
     for (const auto& done : report.work_done)
         json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);
-    add_findings(json, report.bounds, report.health, report.surface_health);
+    add_findings(json, plan.description.bounds, report.findings);
     json["health"]["output_nonfinite"] = report.output_nonfinite;
     json["health"]["output_half_overflow"] = report.write.overflow_pixels;
     json["counters"] = {{"texture_allocations", report.counters.texture_allocations},

@@ -9,13 +9,13 @@
 namespace postchain::sequence {
 
 // Adds "bounds" and "health" (docs/sidecar.md), the pixel findings in sidecars and in `inspect`.
-void add_findings(io::Json& json, const FrameBounds& bounds, const InputHealth& health,
-                  const SurfaceHealth& surfaces);
+void add_findings(io::Json& json, const FrameBounds& bounds, const FrameFindings& findings);
 
 // One indented object. docs/sidecar.md describes its keys: frame, outcome, inputs, output,
 // held_from, warnings, output_bytes, work, profile, plan, times_ms, bounds, health, counters,
 // write_notes, renderer, version.
-std::string sidecar_json(const FrameReport& report, const std::string& version);
+std::string sidecar_json(const FrameReport& report, const FrameLayers& layers,
+                         const std::string& version);
 
 // "OUT.exr.json" of OUT.exr.
 std::string sidecar_path(const std::string& output);

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "chain/base/parameter.h"
-#include "tools/sequence/frame/complete_file.h"
+#include "tools/sequence/planes/complete_file.h"
 #include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::sequence {

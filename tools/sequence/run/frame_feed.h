@@ -56,12 +56,12 @@ class ListFeed final : public FrameFeed {
 
 // Feeds a walk with the frames that a renderer writes, as soon as they are complete.
 //
-// A frame is taken when each of its files is complete (frame/complete_file.h) and had the same size
-// and modification time at two looks, a second apart, and when the neighbors that its filters read
-// are complete too, if they are expected: every frame of RunSettings::frames is; without frames
-// none is known to be. Nothing else decides when a frame is filtered, so outputs are those of a run
-// on the complete sequence. The folder is polled, because a network file system does not report
-// other machines' writes.
+// A frame is taken when each of its files is complete (planes/complete_file.h) and had the same
+// size and modification time at two looks, a second apart, and when the neighbors that its filters
+// read are complete too, if they are expected: every frame of RunSettings::frames is; without
+// frames none is known to be. Nothing else decides when a frame is filtered, so outputs are those
+// of a run on the complete sequence. The folder is polled, because a network file system does not
+// report other machines' writes.
 //
 // After Watch::idle_s without changes, complete frames are processed as in a run, and missing or
 // incomplete ones are reported as missing.

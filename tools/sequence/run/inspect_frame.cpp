@@ -147,12 +147,12 @@ InspectedFrame inspect_frame(const RunSettings& settings, const std::map<Role, s
     auto source = look_at(settings, *header, thumbnail);
     if (!source.ok()) return failed(source.status());
     survey.add(frame, *source, thumbnail);
-    json["match"] = describe_roles(source->match);
-    json["frame"] = describe_frame(source->description, source->input.window);
+    json["match"] = describe_roles(source->header.match);
+    json["frame"] = describe_frame(source->description, source->header.window);
     json["camera_attributes"] = describe_attributes(header->camera_attributes);
     json["frame"]["memory_to_filter"] = bytes_text(frame_bytes(
         *header, planes_of(*header, kLookedAt), io::Keep::all, header->window.height()));
-    add_findings(json, source->description.bounds, source->health, source->surface_health);
+    add_findings(json, source->description.bounds, source->findings);
     if (source->description.planes.has(Role::inverse_depth))
         json["frame"]["distance"] = distances(source->description.bounds);
     std::map<Role, std::string> next_files;
@@ -170,7 +170,6 @@ InspectedFrame inspect_frame(const RunSettings& settings, const std::map<Role, s
                           : Result<SignCheck>(next.status());
         if (found.signs->ok()) json["sign_check"] = describe_signs(**found.signs);
     }
-    found.attributes = std::move(header->camera_attributes);
     found.source = std::move(*source);
     return found;
 }

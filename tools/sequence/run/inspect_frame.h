@@ -22,9 +22,8 @@ struct InspectedFrame {
     io::Json json;  // as `inspect --json` prints it; after a failure, the files that were opened
     Status status;
     // The rest is that of a frame without a failure.
-    std::optional<SourceFrame> source;           // without planes
-    std::vector<io::FoundAttribute> attributes;  // camera attributes
-    std::optional<Result<SignCheck>> signs;      // against the next frame, if that is on disk
+    std::optional<SourceFrame> source;       // without planes
+    std::optional<Result<SignCheck>> signs;  // against the next frame, if that is on disk
 };
 
 // Adds the frame to the survey. `files` as in io::FrameList::files.

@@ -33,15 +33,15 @@ uint64_t count_nonfinite(const ImageF& image) {
 std::vector<io::FilteredLayer> layers_to_write(const SourceFrame& source, const FilteredView& view,
                                                std::deque<ImageF>& images) {
     std::vector<io::FilteredLayer> layers;
-    const FrameLayers& found = source.layers;
+    const FrameLayers& found = source.header.layers;
     for (size_t i = 0; i < found.filtered.size() && !view.layers.empty(); ++i) {
         images.push_back(plane_of_stack(view.layers, int(i), view.color.height));
-        layer_to_file_convention(images.back(), source.conversion, view.color);
+        layer_to_file_convention(images.back(), source.header.match.options, view.color);
         const RoleChannels& where = found.filtered[i].channels;
         layers.push_back({where.part, where.channels, &images.back(), false});
     }
     if (!found.fill_mask.empty())
-        layers.push_back({.part = source.input.assignment.at(Role::color).part,
+        layers.push_back({.part = color_channels(source.header).part,
                           .channels = fill_mask_channels(found.fill_mask),
                           .image = &view.fill_mask,
                           .added = true});
@@ -72,9 +72,9 @@ std::vector<io::FilteredLayer> all_to_write(FrameInFlight& frame, std::deque<Ima
         FilteredView& view = frame.other_views[i];
         const auto layers = layers_to_write(source, view, images);
         all.insert(all.end(), layers.begin(), layers.end());
-        if (source.conversion.unpremultiplied)
-            to_file_convention(view.color, source.conversion, stored_color(source.input));
-        const RoleChannels& where = source.input.assignment.at(Role::color);
+        if (source.header.match.options.unpremultiplied)
+            to_file_convention(view.color, source.header.match.options, stored_color(source));
+        const RoleChannels& where = color_channels(source.header);
         all.push_back({.part = where.part, .channels = where.channels, .image = &view.color});
     }
     return all;
@@ -114,7 +114,7 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
                                       const std::vector<io::FilteredLayer>& added,
                                       const io::WriteOptions& options) {
     io::PlanesFile file;
-    const auto& names = source.input.assignment.at(Role::color).channels;
+    const auto& names = color_channels(source.header).channels;
     for (size_t i = 0; i < names.size(); ++i)
         if (options.exr.takes(names[i]))
             file.channels.push_back(
@@ -123,9 +123,9 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
     for (const io::FilteredLayer& layer : added)
         for (size_t i = 0; i < layer.channels.size(); ++i)
             file.channels.push_back({layer.channels[i], io::PixelType::half, layer.image, int(i)});
-    file.origin_x = source.input.window.min_x;
-    file.origin_y = source.input.window.min_y;
-    file.display_window = source.input.display_window;
+    file.origin_x = source.header.window.min_x;
+    file.origin_y = source.header.window.min_y;
+    file.display_window = color_part(source.header).display_window;
     return io::write_planes_exr(path, file, options);
 }
 
@@ -150,41 +150,40 @@ Result<std::optional<io::ImageEncoding>> to_output_convention(const std::string&
                                                               const SourceFrame& source,
                                                               ImageF& result,
                                                               const RunSettings& settings) {
-    const io::InputFrame& input = source.input;
-    const io::PixelFile& color_file = input.files.color_file();
-    const bool stored_unassociated = source.conversion.unpremultiplied;
+    const io::PixelFile& color_file = source.header.files.color_file();
+    const bool stored_unassociated = source.header.match.options.unpremultiplied;
     if (!io::image_format_of(path)) {
         if (stored_unassociated && !picture_of(color_file))
-            to_file_convention(result, source.conversion, stored_color(input));
+            to_file_convention(result, source.header.match.options, stored_color(source));
         return std::optional<io::ImageEncoding>();
     }
     ASSIGN_OR_RETURN(
         auto encoding,
-        io::image_encoding(path, color_file, input.assignment.at(Role::color).channels.size(),
+        io::image_encoding(path, color_file, color_channels(source.header).channels.size(),
                            settings.picture));
     if (encoding.unassociated) {
         ConvertOptions unassociated;
         unassociated.unpremultiplied = true;
         to_file_convention(
             result, unassociated,
-            stored_unassociated ? stored_color(input) : ImageF(result.width, result.height, 4));
+            stored_unassociated ? stored_color(source) : ImageF(result.width, result.height, 4));
     }
     return std::optional(std::move(encoding));
 }
 
 // Writes color, converted by to_output_convention(), in the format of the path's extension.
 // `layers` as in io::write_filtered(); a new EXR can only have added ones.
-Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source,
+Result<io::WriteReport> write_image(const std::string& path, const SourceFrame& source,
                                     const ImageF& result,
                                     const std::optional<io::ImageEncoding>& encoding,
                                     const std::vector<io::FilteredLayer>& layers,
                                     const io::OutputFiles& files, io::WriteOptions options) {
     ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
-    const io::InputFrame& input = source.input;
-    const io::PixelFile& color_file = input.files.color_file();
-    const RoleChannels& color = input.assignment.at(Role::color);
+    const FrameHeader& header = source.header;
+    io::PixelFile& color_file = header.files.color_file();
+    const RoleChannels& color = color_channels(header);
     if (encoding) {
-        const ImageF shown = io::placed(result, input.window, input.display_window);
+        const ImageF shown = io::placed(result, header.window, color_part(header).display_window);
         auto report =
             io::write_picture(path, shown, *encoding, color_file.path(), color.part, options);
         return with_notes(std::move(report), color_file, color.channels.size());
@@ -192,7 +191,8 @@ Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source
     if (picture_of(color_file))
         return with_notes(write_new_exr(path, source, result, layers, options), color_file,
                           color.channels.size());
-    return io::write_filtered(path, source.input, result, options, layers);
+    return io::write_filtered(path, color_file, source.stored,
+                              {color.part, color.channels, &result}, options, layers);
 }
 
 Status write_preview(const FrameReport& report, const RunSettings& settings,
@@ -206,11 +206,12 @@ Status write_preview(const FrameReport& report, const RunSettings& settings,
     return io::write_png_preview(path, color, options);
 }
 
-Status write_sidecar(const FrameReport& report, const RunSettings& settings,
-                     const io::OutputFiles& files) {
+Status write_sidecar(const FrameReport& report, const FrameLayers& layers,
+                     const RunSettings& settings, const io::OutputFiles& files) {
     const std::string path = sidecar_path(report.output);
     ASSIGN_OR_RETURN(const auto permit, files.permit(path));
-    return io::atomic_write_text(path, sidecar_json(report, settings.version), permit).status();
+    return io::atomic_write_text(path, sidecar_json(report, layers, settings.version), permit)
+        .status();
 }
 
 }  // namespace
@@ -226,7 +227,7 @@ Status check_output(const FrameHeader& header, const FrameReport& report,
                              ": --input-transfer applies only to non-EXR inputs; "
                              "an EXR holds scene-linear light; leave it "
                              "out"));
-    const RoleChannels& color = header.assignment.at(Role::color);
+    const RoleChannels& color = color_channels(header);
     if (io::image_format_of(path)) {
         if (!header.match.other_views.empty())
             return Status(StatusCode::usage,
@@ -302,16 +303,17 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
                                          "the channel's largest value, NaN to 0"));
     report.write_ms = milliseconds_since(start);
     if (settings.preview) RETURN_IF_ERROR(write_preview(report, settings, files, color));
-    return settings.sidecar ? write_sidecar(report, settings, files) : Status();
+    return settings.sidecar ? write_sidecar(report, frame.source->header.layers, settings, files)
+                            : Status();
 }
 
-Result<io::WriteReport> write_view(const std::string& path, const FrameHeader& header,
-                                   SourceFrame& source, FilteredView& view,
-                                   const RunSettings& settings, const io::OutputFiles& files) {
+Result<io::WriteReport> write_view(const std::string& path, const SourceFrame& source,
+                                   FilteredView& view, const RunSettings& settings,
+                                   const io::OutputFiles& files) {
     FrameReport report;
     report.output = path;
-    report.window = source.input.window;
-    RETURN_IF_ERROR(check_output(header, report, settings));
+    report.window = source.header.window;
+    RETURN_IF_ERROR(check_output(source.header, report, settings));
     std::deque<ImageF> images;
     const auto layers = layers_to_write(source, view, images);
     io::WriteOptions options = write_options(report, settings, "");

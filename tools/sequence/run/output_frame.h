@@ -3,7 +3,7 @@
 #pragma once
 
 #include "chain/pass/chain.h"
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 #include "tools/sequence/run/runner.h"
 
 namespace postchain::sequence {
@@ -22,10 +22,10 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
                    FrameInFlight& frame);
 
 // Writes an image of a frame that some program made of it, with the layers that the frame filters:
-// without record, preview and sidecar. `source`: read with io::Keep::all; it and `view` are
+// without record, preview and sidecar. `source`: read with io::Keep::all; `view` is
 // modified. Errors: those of check_output() and write_frame().
-Result<io::WriteReport> write_view(const std::string& path, const FrameHeader& header,
-                                   SourceFrame& source, FilteredView& view,
-                                   const RunSettings& settings, const io::OutputFiles& files);
+Result<io::WriteReport> write_view(const std::string& path, const SourceFrame& source,
+                                   FilteredView& view, const RunSettings& settings,
+                                   const io::OutputFiles& files);
 
 }  // namespace postchain::sequence

@@ -45,15 +45,15 @@ Calibration calibration_of(const std::string& path, const Json& json) {
 }
 
 // `frames`: number in the sequence or part; at most kFramesInFlight are in memory.
-Memory memory_of(const FrameInputs& inputs, const Plan& plan, size_t frames) {
-    const auto bytes_of = [](const OpenedFrame& frame) {
-        return frame_bytes(frame.header, frame.planes, io::Keep::all, frame.header.window.height());
+Memory memory_of(const FrameToRead& opened, const Plan& plan, size_t frames) {
+    const auto bytes_of = [](const FrameHeader& frame) {
+        return frame_bytes(frame, frame.to_read, io::Keep::all, frame.window.height());
     };
     Memory memory;
-    memory.frame = bytes_of(*inputs.frame);
+    memory.frame = bytes_of(*opened.frame);
     uint64_t neighbors = 0;
-    for (const auto& [neighbor, frame] : inputs.neighbors) neighbors += bytes_of(*frame);
-    if (inputs.behind) neighbors += behind_bytes(*inputs.behind);
+    for (const auto& [neighbor, frame] : opened.neighbors) neighbors += bytes_of(*frame);
+    if (opened.behind) neighbors += behind_bytes(*opened.behind);
     for (const PlanTexture& texture : plan.textures)
         if (texture.imported) memory.textures += texture.bytes();
     memory.textures += plan.peak_bytes();
@@ -92,10 +92,10 @@ FrameDescription without_layers(FrameDescription description) {
 Result<std::optional<LayerCost>> layer_cost(const Chain& chain, const FramePlan& plan,
                                             const SourceFrame& frame, const PlanOptions& options) {
     const std::vector<CoverageRun> coverage = coverage_runs(chain, plan, frame, options);
-    if (coverage.empty() && frame.layers.filtered.empty()) return std::optional<LayerCost>();
+    if (coverage.empty() && frame.header.layers.filtered.empty()) return std::optional<LayerCost>();
     ASSIGN_OR_RETURN(const auto alone, make_plan(chain, without_layers(plan.description), options));
     LayerCost cost;
-    cost.layers = int(frame.layers.filtered.size());
+    cost.layers = int(frame.header.layers.filtered.size());
     uint64_t taps = 0;
     const auto add = [&](const Plan& run) {
         ++cost.runs;
@@ -141,32 +141,31 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
     SequenceReader reader(settings.source, settings.input, [&](const FrameHeader& header) {
         return planes_needed(chain, settings.source, header, settings.plan);
     });
-    const auto plan_of = [&](int frame, PlannedFrame& planned) -> Result<Plan> {
+    const auto plan_of = [&](int frame, PlanReport& planned) -> Result<Plan> {
         const auto files = list.files.find(frame);
         if (files == list.files.end()) return absent_frame(frame, settings);
-        ASSIGN_OR_RETURN(auto inputs, reader.open(frame, files->second));
-        ASSIGN_OR_RETURN(auto source, reader.read(inputs));
+        ASSIGN_OR_RETURN(const auto opened, reader.open(frame, files->second));
+        ASSIGN_OR_RETURN(auto source, reader.read(opened));
         planned.warnings = source.warnings;
-        planned.layers = source.layers;
+        planned.layers = source.header.layers;
         ASSIGN_OR_RETURN(auto plan, plan_source_frame(chain, source, settings.plan));
         for (auto& warning : plan_warnings(chain, plan, source))
             planned.warnings.push_back(std::move(warning));
         planned.resolved = resolve_values(chain, source, plan);
         ASSIGN_OR_RETURN(planned.layer_cost, layer_cost(chain, plan, source, settings.plan));
-        planned.memory = memory_of(inputs, plan, list.frames.size());
+        planned.memory = memory_of(opened, plan, list.frames.size());
         return Plan(std::move(plan));
     };
     for (int frame : list.frames) {
         if (is_stopped()) return stopped_status();
-        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {},
-                             {}};
+        PlanReport planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {}, {}};
         planned.plan = plan_of(frame, planned);
         if (!visitor(planned)) break;
     }
     return Status();
 }
 
-io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
+io::Json planned_json(const PlanReport& planned, const std::optional<Seconds>& seconds) {
     io::Json json = io::json_from(plan_json(*planned.plan));
     if (planned.resolved) json["resolved"] = resolved_json(*planned.resolved);
     if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())

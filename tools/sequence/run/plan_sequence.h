@@ -36,7 +36,7 @@ struct LayerCost {
     double fetches = 0;       // in all runs, as a multiple of color's; layers that are 0 cost less
 };
 
-struct PlannedFrame {
+struct PlanReport {
     int frame = 0;
     Result<Plan> plan;
     std::vector<std::string> warnings;
@@ -46,7 +46,7 @@ struct PlannedFrame {
     std::optional<LayerCost> layer_cost;  // if there is a plan, and layers are filtered
 };
 // False ends the visit.
-using PlanVisitor = std::function<bool(const PlannedFrame&)>;
+using PlanVisitor = std::function<bool(const PlanReport&)>;
 
 // In the order of the frames. Errors (input): no frames; a frame's own errors are in its plan.
 Status plan_sequence(const Chain& chain, const RunSettings& settings, const PlanVisitor& visitor);
@@ -80,7 +80,7 @@ struct Seconds {
 std::optional<Seconds> seconds_of(const Plan& plan, const Calibration& calibration);
 
 // The plan of a frame that has one, with the keys `estimate`, `resolved` and `layer_cost`.
-io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds);
+io::Json planned_json(const PlanReport& planned, const std::optional<Seconds>& seconds);
 
 // Lines to read.
 std::string estimate_text(const Memory& memory, const std::optional<Seconds>& seconds);

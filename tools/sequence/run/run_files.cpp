@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
-#include "tools/sequence/frame/cryptomatte.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/planes/cryptomatte.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/settings/job_settings.h"
 

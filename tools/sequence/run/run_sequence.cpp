@@ -33,16 +33,15 @@ class FilterJob final : public FrameJob {
         return planes_needed(chain_, settings_.source, header, settings_.plan);
     }
 
-    Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+    Result<bool> begin(const FrameTask& task, const FrameToRead& opened,
                        FrameReport& report) override {
         RETURN_IF_ERROR(files_.check_existing(outputs_of(task, settings_)));
         report.renderer = renderer_;
-        const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
+        const std::string fingerprint = fingerprint_of(chain_, settings_, opened);
         report.provenance = provenance_of(fingerprint, settings_.strict);
         if (settings_.preview)
             report.preview_provenance = preview_provenance_of(fingerprint, settings_);
-        const FrameHeader& header = inputs.frame->header;
-        RETURN_IF_ERROR(check_output(header, report, settings_));
+        RETURN_IF_ERROR(check_output(*opened.frame, report, settings_));
         std::error_code error;
         return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
                !is_done(task.output, fingerprint, settings_);
@@ -53,7 +52,6 @@ class FilterJob final : public FrameJob {
         report.resolved = resolve_values(chain_, source, plan);
         report.plan = std::move(plan);
         report.window = written_window(chain_, *report.plan, source);
-        report.layers = source.layers;
         for (auto& warning : plan_warnings(chain_, *report.plan, source))
             report.warnings.push_back(std::move(warning));
         return Status();
@@ -76,11 +74,12 @@ class FilterJob final : public FrameJob {
         for (SourceFrame& view : frame.source->other_views) {
             ASSIGN_OR_RETURN(auto plan, plan_source_frame(chain_, view, settings_.plan));
             for (const std::string& warning : plan_warnings(chain_, plan, view))
-                report.warnings.push_back(concat("view ", view.match.view, ": ", warning));
+                report.warnings.push_back(concat("view ", view.header.match.view, ": ", warning));
             report.window = report.window.united(written_window(chain_, plan, view));
             if (Status status = filter(plan, view, {}, report, frame.other_views.emplace_back());
                 !status.ok())
-                return status.at(concat(report.inputs.at(Role::color), ": view ", view.match.view));
+                return status.at(
+                    concat(report.inputs.at(Role::color), ": view ", view.header.match.view));
         }
         return filter(*report.plan, *frame.source, dump, report, frame.filtered)
             .at(report.inputs.at(Role::color));

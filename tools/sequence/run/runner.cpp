@@ -28,17 +28,11 @@ Status guarded(const std::string& place, const Stage& stage) {
     }
 }
 
-struct Numbered {
-    size_t index = 0;
-    FrameInFlight frame;
-    uint64_t bytes = 0;  // held in the gate
-};
-
 // A view of the frame other than its first.
-struct ViewInputs {
+struct OpenedView {
     std::string name;
     SequenceReader* reader;
-    FrameInputs inputs;
+    FrameToRead opened;
 };
 
 class Runner {
@@ -75,8 +69,8 @@ class Runner {
             report_finished();
             report_waiting();
             if (!next) continue;
-            if (next->frame.source && !given_up(next->index))
-                finish_stage(*next, FrameStep::filter, [&] { return process(next->frame); });
+            if (next->source && !given_up(next->index))
+                finish_stage(*next, FrameStep::filter, [&] { return process(*next); });
             if (!to_write_.push(std::move(*next))) break;
         }
         to_write_.close();
@@ -116,75 +110,64 @@ class Runner {
             const FrameTask& task = fed->task;
             const int alive = ++in_flight_;
             in_flight_peak_ = std::max(in_flight_peak_.load(), alive);
-            Numbered next;
+            FrameInFlight next;
             next.index = index;
-            next.frame.report.frame = task.frame;
-            next.frame.report.output = task.output;
-            next.frame.report.inputs = task.files;
+            next.report.frame = task.frame;
+            next.report.output = task.output;
+            next.report.inputs = task.files;
             finish_stage(next, FrameStep::read, [&] { return read(*fed, next); });
             if (!to_process_.push(std::move(next))) break;
         }
         to_process_.close();
     }
 
-    Status read(const FrameFeed::Fed& fed, Numbered& next) {
+    Status read(const FrameFeed::Fed& fed, FrameInFlight& next) {
         const FrameTask& task = fed.task;
-        FrameReport& report = next.frame.report;
+        FrameReport& report = next.report;
         if (callbacks_.start) RETURN_IF_ERROR(callbacks_.start(task));
         if (!fed.missing.ok()) {
             report.outcome = Outcome::missing;
             report.status = fed.missing;
             return Status();
         }
-        ASSIGN_OR_RETURN(auto inputs, reader_.open(task.source, task.files));
-        note_opened(inputs, report);
-        ASSIGN_OR_RETURN(const auto begun, job_.begin(task, inputs, report));
+        ASSIGN_OR_RETURN(auto opened, reader_.open(task.source, task.files));
+        report.profile = opened.frame->match.profile;
+        report.stamps = opened.stamps();
+        ASSIGN_OR_RETURN(const auto begun, job_.begin(task, opened, report));
         if (!begun) {
             report.outcome = Outcome::skipped;
             return Status();
         }
-        ASSIGN_OR_RETURN(auto views, open_views(task, inputs));
-        RETURN_IF_ERROR(wait_for_memory(inputs, views, next));
-        ASSIGN_OR_RETURN(auto source, read_views(inputs, views));
-        note_read(inputs, source, report);
+        ASSIGN_OR_RETURN(auto views, open_views(task, opened));
+        RETURN_IF_ERROR(wait_for_memory(opened, views, next));
+        ASSIGN_OR_RETURN(auto source, read_views(opened, views));
+        note_read(opened, source, report);
         if (settings_.strict && !source.strict_fault.ok()) return source.strict_fault;
         RETURN_IF_ERROR(job_.prepare(source, report));
         report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
         report.held_from = task.source;
-        next.frame.source = std::move(source);
+        next.source = std::move(source);
         return Status();
     }
 
-    static void note_opened(const FrameInputs& inputs, FrameReport& report) {
-        report.profile = inputs.frame->header.match.profile;
-        const auto add_stamps = [&](const OpenedFrame& of) {
-            report.stamps.insert(report.stamps.end(), of.stamps.begin(), of.stamps.end());
-        };
-        add_stamps(*inputs.frame);
-        for (const auto& [neighbor, other] : inputs.neighbors) add_stamps(*other);
-        if (inputs.behind) add_stamps(*inputs.behind);
-    }
-
-    static void note_read(const FrameInputs& inputs, const SourceFrame& source,
+    static void note_read(const FrameToRead& opened, const SourceFrame& source,
                           FrameReport& report) {
-        for (const auto& [neighbor, other] : inputs.neighbors)
-            for (const auto& [role, path] : other->files)
+        for (const auto& [neighbor, other] : opened.neighbors)
+            for (const auto& [role, file] : other->files.stamps)
                 if (!source.description.missing_neighbors.count(neighbor))
-                    report.inputs[role_of(neighbor, role)] = path;
+                    report.inputs[role_of(neighbor, role)] = file.path;
         report.warnings = source.warnings;
-        if (!source.other_views.empty()) report.views.push_back(source.match.view);
-        for (const SourceFrame& view : source.other_views) report.views.push_back(view.match.view);
-        report.bounds = source.description.bounds;
-        report.health = source.health;
-        report.surface_health = source.surface_health;
-        report.read_ms = source.read_ms;
-        report.convert_ms = source.convert_ms;
+        report.findings = source.findings;
+        if (source.other_views.empty()) return;
+        report.views.push_back(source.header.match.view);
+        for (const SourceFrame& view : source.other_views)
+            report.views.push_back(view.header.match.view);
     }
 
     // ProfileMatch::other_views, each read as a sequence of its own.
-    Result<std::vector<ViewInputs>> open_views(const FrameTask& task, const FrameInputs& first) {
-        std::vector<ViewInputs> views;
-        const FrameHeader& header = first.frame->header;
+    Result<std::vector<OpenedView>> open_views(const FrameTask& task, const FrameToRead& first) {
+        std::vector<OpenedView> views;
+        const FrameHeader& header = *first.frame;
         for (const std::string& name : header.match.other_views) {
             SourceSettings settings = settings_.source;
             settings.view = name;
@@ -196,8 +179,8 @@ class Runner {
                         [this](int frame) { return feed_.has(frame); })
                     .first->second;
             reader.try_files(callbacks_.try_file);
-            ASSIGN_OR_RETURN(auto inputs, reader.open(task.source, task.files).at("view " + name));
-            const io::Window &its = color_part(inputs.frame->header).data_window,
+            ASSIGN_OR_RETURN(auto opened, reader.open(task.source, task.files).at("view " + name));
+            const io::Window &its = color_part(*opened.frame).data_window,
                              &own = color_part(header).data_window;
             if (its != own)
                 return Status(
@@ -205,17 +188,17 @@ class Runner {
                     concat(task.files.at(Role::color), ": view ", name, " has the data window ",
                            its.text(), ", view ", header.match.view, " ", own.text(),
                            "; filter one after the other (--view ", name, ")"));
-            views.push_back({name, &reader, std::move(inputs)});
+            views.push_back({name, &reader, std::move(opened)});
         }
         return views;
     }
 
     // Reads the frame, and its other views into SourceFrame::other_views.
-    Result<SourceFrame> read_views(const FrameInputs& inputs,
-                                   const std::vector<ViewInputs>& views) {
-        ASSIGN_OR_RETURN(auto source, reader_.read(inputs));
-        for (const ViewInputs& view : views) {
-            ASSIGN_OR_RETURN(auto other, view.reader->read(view.inputs));
+    Result<SourceFrame> read_views(const FrameToRead& opened,
+                                   const std::vector<OpenedView>& views) {
+        ASSIGN_OR_RETURN(auto source, reader_.read(opened));
+        for (const OpenedView& view : views) {
+            ASSIGN_OR_RETURN(auto other, view.reader->read(view.opened));
             if (source.strict_fault.ok()) source.strict_fault = other.strict_fault;
             for (std::string& warning : other.warnings)
                 source.warnings.push_back(concat("view ", view.name, ": ", warning));
@@ -225,13 +208,13 @@ class Runner {
     }
 
     // Waits until the frame fits beside those in flight; it leaves the gate when it is written.
-    Status wait_for_memory(const FrameInputs& inputs, const std::vector<ViewInputs>& views,
-                           Numbered& next) {
-        uint64_t bytes = bytes_of(inputs);
-        for (const ViewInputs& view : views) bytes += bytes_of(view.inputs);
-        const std::string& path = inputs.frame->files.at(Role::color);
-        RETURN_IF_ERROR(check_memory(path, bytes, settings_.source.max_memory));
-        const int frame = next.frame.report.frame;
+    Status wait_for_memory(const FrameToRead& opened, const std::vector<OpenedView>& views,
+                           FrameInFlight& next) {
+        uint64_t bytes = bytes_of(opened);
+        for (const OpenedView& view : views) bytes += bytes_of(view.opened);
+        RETURN_IF_ERROR(
+            check_memory(color_path(*opened.frame), bytes, settings_.source.max_memory));
+        const int frame = next.report.frame;
         step(FrameStep::read, frame, false);
         gate_.enter(bytes);
         step(FrameStep::read, frame, true);
@@ -241,14 +224,13 @@ class Runner {
 
     // Memory of the frame in flight and of the neighbors kept for it, which may later be filtered
     // and written too.
-    uint64_t bytes_of(const FrameInputs& inputs) const {
-        const OpenedFrame& frame = *inputs.frame;
-        const int rows = frame.header.window.height();
-        uint64_t bytes = frame_bytes(frame.header, frame.planes, job_.keep(), rows);
-        for (const auto& [neighbor, other] : inputs.neighbors)
-            bytes += frame_bytes(other->header, other->planes, job_.keep(),
-                                 other->header.window.height());
-        if (inputs.behind) bytes += behind_bytes(*inputs.behind);
+    uint64_t bytes_of(const FrameToRead& opened) const {
+        const auto bytes_of = [&](const FrameHeader& frame) {
+            return frame_bytes(frame, frame.to_read, job_.keep(), frame.window.height());
+        };
+        uint64_t bytes = bytes_of(*opened.frame);
+        for (const auto& [neighbor, other] : opened.neighbors) bytes += bytes_of(*other);
+        if (opened.behind) bytes += behind_bytes(*opened.behind);
         return bytes;
     }
 
@@ -256,8 +238,8 @@ class Runner {
     Status process(FrameInFlight& frame) {
         const auto start = Clock::now();
         const Status status = job_.process(frame, [this] {
-            const Numbered* next = to_process_.front();
-            return next && next->frame.source ? &next->frame : nullptr;
+            const FrameInFlight* next = to_process_.front();
+            return next && next->source ? next : nullptr;
         });
         frame.report.filter_ms = milliseconds_since(start);
         return status;
@@ -266,11 +248,11 @@ class Runner {
     // ------------------------------------------------------------------- writer thread
     void write_all() {
         while (auto next = to_write_.pop()) {
-            FrameReport& report = next->frame.report;
-            if (next->frame.source && !given_up(next->index)) {
+            FrameReport& report = next->report;
+            if (next->source && !given_up(next->index)) {
                 report.frames_in_flight = in_flight_peak_;
-                finish_stage(*next, FrameStep::write, [&] { return job_.write(next->frame); });
-            } else if (next->frame.source) {
+                finish_stage(*next, FrameStep::write, [&] { return job_.write(*next); });
+            } else if (next->source) {
                 report.status = Status(StatusCode::canceled, "stopped before it was written");
                 report.outcome = Outcome::failed;
             }
@@ -291,8 +273,8 @@ class Runner {
     }
 
     template <class Stage>
-    void finish_stage(Numbered& at, FrameStep of, const Stage& stage) {
-        FrameReport& report = at.frame.report;
+    void finish_stage(FrameInFlight& at, FrameStep of, const Stage& stage) {
+        FrameReport& report = at.report;
         const auto color = report.inputs.find(Role::color);
         step(of, report.frame, true);
         const Status status =
@@ -301,7 +283,7 @@ class Runner {
         if (status.ok()) return;
         report.outcome = Outcome::failed;
         report.status = status;
-        at.frame.source.reset();
+        at.source.reset();
         if (settings_.on_error == ErrorPolicy::keep_going) return;
         size_t first = first_failed_;
         while (at.index < first && !first_failed_.compare_exchange_weak(first, at.index)) {
@@ -367,8 +349,8 @@ class Runner {
     std::map<std::string, SequenceReader> view_readers_;  // readers of the other views
     MemoryGate gate_;
 
-    Channel<Numbered> to_process_{1};
-    Channel<Numbered> to_write_{1};
+    Channel<FrameInFlight> to_process_{1};
+    Channel<FrameInFlight> to_write_{1};
     Channel<FrameReport> finished_{std::numeric_limits<size_t>::max()};
     std::counting_semaphore<kFramesInFlight> free_places_{kFramesInFlight};
     static constexpr size_t kNone = std::numeric_limits<size_t>::max();
@@ -387,7 +369,7 @@ class VisitJob final : public FrameJob {
 
     io::Keep keep() const override { return io::Keep::nothing; }
     RoleSet planes(const FrameHeader&) const override { return wanted_; }
-    Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
+    Result<bool> begin(const FrameTask&, const FrameToRead&, FrameReport&) override { return true; }
     Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
     Status process(FrameInFlight& frame, const Upcoming&) override {
         return visitor_(*frame.source, frame.report);

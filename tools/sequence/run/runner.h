@@ -14,7 +14,7 @@
 
 #include "chain/base/image.h"
 #include "tools/sequence/filter/filter_view.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 #include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/run/frame_feed.h"
 #include "tools/sequence/settings/run_settings.h"
@@ -25,6 +25,8 @@ namespace postchain::sequence {
 
 // A frame on its way through the three threads.
 struct FrameInFlight {
+    size_t index = 0;    // in the order of the walk
+    uint64_t bytes = 0;  // that the walk keeps free for it
     FrameReport report;
     std::optional<SourceFrame> source;  // none = the report is final
     FilteredView filtered;
@@ -46,7 +48,7 @@ class FrameJob {
     // header.
     virtual RoleSet planes(const FrameHeader& header) const = 0;
     // Reader thread, before pixels are read. False = the frame is already done.
-    virtual Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+    virtual Result<bool> begin(const FrameTask& task, const FrameToRead& opened,
                                FrameReport& report) = 0;
     // Reader thread, after the frame is read.
     virtual Status prepare(const SourceFrame& source, FrameReport& report) = 0;

@@ -74,7 +74,7 @@ Result<SheetWork> work_of(const SheetSettings& sheet) {
 // The display window, black outside the data window.
 Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int number) {
     ASSIGN_OR_RETURN(auto color, read_color(work.settings.source, path, number));
-    return io::placed(color.rgba(), color.input.window, color.input.display_window);
+    return io::placed(color.rgba, color.window, color.display_window);
 }
 
 // Fitted to the cell, with the image's proportions.

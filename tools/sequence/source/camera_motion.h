@@ -10,7 +10,7 @@
 
 #include "chain/frame/frame.h"
 #include "config/camera_file.h"
-#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/planes/camera_metadata.h"
 
 namespace postchain::sequence {
 

@@ -31,7 +31,7 @@ struct Writer {
     bool is_named_or_any() const { return !detected || profile.detect_channels.empty(); }
 };
 
-Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& files) {
+Result<Writer> writer_of(const SourceSettings& settings, const io::FrameFiles& files) {
     if (settings.profile) return Writer{.profile = *settings.profile};
     FileChannels all = io::channels_of(files.color_file());
     std::set<const io::PixelFile*> seen = {&files.color_file()};
@@ -156,6 +156,7 @@ Result<Profile> match_channels(const SourceSettings& settings, FrameHeader& head
                    match->missing[Role::color], "; found:", names_in(color_file)));
     }
     header.match = std::move(*match);
+    header.match.options.nonfinite_color = settings.nonfinite_color;
     std::map<Role, std::shared_ptr<io::PixelFile>> more;
     for (const auto& [role, file] : header.files.files) {
         if (role == Role::color) continue;
@@ -172,38 +173,36 @@ Result<Profile> match_channels(const SourceSettings& settings, FrameHeader& head
     header.files.files.merge(more);
     if (const io::ImageFile* picture = picture_of(color_file))
         header.match.options.unpremultiplied = picture->info().unassociated;
-    for (const auto& [role, where] : header.match.roles)
-        header.assignment[role] = {where.part, where.channels};
     return profile_of(settings, *writer, header.match);
 }
 
 // Motion vectors to or from a frame of another shot mean nothing: those on the frame's other side
 // are used in their place.
 void keep_motion_of_shot(bool cut_before, bool cut_after, FrameHeader& header) {
-    auto& assignment = header.assignment;
-    if (cut_before) assignment.erase(Role::motion_back);
-    if (!cut_after || !assignment.contains(Role::motion)) return;
-    const auto back = assignment.find(Role::motion_back);
-    header.motion_crosses_cut = back == assignment.end();
+    auto& roles = header.match.roles;
+    if (cut_before) roles.erase(Role::motion_back);
+    if (!cut_after || !roles.contains(Role::motion)) return;
+    const auto back = roles.find(Role::motion_back);
+    header.motion_crosses_cut = back == roles.end();
     if (header.motion_crosses_cut) return;
-    assignment[Role::motion] = back->second;
+    roles[Role::motion] = back->second;
     auto& files = header.files.files;
     if (const auto file = files.find(Role::motion_back); file != files.end())
         files[Role::motion] = file->second;
     else
         files.erase(Role::motion);
     header.match.options.motion = header.match.options.motion_back;
-    assignment.erase(back);
+    roles.erase(back);
 }
 
 // How color's part, which is deep, is flattened: by the channels of this profile.
 Status set_flattening(const Profile& profile, FrameHeader& header) {
     io::PixelFile& file = header.files.color_file();
-    const RoleChannels& color = header.match.roles.at(Role::color);
+    const RoleChannels& color = color_channels(header);
     io::Flattening& flattening = file.flattening;
     if (color.channels.size() == 4) flattening.alpha = color.channels[3];
-    const auto depth = header.assignment.find(Role::inverse_depth);
-    const bool own = depth != header.assignment.end() && depth->second.part == color.part &&
+    const auto depth = header.match.roles.find(Role::inverse_depth);
+    const bool own = depth != header.match.roles.end() && depth->second.part == color.part &&
                      !header.files.files.contains(Role::inverse_depth);
     if (own) {
         const DepthEncoding encoding = header.match.options.depth;
@@ -229,8 +228,8 @@ Status set_flattening(const Profile& profile, FrameHeader& header) {
 // them all. Another pixel aspect is a warning: not every format has one.
 Status check_displays(FrameHeader& header) {
     const io::ExrPart& color = color_part(header);
-    const std::string path = header.files.color_file().path();
-    for (const auto& [role, where] : header.assignment) {
+    const std::string path = color_path(header);
+    for (const auto& [role, where] : header.match.roles) {
         const io::PixelFile& file = header.files.file_of(role);
         const io::ExrPart& part = file.parts()[size_t(where.part)];
         if (part.display_window != color.display_window)
@@ -249,7 +248,7 @@ Status check_displays(FrameHeader& header) {
 // DWA packs channels by their names, .R and .Y among them, as colors. PXR24's steps of 2^-16 show
 // in neither plane.
 void warn_of_loss(FrameHeader& header) {
-    for (const auto& [role, where] : header.assignment) {
+    for (const auto& [role, where] : header.match.roles) {
         if (role == Role::color) continue;
         const io::PixelFile& file = header.files.file_of(role);
         const io::ExrPart& part = file.parts()[size_t(where.part)];
@@ -275,7 +274,7 @@ void set_window(DataWindow choice, FrameHeader& header) {
     if (fits(whole))
         header.window = whole;
     else
-        header.warnings.push_back(concat(header.files.color_file().path(), ": the display window ",
+        header.warnings.push_back(concat(color_path(header), ": the display window ",
                                          part.display_window.text(),
                                          " is too large to filter (at most ", io::kMaxSide,
                                          " pixels a side): light that leaves the data window ",
@@ -304,12 +303,12 @@ void find_views(const SourceSettings& settings, const io::CameraMetadata& metada
     const CameraMotion wanted = settings.camera_motion;
     if (wanted == CameraMotion::none) return;
     const CameraFile* file = settings.camera ? &*settings.camera : nullptr;
-    const bool has_motion = header.assignment.contains(Role::motion);
-    const bool has_depth = header.assignment.contains(Role::inverse_depth);
+    const bool has_motion = header.match.roles.contains(Role::motion);
+    const bool has_depth = header.match.roles.contains(Role::inverse_depth);
     const bool in_file = file && file->rotations.contains(frame);
     const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
     if (!in_file && (!metadata.pose || (!makes_all && !fills_sky(wanted)))) return;
-    const int part = header.assignment.at(Role::color).part;
+    const int part = color_channels(header).part;
     header.looked_for_cameras = !in_file;
     header.sky = sky_views(
         file,
@@ -336,14 +335,14 @@ void find_zoom(const SourceSettings& settings, const io::CameraMetadata& metadat
                const Display& display, FrameHeader& header) {
     const CameraMotion wanted = settings.camera_motion;
     if (header.makes_motion || wanted == CameraMotion::none ||
-        !header.assignment.contains(Role::motion))
+        !header.match.roles.contains(Role::motion))
         return;
     const bool zooms = settings.camera && settings.camera->zooms();
     if (zooms && (wanted == CameraMotion::zoom || is_from_cycles(color_part(header))))
         header.zoom = zoom_of(*settings.camera, metadata.camera, frame, display, settings.cuts);
     if (wanted == CameraMotion::zoom && !zooms)
         header.warnings.push_back(
-            concat(header.files.color_file().path(),
+            concat(color_path(header),
                    ": --camera-motion zoom adds no zoom: no camera file states focal_length_mm "
                    "frame by frame; add it under `frames`, or use --camera-motion sky"));
 }
@@ -370,7 +369,7 @@ std::string why_no_camera_motion(const SourceSettings& settings, const io::Camer
             }
         if (matrix.empty()) return unused;
     }
-    if (!header.assignment.contains(Role::inverse_depth)) return matrix + " (no depth)";
+    if (!header.match.roles.contains(Role::inverse_depth)) return matrix + " (no depth)";
     const bool focal = (metadata.pose && metadata.pose->focal_widths) ||
                        (header.camera.focal_length_mm && header.camera.sensor_width_mm);
     return matrix + (focal ? " (neither the frame before nor the one after has one)"
@@ -393,7 +392,7 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
                 ", or made from the camera matrix, which was found but not used: " + why;
         else if (settings.camera_motion == CameraMotion::all)
             header.warnings.push_back(
-                concat(header.files.color_file().path(),
+                concat(color_path(header),
                        ": motion vectors are the file's own; the camera matrix was found "
                        "but not used: ",
                        why));
@@ -403,10 +402,9 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
     const bool asked = wanted == CameraMotion::all || wanted == CameraMotion::sky;
     if (asked && !header.makes_motion && !header.sky && !metadata.pose &&
         !(settings.camera && settings.camera->rotations.contains(frame)) &&
-        header.assignment.contains(Role::motion))
+        header.match.roles.contains(Role::motion))
         header.warnings.push_back(concat(
-            header.files.color_file().path(), ": --camera-motion ",
-            wanted == CameraMotion::all ? "all" : "sky",
+            color_path(header), ": --camera-motion ", wanted == CameraMotion::all ? "all" : "sky",
             " has no effect: neither the camera file nor the metadata has a camera matrix of "
             "this frame; add camera_matrix_world to the camera file, or leave it out"));
 }
@@ -439,13 +437,39 @@ bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
 }
 
+const RoleChannels& color_channels(const FrameHeader& header) {
+    return header.match.roles.at(Role::color);
+}
+
 const io::ExrPart& color_part(const FrameHeader& header) {
-    return header.files.color_file().parts()[size_t(header.assignment.at(Role::color).part)];
+    return header.files.color_file().parts()[size_t(color_channels(header).part)];
+}
+
+std::string color_path(const FrameHeader& header) {
+    return header.files.color_file().path();
+}
+
+FrameDescription describe(const FrameHeader& header) {
+    const io::ExrPart& part = color_part(header);
+    const io::Window &window = header.window, &display = part.display_window;
+    FrameDescription frame;
+    frame.width = window.width();
+    frame.height = window.height();
+    frame.display_width = display.width();
+    frame.display_height = display.height();
+    frame.origin_x = window.min_x - display.min_x;
+    frame.origin_y = window.min_y - display.min_y;
+    frame.pixel_aspect = double(part.pixel_aspect);
+    frame.frame_number = header.files.frame_number;
+    frame.luma_weights = io::luma_weights(part.chromaticities);
+    frame.camera = header.camera;
+    frame.bounds.camera_cut = header.motion_crosses_cut;
+    return frame;
 }
 
 RoleSet roles_in_files(const FrameHeader& header) {
     RoleSet roles;
-    for (const auto& [role, where] : header.assignment) roles.add(role);
+    for (const auto& [role, where] : header.match.roles) roles.add(role);
     if (header.layers.any_filtered()) roles.add(Role::layers);
     if (!header.layers.mattes.empty()) roles.add(Role::mattes);
     if (header.has_behind) roles.add(Role::behind);
@@ -467,22 +491,23 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     return header;
 }
 
-Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files) {
+Result<FrameHeader> header_of(const SourceSettings& settings, io::FrameFiles files) {
     FrameHeader header;
     header.files = std::move(files);
     for (const auto& [role, file] : header.files.files) file->flattening.behind = settings.behind;
     ASSIGN_OR_RETURN(const Profile profile, match_channels(settings, header));
-    const int frame = header.files.frame_number;
-    keep_motion_of_shot(settings.cuts.contains(frame - 1), settings.cuts.contains(frame), header);
+    // Vectors are no layers, even those across a cut.
     ASSIGN_OR_RETURN(header.layers, find_frame_layers(settings.layers, data_names(profile),
                                                       header.files.color_file(), header.match));
     header.warnings = header.layers.warnings;
-    RETURN_IF_ERROR(check_displays(header));
-    warn_of_loss(header);
     if (color_part(header).deep) {
         RETURN_IF_ERROR(set_flattening(profile, header));
         header.has_behind = !settings.behind;
     }
+    const int frame = header.files.frame_number;
+    keep_motion_of_shot(settings.cuts.contains(frame - 1), settings.cuts.contains(frame), header);
+    RETURN_IF_ERROR(check_displays(header));
+    warn_of_loss(header);
     set_window(settings.data_window, header);
     set_camera(settings, header);
     return header;

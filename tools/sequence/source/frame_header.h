@@ -12,9 +12,9 @@
 #include "config/profile.h"
 #include "config/profile_match.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/frame/camera_metadata.h"
-#include "tools/sequence/frame/frame_reader.h"
 #include "tools/sequence/layers/frame_layers.h"
+#include "tools/sequence/planes/camera_metadata.h"
+#include "tools/sequence/planes/frame_reader.h"
 #include "tools/sequence/source/camera_motion.h"
 
 namespace postchain::sequence {
@@ -48,13 +48,13 @@ struct SourceSettings : SourceChoices {
 };
 
 struct FrameHeader {
-    io::OpenFrame files;
-    ProfileMatch match;
-    io::ChannelAssignment assignment;
-    io::Window window;                // the window that is filtered
-    Camera camera;                    // metadata overridden by the camera file
-    Origins camera_origins;           // origins of the camera's values
-    std::optional<SkyViews> sky;      // if matrices exist and motion vectors are made from them
+    io::FrameFiles files;
+    ProfileMatch match;           // its roles are read; at a cut they lack the vectors across it
+    RoleSet to_read;              // planes, by the reader of a sequence (source/sequence_reader.h)
+    io::Window window;            // the window that is filtered
+    Camera camera;                // metadata overridden by the camera file
+    Origins camera_origins;       // origins of the camera's values
+    std::optional<SkyViews> sky;  // if matrices exist and motion vectors are made from them
     bool looked_for_cameras = false;  // in the files of the frames before and after
     bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
     bool has_behind = false;          // a file of the layer behind is given, or color is deep
@@ -70,9 +70,15 @@ struct FrameHeader {
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame);
 // Reads the headers of open files; `files.frame_number` is the frame.
-Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files);
+Result<FrameHeader> header_of(const SourceSettings& settings, io::FrameFiles files);
 
+const RoleChannels& color_channels(const FrameHeader& header);
 const io::ExrPart& color_part(const FrameHeader& header);
+// "shot.0001.exr", the file of color.
+std::string color_path(const FrameHeader& header);
+
+// What a plan knows of the frame from its headers: sizes, number and camera.
+FrameDescription describe(const FrameHeader& header);
 
 // At most io::kMaxSide pixels a side, so it can be filtered.
 bool fits(const io::Window& window);

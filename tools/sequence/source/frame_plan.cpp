@@ -20,7 +20,7 @@ using namespace std::string_literals;
 FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
     FrameDescription description = frame.description;
     std::vector<std::string> mattes;
-    for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
+    for (const MatteSource& matte : frame.header.layers.mattes) mattes.push_back(matte.name);
     description.mattes = matte_indices(chain, mattes);
     if (mattes_of(chain).empty())
         for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
@@ -33,14 +33,16 @@ FrameDescription planned_description(const Chain& chain, const SourceFrame& fram
 
 io::Window reached(const Chain& chain, const FramePlan& plan, const SourceFrame& frame) {
     const double px = reach_of(chain, plan);
-    return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
+    return color_part(frame.header)
+        .data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
 }
 
 // Number of display-window pixels, outside the filtered window, that the passes may move light to:
 // for a cropped frame under DataWindow::keep.
 uint64_t pixels_cut_off(const Chain& chain, const FramePlan& plan, const SourceFrame& frame) {
-    const io::Window lit = reached(chain, plan, frame).intersected(frame.input.display_window);
-    return lit.pixels() - lit.intersected(frame.input.window).pixels();
+    const io::Window lit =
+        reached(chain, plan, frame).intersected(color_part(frame.header).display_window);
+    return lit.pixels() - lit.intersected(frame.header.window).pixels();
 }
 
 // Whether a pass needs a focus distance that the camera states.
@@ -79,8 +81,8 @@ void add_exceeded_limits(const Chain& chain, const FramePlan& plan, const Source
         for (const ExceededLimit& limit : (*pass)->exceeded_limits())
             if (const uint64_t pixels = pixels_beyond(limit, frame))
                 warnings.push_back(concat(
-                    frame.input.files.color_file().path(), ": ", name, ": the ", limit.what, " of ",
-                    pixels, pixels == 1 ? " pixel" : " pixels", " is clamped to ", limit.limit_px,
+                    color_path(frame.header), ": ", name, ": the ", limit.what, " of ", pixels,
+                    pixels == 1 ? " pixel" : " pixels", " is clamped to ", limit.limit_px,
                     " px; the largest is ", limit.largest_px, " px (set ", limit.parameter, ")"));
     }
 }
@@ -95,7 +97,7 @@ std::string digits_of(double value) {
 void add_doubts_of_lens(const Chain& chain, const FramePlan& plan, const SourceFrame& frame,
                         std::vector<std::string>& warnings) {
     const FrameBounds& bounds = plan.description.bounds;
-    const double farthest = frame.health.farthest_surface;
+    const double farthest = frame.findings.health.farthest_surface;
     if (!plan.description.planes.has(Role::inverse_depth) || farthest <= 0 ||
         !std::isfinite(bounds.max_inverse_depth))
         return;
@@ -114,8 +116,8 @@ void add_doubts_of_lens(const Chain& chain, const FramePlan& plan, const SourceF
             return std::nullopt;
         };
         const auto add = [&](const std::string& text) {
-            warnings.push_back(concat(frame.input.files.color_file().path(), ": ",
-                                      chain.links[i].type->name, ": ", text));
+            warnings.push_back(
+                concat(color_path(frame.header), ": ", chain.links[i].type->name, ": ", text));
         };
         const auto focus = value_of("focus_distance"), f_stop = value_of("f_stop"),
                    circle = value_of("largest_circle_px");
@@ -142,8 +144,7 @@ void add_doubt_of_samples(const Chain& chain, const SourceFrame& frame,
         const auto hard = part_of_hard_edges(*frame.planes.at(Role::color));
         if (hard && *hard > kHardEdges)
             warnings.push_back(concat(
-                frame.input.files.color_file().path(), ": ", link.type->name, ": ",
-                std::lround(100 * *hard),
+                color_path(frame.header), ": ", link.type->name, ": ", std::lround(100 * *hard),
                 " % of the edges are jagged, as with one sample a pixel, and those that are not "
                 "blurred stay so; set where: everywhere"));
         return;
@@ -152,7 +153,7 @@ void add_doubt_of_samples(const Chain& chain, const SourceFrame& frame,
 
 // Motion vectors against the color of the frame after, or before.
 void add_doubt_of_speed(const SourceFrame& frame, std::vector<std::string>& warnings) {
-    const double speed = frame.health.fastest_stored_px;
+    const double speed = frame.findings.health.fastest_stored_px;
     for (const Neighbor neighbor : {Neighbor::after, Neighbor::before}) {
         const auto other = frame.planes.find(role_of(neighbor, Role::color));
         if (other == frame.planes.end() || !frame.description.planes.has(Role::motion)) continue;
@@ -160,7 +161,7 @@ void add_doubt_of_speed(const SourceFrame& frame, std::vector<std::string>& warn
             if (const std::string doubt = doubt_of_speed(
                     speed, color_change(*frame.planes.at(Role::color), *other->second));
                 !doubt.empty())
-                warnings.push_back(concat(frame.input.files.color_file().path(), ": ", doubt));
+                warnings.push_back(concat(color_path(frame.header), ": ", doubt));
         return;
     }
 }
@@ -169,22 +170,11 @@ void add_doubt_of_speed(const SourceFrame& frame, std::vector<std::string>& warn
 
 RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
                       const PlanOptions& options) {
-    const auto& part = color_part(header);
-    FrameDescription frame;
-    frame.width = header.window.width();
-    frame.height = header.window.height();
-    frame.display_width = part.display_window.width();
-    frame.display_height = part.display_window.height();
-    frame.pixel_aspect = double(part.pixel_aspect);
-    frame.origin_x = header.window.min_x - part.display_window.min_x;
-    frame.origin_y = header.window.min_y - part.display_window.min_y;
-    frame.frame_number = header.files.frame_number;
-    frame.camera = header.camera;
+    FrameDescription frame = describe(header);
     // Which planes are read does not depend on depth.
     for (const auto& link : chain.links)
         for (const Place& place : link.pass->depth_places())
             frame.bounds.inverse_depth_at[place] = 0;
-    frame.bounds.camera_cut = header.motion_crosses_cut;
     frame.mattes = matte_indices(chain, settings.layers.mattes);
     RoleSet own = roles_in_files(header);
     // Cryptomattes are filtered as layers too, in chunks.
@@ -217,18 +207,18 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
 Result<FramePlan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
                                     const PlanOptions& options) {
     FrameDescription description = planned_description(chain, frame);
-    const bool masked = !frame.layers.fill_mask.empty();
+    const bool masked = !frame.header.layers.fill_mask.empty();
     auto plan = make_plan(chain, masked ? with_fill_mask(description) : description, options);
     if (plan.ok()) return FramePlan{std::move(*plan), std::move(description)};
     const Status status = plan.status();
-    std::string text = frame.input.files.color_file().path() + ": " + status.message();
+    std::string text = color_path(frame.header) + ": " + status.message();
     if (status.code() == StatusCode::input) {
-        for (const auto& [role, names] : frame.match.missing)
+        for (const auto& [role, names] : frame.header.match.missing)
             if (chain.required().has(role))
                 text += concat("; ", name_of(role), " was looked for as ", names);
         text += "; found were";
-        for (const auto& [role, file] : frame.input.files.files) text += names_in(*file);
-        text += " (profile " + frame.match.profile + ")";
+        for (const auto& [role, file] : frame.header.files.files) text += names_in(*file);
+        text += " (profile " + frame.header.match.profile + ")";
     }
     return Status(status.code(), text);
 }
@@ -245,18 +235,20 @@ double reach_of(const Chain& chain, const FramePlan& plan) {
 }
 
 io::Window written_window(const Chain& chain, const FramePlan& plan, const SourceFrame& frame) {
-    return reached(chain, plan, frame).intersected(frame.input.window);
+    return reached(chain, plan, frame).intersected(frame.header.window);
 }
 
 std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan,
                                        const SourceFrame& frame) {
     std::vector<std::string> warnings;
-    const std::string path = frame.input.files.color_file().path();
-    const io::Window whole = frame.input.data_window.united(frame.input.display_window);
+    const std::string path = color_path(frame.header);
+    const io::Window whole =
+        color_part(frame.header).data_window.united(color_part(frame.header).display_window);
     if (const uint64_t lost = pixels_cut_off(chain, plan, frame))
         warnings.push_back(concat(
-            path, ": the data window ", frame.input.data_window.text(),
-            " leaves out part of the display window ", frame.input.display_window.text(),
+            path, ": the data window ", color_part(frame.header).data_window.text(),
+            " leaves out part of the display window ",
+            color_part(frame.header).display_window.text(),
             ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
             fits(whole) ? " (--data-window grow keeps it)" : ""));
     add_exceeded_limits(chain, plan, frame, warnings);

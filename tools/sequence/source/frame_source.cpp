@@ -36,18 +36,19 @@ void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
 }
 
 // Adds the planes that are not channels of a role: layers, cryptomattes and mattes.
-Status decode_layers(const FrameHeader& header, RoleSet present, const io::Window& window,
-                     io::InputFrame& read, SourceStrip& strip) {
+Status decode_layers(const FrameHeader& header, RoleSet present, io::StoredFrame& read,
+                     SourceStrip& strip) {
+    io::PixelFile& file = header.files.color_file();
     if (present.has(Role::layers) && !header.layers.filtered.empty()) {
-        ASSIGN_OR_RETURN(read.planes[Role::layers], read_layers(header.layers, read, window));
+        ASSIGN_OR_RETURN(read.planes[Role::layers], read_layers(header.layers, file, read));
     }
     if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
         auto cryptomattes = std::make_shared<FrameCryptomattes>();
-        cryptomattes->window = window;
+        cryptomattes->window = read.window;
         for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i) {
             const io::Cryptomatte& one = header.layers.cryptomattes[i];
-            ASSIGN_OR_RETURN(auto ranks, io::read_ranks(header.files.color_file(), one, window));
-            strip.mattes.add_cryptomatte(header.files.color_file().path(), one, ranks);
+            ASSIGN_OR_RETURN(auto ranks, io::read_ranks(file, one, read.window));
+            strip.mattes.add_cryptomatte(file.path(), one, ranks);
             cryptomattes->names.push_back(one.name);
             cryptomattes->ranks.push_back(std::move(ranks));
         }
@@ -55,7 +56,7 @@ Status decode_layers(const FrameHeader& header, RoleSet present, const io::Windo
     }
     if (present.has(Role::mattes)) {
         ASSIGN_OR_RETURN(read.planes[Role::mattes],
-                         read_mattes(header.layers, read, window, strip.mattes));
+                         read_mattes(header.layers, file, read, strip.mattes));
     }
     return Status();
 }
@@ -68,36 +69,30 @@ Status decode(const FrameHeader& header, RoleSet present, io::Keep keep, int top
     area.window.max_y = header.window.min_y + bottom - 1;
     const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
     constexpr RoleSet kNoChannels = {Role::layers, Role::mattes, Role::behind};
-    ASSIGN_OR_RETURN(auto read, io::read_frame(header.files, header.assignment,
+    ASSIGN_OR_RETURN(auto read, io::read_frame(header.files, header.match.roles,
                                                present - kNoChannels - made, keep, area));
     for (Role role : {Role::motion, Role::motion_back})
         if (made.has(role) && present.has(role)) {
             const ImageF& color = read.planes.at(Role::color);
             read.planes[role] = ImageF(color.width, color.height, channels_of(role));
         }
-    RETURN_IF_ERROR(decode_layers(header, present, area.window, read, strip));
-    strip.input = std::move(read);
+    RETURN_IF_ERROR(decode_layers(header, present, read, strip));
+    strip.stored = std::move(read);
     return Status();
 }
 
 // Converts decoded rows, which begin at row `rows.top` and end before `bottom`, to canonical planes
 // of the strip, and analyzes them.
-Status convert(const SourceSettings& settings, const FrameHeader& header, const Strip& rows,
-               int bottom, SourceStrip& strip) {
-    ConvertOptions options = header.match.options;
-    options.nonfinite_color = settings.nonfinite_color;
-    const io::Window& window = header.window;
+Status convert(const FrameHeader& header, const Strip& rows, int bottom, SourceStrip& strip) {
     const int top = rows.top, first = rows.first, end = rows.end;
-    FramePlanes planes = std::move(strip.input.planes);
+    FramePlanes planes = std::move(strip.stored.planes);
     const auto convert_rows = [&](FramePlanes& some, int from,
                                   FrameDescription& description) -> Result<InputHealth> {
-        description = strip.input.description;
-        description.camera = header.camera;
-        description.origin_x = window.min_x - strip.input.display_window.min_x;
-        description.origin_y = window.min_y + from - strip.input.display_window.min_y;
-        return convert_frame(some, description, options).at(header.files.color_file().path());
+        description = describe(header);
+        description.origin_y += from;
+        return convert_frame(some, description, header.match.options).at(color_path(header));
     };
-    SourceFindings& findings = strip.findings;
+    FrameFindings& findings = strip.findings;
     const bool with_context = top < first || bottom > end;
     FramePlanes core = with_context ? rows_of(planes, first - top, end - top) : FramePlanes();
     ASSIGN_OR_RETURN(findings.health,
@@ -112,7 +107,7 @@ Status convert(const SourceSettings& settings, const FrameHeader& header, const 
             put_rows(context, planes, from - top);
         }
     }
-    findings.half_depth = strip.input.half_depth;
+    findings.half_depth = strip.stored.half_depth;
     if (auto& pixel = findings.health.first_nonfinite) (*pixel)[1] += first;
     findings.edges = count_mixed_edges(planes, rows);
     findings.clear_edges = fill_clear_edges(planes, rows);
@@ -129,7 +124,6 @@ Status convert(const SourceSettings& settings, const FrameHeader& header, const 
         findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, strip.description);
     else
         findings.sky = count_sky(planes);
-    findings.bounds = strip.description.bounds;
     strip.planes = std::move(planes);
     return Status();
 }
@@ -137,7 +131,7 @@ Status convert(const SourceSettings& settings, const FrameHeader& header, const 
 // Why the stored depth seems to have another encoding; empty: it does not. A depth buffer's values
 // lie between the clip planes by themselves.
 std::string doubt_of_depth(const SourceFrame& frame) {
-    const DepthEncoding encoding = frame.conversion.depth;
+    const DepthEncoding encoding = frame.header.match.options.depth;
     const bool inverse = encoding == DepthEncoding::inverse;
     if (!frame.description.planes.has(Role::inverse_depth) ||
         !(inverse || encoding == DepthEncoding::linear))
@@ -177,9 +171,7 @@ RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
     return present;
 }
 
-void SourceFindings::add(const SourceFindings& next) {
-    FrameBounds& b = bounds;
-    const FrameBounds& n = next.bounds;
+void add_rows(const FrameBounds& n, FrameBounds& b) {
     b.max_speed_px = std::max(b.max_speed_px, n.max_speed_px);
     b.max_speed_back_px = std::max(b.max_speed_back_px, n.max_speed_back_px);
     b.min_inverse_depth = std::min(b.min_inverse_depth, n.min_inverse_depth);
@@ -191,6 +183,9 @@ void SourceFindings::add(const SourceFindings& next) {
         b.min_color[c] = std::min(b.min_color[c], n.min_color[c]);
         b.max_color[c] = std::max(b.max_color[c], n.max_color[c]);
     }
+}
+
+void FrameFindings::add(const FrameFindings& next) {
     health.nonfinite_color += next.health.nonfinite_color;
     health.nonfinite_depth += next.health.nonfinite_depth;
     health.nonfinite_motion += next.health.nonfinite_motion;
@@ -208,6 +203,8 @@ void SourceFindings::add(const SourceFindings& next) {
     motion_from_camera += next.motion_from_camera;
     zoom_motion_added += next.zoom_motion_added;
     sky.add(next.sky);
+    read_ms += next.read_ms;
+    convert_ms += next.convert_ms;
 }
 
 Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
@@ -221,38 +218,28 @@ Result<SourceStrip> read_source_strip(const SourceSettings& settings, const Fram
     SourceStrip strip;
     const auto start = Clock::now();
     RETURN_IF_ERROR(decode(header, present, keep, rows.top, bottom, strip));
-    strip.read_ms = milliseconds_since(start);
-    RETURN_IF_ERROR(convert(settings, header, rows, bottom, strip));
-    strip.convert_ms = milliseconds_since(start) - strip.read_ms;
+    const double read_ms = milliseconds_since(start);
+    RETURN_IF_ERROR(convert(header, rows, bottom, strip));
+    strip.findings.read_ms = read_ms;
+    strip.findings.convert_ms = milliseconds_since(start) - read_ms;
     return strip;
 } catch (const std::bad_alloc&) {
     return Status(StatusCode::memory,
-                  concat(header.files.color_file().path(), ": not enough memory: needs ",
+                  concat(color_path(header), ": not enough memory: needs ",
                          bytes_text(frame_bytes(header, present, keep, end - first)),
                          "; free some or render smaller"));
 }
 
 void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
               SourceStrip strip) {
-    const std::string path = header.files.color_file().path();
-    const SourceFindings& findings = strip.findings;
-    frame.input = std::move(strip.input);
-    frame.input.window = header.window;
-    frame.input.description.width = header.window.width();
-    frame.input.description.height = header.window.height();
-    frame.conversion = header.match.options;
-    frame.conversion.nonfinite_color = settings.nonfinite_color;
+    const std::string path = color_path(header);
+    frame.stored = std::move(strip.stored);
     frame.description = std::move(strip.description);
     frame.description.width = header.window.width();
     frame.description.height = header.window.height();
-    frame.description.origin_y = header.window.min_y - frame.input.display_window.min_y;
-    frame.description.bounds = findings.bounds;
-    frame.description.bounds.camera_cut = header.motion_crosses_cut;
-    for (const auto& [role, where] : header.assignment)
+    frame.description.origin_y = describe(header).origin_y;
+    for (const auto& [role, where] : header.match.roles)
         if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
-    frame.match = std::move(header.match);
-    frame.camera_origins = std::move(header.camera_origins);
-    frame.layers = std::move(header.layers);
     if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
         frame.cryptomattes = std::move(strip.cryptomattes);
     frame.warnings = std::move(header.warnings);
@@ -262,16 +249,11 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
         frame.strict_fault = Status(
             StatusCode::health, concat(path, ": ", strip.mattes.faulty,
                                        " faulty values in mattes under --strict; nothing written"));
-    frame.health = findings.health;
-    SurfaceHealth& surfaces = frame.surface_health;
-    surfaces.mixed_edges = findings.edges.parts();
-    surfaces.clear_edges = findings.clear_edges;
-    surfaces.sky_motion_from_camera = findings.sky_motion_from_camera;
-    surfaces.motion_from_camera = findings.motion_from_camera;
-    surfaces.zoom_motion_added = findings.zoom_motion_added;
-    surfaces.sky_without_motion = header.sky_is_still ? 0 : findings.sky.without_motion();
-
-    const InputHealth& health = frame.health;
+    frame.header = std::move(header);
+    frame.findings = std::move(strip.findings);
+    FrameFindings& findings = frame.findings;
+    if (frame.header.sky_is_still) findings.sky = {};
+    InputHealth& health = findings.health;
     const auto warn = [&](const std::string& text) {
         frame.warnings.push_back(path + ": " + text);
     };
@@ -281,24 +263,24 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     count(health.nonfinite_color, "with non-finite color (or beyond 1e34) were replaced");
     count(health.nonfinite_depth, "with non-finite depth are treated as infinitely far");
     count(health.nonfinite_motion, "with non-finite motion are treated as static");
-    if (auto& first = frame.health.first_nonfinite) {
-        (*first)[0] += header.window.min_x;
-        (*first)[1] += header.window.min_y;
-        warn("the first non-finite pixel is " + frame.first_nonfinite_text());
-        frame.strict_fault =
-            Status(StatusCode::health, concat(path, ": ", health.nonfinite(),
-                                              " non-finite pixels under --strict, the first at ",
-                                              frame.first_nonfinite_text(), "; nothing written"));
+    if (auto& first = health.first_nonfinite) {
+        (*first)[0] += frame.header.window.min_x;
+        (*first)[1] += frame.header.window.min_y;
+        warn("the first non-finite pixel is " + findings.first_nonfinite_text());
+        frame.strict_fault = Status(StatusCode::health,
+                                    concat(path, ": ", health.nonfinite(),
+                                           " non-finite pixels under --strict, the first at ",
+                                           findings.first_nonfinite_text(), "; nothing written"));
     }
     count(health.negative_depth, "with depth <= 0 are treated as infinitely far");
     if (const std::string doubt = doubt_of_depth(frame); !doubt.empty()) warn(doubt);
     count(health.sentinel_motion, "with the 'no vector' sentinel are treated as static");
     count(
-        surfaces.sky_without_motion,
+        findings.sky.without_motion(),
         "of sky have no motion although everything else moves; they stay sharp (a camera file with "
         "camera_matrix_world gives them camera motion)");
-    if (surfaces.motion_from_camera && settings.camera_motion == CameraMotion::missing)
-        warn(concat("no motion vectors (looked for ", frame.match.missing[Role::motion],
+    if (findings.motion_from_camera && settings.camera_motion == CameraMotion::missing)
+        warn(concat("no motion vectors (looked for ", frame.header.match.missing[Role::motion],
                     "): the camera's are used, and objects that move by themselves stay sharp "
                     "(--camera-motion all, if that is meant)"));
     if (frame.description.planes.has(Role::motion) && health.motion_all_zero)
@@ -307,7 +289,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
                  : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
                    "vectors when its own motion blur is on; switch it off)");
     else if (frame.description.planes.has(Role::motion) && health.motion_in_0_1 &&
-             health.fastest_stored_px > 0 && are_plain_pixels(frame.conversion.motion))
+             health.fastest_stored_px > 0 && are_plain_pixels(frame.header.match.options.motion))
         warn(
             "every motion vector lies in 0..1: is the channel clamped, or does it hold fractions "
             "of the image? Write vectors of both signs in pixels, or state `unit`, `bias` and "
@@ -395,26 +377,25 @@ SharedPlanes shared(FramePlanes planes) {
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep) {
     const RoleSet present = planes_of(header, wanted);
-    RETURN_IF_ERROR(check_memory(header.files.color_file().path(),
+    RETURN_IF_ERROR(check_memory(color_path(header),
                                  frame_bytes(header, present, keep, header.window.height()),
                                  settings.max_memory));
     ASSIGN_OR_RETURN(auto strip,
                      read_source_strip(settings, header, present, keep, 0, header.window.height()));
     SourceFrame frame;
-    frame.read_ms = strip.read_ms;
-    frame.convert_ms = strip.convert_ms;
     frame.planes = shared(std::move(strip.planes));
     conclude(frame, settings, std::move(header), std::move(strip));
     return frame;
 }
 
-std::string SourceFrame::first_nonfinite_text() const {
+std::string FrameFindings::first_nonfinite_text() const {
     const auto& first = health.first_nonfinite;
     return first ? concat("(", (*first)[0], ", ", (*first)[1], ")") : "none";
 }
 
-ImageF stored_color(const io::InputFrame& input) {
-    return input.kept->interleaved(input.assignment.at(Role::color).channels, input.window, 4, 1);
+ImageF stored_color(const SourceFrame& frame) {
+    return frame.stored.kept->interleaved(color_channels(frame.header).channels,
+                                          frame.stored.window, 4, 1);
 }
 
 Result<ColorFile> read_color(const SourceSettings& settings, const std::string& path, int frame) {
@@ -423,11 +404,13 @@ Result<ColorFile> read_color(const SourceSettings& settings, const std::string& 
     const uint64_t bytes =
         frame_bytes(header, {Role::color}, io::Keep::nothing, header.window.height());
     RETURN_IF_ERROR(check_memory(path, 2 * bytes, settings.max_memory));
-    ASSIGN_OR_RETURN(auto input, io::read_frame(header.files, header.assignment, {Role::color},
-                                                io::Keep::nothing));
-    ColorFile color{std::move(input), header.match.profile};
+    ASSIGN_OR_RETURN(auto stored, io::read_frame(header.files, header.match.roles, {Role::color},
+                                                 io::Keep::nothing));
+    const io::ExrPart& part = color_part(header);
+    ColorFile color{std::move(stored.planes.at(Role::color)), stored.window, part.display_window,
+                    io::luma_weights(part.chromaticities), header.match.profile};
     if (header.match.options.unpremultiplied) {
-        ImageF& rgba = color.rgba();
+        ImageF& rgba = color.rgba;
         for (size_t i = 0; i < rgba.pixels(); ++i)
             for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
     }

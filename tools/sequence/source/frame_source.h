@@ -29,14 +29,21 @@ inline double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// Surface statistics from depth and motion vectors, collected while a frame is read.
-struct SurfaceHealth {
-    MixedEdges mixed_edges;
+// What reading a frame found in its pixels, or so far in its rows, and how long it took.
+struct FrameFindings {
+    InputHealth health;  // first_nonfinite in file coordinates; of rows, in the planes of the frame
+    MixedEdgeCounts edges;
     uint64_t clear_edges = 0;             // pixels, surface_edges.h
-    uint64_t sky_without_motion = 0;      // pixels, camera_motion.h
+    SkyCounts sky;                        // if it may need motion, camera_motion.h
     uint64_t sky_motion_from_camera = 0;  // pixels
     uint64_t motion_from_camera = 0;      // pixels
     uint64_t zoom_motion_added = 0;       // pixels
+    bool half_depth = false;
+    double read_ms = 0;
+    double convert_ms = 0;
+
+    void add(const FrameFindings& next);
+    std::string first_nonfinite_text() const;  // "(12, -3)"
 };
 
 // The filtered cryptomattes of a frame, in the order of FrameLayers::cryptomattes.
@@ -53,56 +60,32 @@ struct SeparateLayers {
 };
 
 struct SourceFrame {
-    io::InputFrame input;          // its planes have moved into `planes`, with input.window
-    FrameDescription description;  // bounds and camera included
+    FrameHeader header;            // its warnings have moved into `warnings`
+    FrameDescription description;  // describe(header), with planes and bounds
     SharedPlanes planes;           // canonical; neighbors' planes: source/sequence_reader.h
-    InputHealth health;            // first_nonfinite in file coordinates
-    SurfaceHealth surface_health;
-    ProfileMatch match;
-    Origins camera_origins;  // origins of description.camera
-    FrameLayers layers;
+    io::StoredFrame stored;        // for the writer; its planes have become `planes`
+    FrameFindings findings;
     std::vector<SeparateLayers> separate_layers;  // layers not in `planes`
     // Empty if they stay as rendered.
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;
     std::vector<SourceFrame> other_views;  // ProfileMatch::other_views of the same files
-    ConvertOptions conversion;
     std::vector<std::string> warnings;
     Status strict_fault;  // what --strict says of the pixels that were read, neighbors' included
-    double read_ms = 0;
-    double convert_ms = 0;
-
-    std::string first_nonfinite_text() const;  // "(12, -3)"
 };
 
 // Reads color and the available planes of `wanted`. Writing the frame back needs Keep::all.
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep);
 
-// Findings in the rows read so far; after all strips, those of the frame.
-struct SourceFindings {
-    FrameBounds bounds;
-    InputHealth health;  // first_nonfinite in planes of the whole frame
-    MixedEdgeCounts edges;
-    uint64_t clear_edges = 0;
-    uint64_t sky_motion_from_camera = 0;
-    uint64_t motion_from_camera = 0;
-    uint64_t zoom_motion_added = 0;
-    SkyCounts sky;
-    bool half_depth = false;
-
-    void add(const SourceFindings& next);
-};
-
+// Rows of a frame: first .. end - 1 of FrameHeader::window.
 struct SourceStrip {
-    io::InputFrame input;  // as read, with extra rows for edge detection
+    io::StoredFrame stored;  // with extra rows for edge detection
     FrameDescription description;
-    FramePlanes planes;  // canonical, rows first .. end - 1 of FrameHeader::window
-    SourceFindings findings;
+    FramePlanes planes;  // canonical
+    FrameFindings findings;
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     MatteFindings mattes;
-    double read_ms = 0;
-    double convert_ms = 0;
 };
 
 // Color and the planes of `wanted` that the frame has.
@@ -112,8 +95,11 @@ RoleSet planes_of(const FrameHeader& header, RoleSet wanted);
 Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
                                       RoleSet present, io::Keep keep, int first, int end);
 
-// Fills a frame, except planes and times, from its last strip, which holds the findings of all
-// strips. `header` is the strip's.
+// Adds the bounds of more rows.
+void add_rows(const FrameBounds& more, FrameBounds& bounds);
+
+// Fills a frame, except its planes, from its last strip, which holds the findings of all strips.
+// `header` is the strip's.
 void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
               SourceStrip strip);
 
@@ -133,14 +119,16 @@ std::string doubt_of_speed(double max_speed_px, double change);
 SharedPlanes shared(FramePlanes planes);
 
 // Color in the convention of the file, for a frame read with Keep::all.
-ImageF stored_color(const io::InputFrame& input);
+ImageF stored_color(const SourceFrame& frame);
 
 // Color of one file for comparison and display, as the file has it, non-finite values included;
 // premultiplied.
 struct ColorFile {
-    io::InputFrame input;
+    ImageF rgba;
+    io::Window window;  // of `rgba`
+    io::Window display_window;
+    std::array<double, 3> luma_weights;
     std::string profile;
-    ImageF& rgba() { return input.planes.at(Role::color); }
 };
 
 // Found by profile. Errors (input): no color, unreadable; (memory) two such images exceed the limit

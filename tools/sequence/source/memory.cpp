@@ -31,7 +31,7 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
     const uint64_t width = uint64_t(header.window.width());
     const uint64_t pixels = width * uint64_t(rows);
     uint64_t planes = 0, stored = 0;
-    for (const auto& [role, where] : header.assignment) {
+    for (const auto& [role, where] : header.match.roles) {
         if (!present.has(role)) continue;
         planes += pixels * uint64_t(channels_of(role)) * sizeof(float);
         const io::ExrPart& part = header.files.file_of(role).parts()[size_t(where.part)];
@@ -43,7 +43,7 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
     }
     // Each thread holds a chunk of deep samples.
     uint64_t deep = 0;
-    for (const auto& [role, where] : header.assignment)
+    for (const auto& [role, where] : header.match.roles)
         if (present.has(role))
             deep = std::max(
                 deep, header.files.file_of(role).parts()[size_t(where.part)].flattening_bytes);

@@ -67,7 +67,7 @@ void split_layers(const std::map<Neighbor, NeighborLayers>& neighbors, SourceFra
     if (own == frame.planes.end()) return;
     const auto all = own->second;
     const int height = frame.description.height;
-    const std::vector<LayerKey> keys = keys_of(frame.layers);
+    const std::vector<LayerKey> keys = keys_of(frame.header.layers);
     // For each neighbor, the index of each of the frame's layers.
     std::map<Neighbor, std::map<size_t, size_t>> places;
     for (const auto& [neighbor, layers] : neighbors) {
@@ -156,13 +156,13 @@ std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLay
     return lacking;
 }
 
-void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet planes,
-                   const io::Window& window, SourceFrame& frame) {
+void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, SourceFrame& frame) {
+    const io::Window& window = frame.header.window;
     std::map<Neighbor, NeighborLayers> layers;
     for (const auto& [neighbor, other] : neighbors) {
         const io::Window& there = other.header->window;
         for (Role role : kNeighborRoles) {
-            if (!planes.of(neighbor).has(role)) continue;
+            if (!frame.header.to_read.of(neighbor).has(role)) continue;
             if (role == Role::layers && other.cryptomattes)
                 frame.neighbor_cryptomattes[neighbor] = other.cryptomattes;
             if (role == Role::layers) layers[neighbor].found = &other.header->layers;
@@ -182,56 +182,46 @@ void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet p
     if (!layers.empty()) split_layers(layers, frame);
 }
 
-Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::string& path,
-                                const OpenedFrame& frame) {
-    const std::map<Role, std::string> files = {{Role::color, path}};
-    const io::FileStamp stamp = io::FileStamp::of(path);
-    ASSIGN_OR_RETURN(auto header,
-                     open_source_frame(settings_of_behind(settings), files, frame.number));
-    ASSIGN_OR_RETURN(auto behind, behind_of(std::move(header), frame));
-    behind.files = files;
-    behind.stamps.push_back(stamp);
-    return behind;
+Result<FrameHeader> open_behind(const SourceSettings& settings, const std::string& path,
+                                const FrameHeader& frame) {
+    ASSIGN_OR_RETURN(auto behind,
+                     open_source_frame(settings_of_behind(settings), {{Role::color, path}},
+                                       frame.files.frame_number));
+    return behind_of(std::move(behind), frame);
 }
 
-Result<OpenedFrame> behind_of(FrameHeader header, const OpenedFrame& frame) {
-    const std::string path = header.files.color_file().path();
-    OpenedFrame behind;
-    behind.number = frame.number;
-    if (!header.match.view.empty() && header.match.view != frame.header.match.view)
-        return Status(StatusCode::input,
-                      concat(path, ": the layer behind has no view ", frame.header.match.view,
-                             "; render it with this view"));
-    const io::Window own = color_part(frame.header).display_window,
-                     its = color_part(header).display_window;
+Result<FrameHeader> behind_of(FrameHeader behind, const FrameHeader& frame) {
+    const std::string path = color_path(behind);
+    if (!behind.match.view.empty() && behind.match.view != frame.match.view)
+        return Status(StatusCode::input, concat(path, ": the layer behind has no view ",
+                                                frame.match.view, "; render it with this view"));
+    const io::Window own = color_part(frame).display_window,
+                     its = color_part(behind).display_window;
     if (own != its)
         return Status(StatusCode::input,
                       concat(path, ": the layer behind has display window ", its.text(),
                              ", the frame ", own.text(), "; render both at one size"));
     constexpr RoleSet kPlanes = {Role::inverse_depth, Role::motion, Role::motion_back,
                                  Role::layers};
-    const RoleSet needed = (frame.planes & kPlanes) | RoleSet{Role::inverse_depth};
-    RETURN_IF_ERROR(check_roles(path, header, frame.header, needed));
-    FrameLayers layers = frame.header.layers;
+    const RoleSet needed = (frame.to_read & kPlanes) | RoleSet{Role::inverse_depth};
+    RETURN_IF_ERROR(check_roles(path, behind, frame, needed));
+    FrameLayers layers = frame.layers;
     layers.filtered_cryptomattes = 0;
-    if (const auto lacking = layers_lacking(layers, header.layers); !lacking.empty())
+    if (const auto lacking = layers_lacking(layers, behind.layers); !lacking.empty())
         return Status(StatusCode::input,
                       concat(path, ": the layer behind lacks these layers of the frame: ",
                              joined(lacking), "; render them too, or leave out --aovs"));
-    behind.planes = needed | RoleSet{Role::color};
-    behind.header = std::move(header);
+    behind.to_read = needed | RoleSet{Role::color};
     return behind;
 }
 
-uint64_t behind_bytes(const OpenedFrame& behind) {
-    const FrameHeader& header = behind.header;
-    const uint64_t planes = uint64_t(kBehindPlanes) + header.layers.filtered.size();
-    return frame_bytes(header, behind.planes, io::Keep::nothing, header.window.height()) +
-           header.window.pixels() * planes * 4 * sizeof(float);
+uint64_t behind_bytes(const FrameHeader& behind) {
+    const uint64_t planes = uint64_t(kBehindPlanes) + behind.layers.filtered.size();
+    return frame_bytes(behind, behind.to_read, io::Keep::nothing, behind.window.height()) +
+           behind.window.pixels() * planes * 4 * sizeof(float);
 }
 
-Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
-                  const FrameHeader& header, SourceFrame& frame) {
+Status add_behind(const SourceSettings& settings, const FrameHeader& behind, SourceFrame& frame) {
     const char* why = frame.cryptomattes              ? "cryptomattes are filtered (--cryptomatte)"
                       : frame.separate_layers.empty() ? nullptr
                                                       : "a neighboring frame lacks layers";
@@ -239,11 +229,11 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
         frame.warnings.push_back(concat("filtered without the layer behind: ", why));
         return Status();
     }
-    ASSIGN_OR_RETURN(auto source, read_source_frame(settings_of_behind(settings), behind.header,
-                                                    behind.planes, io::Keep::nothing));
+    ASSIGN_OR_RETURN(auto source, read_source_frame(settings_of_behind(settings), behind,
+                                                    behind.to_read, io::Keep::nothing));
     if (frame.strict_fault.ok()) frame.strict_fault = source.strict_fault;
     // The header's warnings concern layers and cryptomattes, which are the frame's.
-    const auto& of_header = behind.header.warnings;
+    const auto& of_header = behind.warnings;
     for (const std::string& warning : source.warnings)
         if (std::ranges::find(of_header, warning) == of_header.end())
             frame.warnings.push_back("the layer behind: " + warning);
@@ -251,11 +241,11 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
     if (frame.description.layers == 0)
         planes.erase(Role::layers);
     else if (const auto layers = planes.find(Role::layers); layers != planes.end())
-        layers->second = layers_in_order(*layers->second, behind.header.layers, header.layers);
-    if (behind.header.window != header.window)
+        layers->second = layers_in_order(*layers->second, behind.layers, frame.header.layers);
+    const io::Window& window = frame.header.window;
+    if (behind.window != window)
         for (auto& [role, plane] : planes)
-            plane =
-                std::make_shared<const ImageF>(moved(*plane, behind.header.window, header.window));
+            plane = std::make_shared<const ImageF>(moved(*plane, behind.window, window));
     frame.planes[Role::behind] = std::make_shared<const ImageF>(stack_behind(planes));
     frame.description.planes.add(Role::behind);
     return Status();

@@ -21,10 +21,9 @@ struct NeighborFrame {
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
 };
 
-// `planes`: planes_to_read() of the frame; `window`: that of its planes. Layers that a neighbor
-// lacks become SourceFrame::separate_layers.
-void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet planes,
-                   const io::Window& window, SourceFrame& frame);
+// The planes of FrameHeader::to_read. Layers that a neighbor lacks become
+// SourceFrame::separate_layers.
+void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, SourceFrame& frame);
 
 // Names of the layers and cryptomattes that are filtered in `frame` but not in `other`.
 std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLayers& other);
@@ -32,18 +31,17 @@ std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLay
 // Opens the file of a frame's layer behind. Errors (input), naming the file: those of
 // open_source_frame(); another display window than the frame's; no depth, motion vectors or layer
 // that the frame has and its chain reads.
-Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::string& path,
-                                const OpenedFrame& frame);
+Result<FrameHeader> open_behind(const SourceSettings& settings, const std::string& path,
+                                const FrameHeader& frame);
 // As open_behind(), of a file that is open. Errors: as open_behind(), without a failure to open it.
-Result<OpenedFrame> behind_of(FrameHeader header, const OpenedFrame& frame);
+Result<FrameHeader> behind_of(FrameHeader behind, const FrameHeader& frame);
 
 // Memory to read it and to keep it, stacked.
-uint64_t behind_bytes(const OpenedFrame& behind);
+uint64_t behind_bytes(const FrameHeader& behind);
 
 // Reads it and adds it to the frame, whose neighbors are already added. Some frames are filtered
 // without it, with a warning: it holds no cryptomattes, and all its layers go with color. Errors:
 // those of read_source_frame().
-Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
-                  const FrameHeader& header, SourceFrame& frame);
+Status add_behind(const SourceSettings& settings, const FrameHeader& behind, SourceFrame& frame);
 
 }  // namespace postchain::sequence

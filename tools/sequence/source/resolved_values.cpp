@@ -20,7 +20,7 @@ const Origin* find(const Origins& origins, const std::string& key) {
 // The origin of a camera value: the chain's value takes precedence over the frame's.
 Origin of_camera(const Chain& chain, const SourceFrame& frame, const std::string& row) {
     if (const Origin* stated = find(chain.origins, "camera." + row)) return *stated;
-    if (const Origin* stated = find(frame.camera_origins, row)) return *stated;
+    if (const Origin* stated = find(frame.header.camera_origins, row)) return *stated;
     return {kFromDefault, ""};
 }
 

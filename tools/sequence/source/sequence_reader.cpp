@@ -30,7 +30,19 @@ io::InputSpec input_of_neighbors(io::InputSpec input) {
     return input;
 }
 
-struct SequenceReader::Entry : OpenedFrame {
+std::vector<io::FileStamp> FrameToRead::stamps() const {
+    std::vector<io::FileStamp> stamps;
+    const auto add = [&](const FrameHeader& header) {
+        for (const auto& [role, stamp] : header.files.stamps) stamps.push_back(stamp);
+    };
+    add(*frame);
+    for (const auto& [neighbor, other] : neighbors) add(*other);
+    if (behind) add(*behind);
+    return stamps;
+}
+
+struct SequenceReader::Entry {
+    FrameHeader header;
     bool is_neighbor_only = false;  // it lacks a layer that was requested by name
     bool is_decoded = false;
     Status status;  // result of decoding
@@ -49,56 +61,59 @@ SequenceReader::SequenceReader(const SourceSettings& settings, io::InputSpec inp
 
 SequenceReader::~SequenceReader() = default;
 
-Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
+std::shared_ptr<const FrameHeader> SequenceReader::header_in(const std::shared_ptr<Entry>& entry) {
+    return {entry, &entry->header};
+}
+
+Result<FrameToRead> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
     std::erase_if(window_, [&](const auto& entry) {
         return entry.first < number - 1 || entry.first > number + 1 ||
                (entry.first == number && entry.second->is_neighbor_only);
     });
     ASSIGN_OR_RETURN(auto entry, enter(number, files));
-    FrameInputs inputs;
-    inputs.frame = entry;
+    FrameToRead opened;
+    opened.frame = header_in(entry);
+    const FrameHeader& frame = *opened.frame;
     for (Neighbor neighbor : kNeighbors)
-        if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
+        if (!frame.to_read.of(neighbor).empty()) find_neighbor(neighbor, opened);
     // A file of its own, or the deep file of color.
     const auto own = files.find(Role::behind);
     const bool given = own != files.end();
-    if (!given && !inputs.frame->header.has_behind) return inputs;
+    if (!given && !frame.has_behind) return opened;
     const std::string& path = given ? own->second : files.at(Role::color);
-    if (!inputs.frame->planes.has(Role::behind)) {
+    if (!frame.to_read.has(Role::behind)) {
         if (given)
-            inputs.warnings.push_back(
+            opened.warnings.push_back(
                 concat(path,
                        ": not read: no pass of the chain takes light from the layer behind "
                        "on this frame (inverse warps do)"));
-        return inputs;
+        return opened;
     }
     if (given) RETURN_IF_ERROR(tried(path, number));
-    auto behind = open_behind(settings_, path, *inputs.frame);
+    auto behind = open_behind(settings_, path, frame);
     if (!behind.ok() && (given || behind.status().code() == StatusCode::memory))
         return behind.status();
     if (!behind.ok()) {
-        inputs.warnings.push_back(
+        opened.warnings.push_back(
             concat("filtered without the layer behind: ", behind.status().message()));
-        return inputs;
+        return opened;
     }
-    inputs.behind = std::make_shared<const OpenedFrame>(std::move(*behind));
-    return inputs;
+    opened.behind = std::make_shared<const FrameHeader>(std::move(*behind));
+    return opened;
 }
 
 Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     int number, const std::map<Role, std::string>& files) {
     if (const auto found = window_.find(number); found != window_.end()) return found->second;
+    // A neighbor needs no layer behind, so a frame's own is opened apart.
+    std::map<Role, std::string> own = files;
+    own.erase(Role::behind);
+    for (const auto& [role, path] : own) RETURN_IF_ERROR(tried(path, number));
     auto entry = std::make_shared<Entry>();
-    entry->number = number;
-    entry->files = files;
-    // A neighbor needs none, so a frame's own is opened apart.
-    entry->files.erase(Role::behind);
-    for (const auto& [role, path] : entry->files) entry->stamps.push_back(io::FileStamp::of(path));
-    for (const auto& [role, path] : entry->files) RETURN_IF_ERROR(tried(path, number));
-    ASSIGN_OR_RETURN(auto header, open_source_frame(settings_, entry->files, number));
+    FrameHeader& header = entry->header;
+    ASSIGN_OR_RETURN(header, open_source_frame(settings_, own, number));
     if (input_.patterns.contains(Role::behind)) header.has_behind = true;
-    entry->planes = planes_to_read(header, planes_of_(header));
-    entry->header = std::move(header);
+    header.to_read = planes_to_read(header, planes_of_(header));
     window_[number] = entry;
     return entry;
 }
@@ -117,11 +132,12 @@ std::set<Neighbor> SequenceReader::reads_with(int number,
     return neighbors;
 }
 
-void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
-    const OpenedFrame& frame = *inputs.frame;
-    const int number = frame.number + frames_to(neighbor);
-    std::string& why = inputs.missing[neighbor];
-    why = absence(frame.number, neighbor);
+void SequenceReader::find_neighbor(Neighbor neighbor, FrameToRead& opened) {
+    const FrameHeader& frame = *opened.frame;
+    const int own_number = frame.files.frame_number;
+    const int number = own_number + frames_to(neighbor);
+    std::string& why = opened.missing[neighbor];
+    why = absence(own_number, neighbor);
     if (!why.empty()) return;
     auto other = enter(number, on_disk_->at(number));
     if (other.status().code() == StatusCode::usage) {
@@ -133,33 +149,33 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     }
     if (!other.ok()) {
         why = other.status().message();
-        inputs.warnings.push_back(
+        opened.warnings.push_back(
             concat("filtered without the frame ", name_of(neighbor), ": ", why));
         return;
     }
-    const io::Window &own = color_part(frame.header).display_window,
-                     &its = color_part((*other)->header).display_window;
+    const FrameHeader& there = (*other)->header;
+    const io::Window &own = color_part(frame).display_window,
+                     &its = color_part(there).display_window;
     // Its color is used even if it lacks layers, or motion_back, as at a cut.
     const RoleSet lacking =
-        frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers, Role::motion_back};
-    if ((*other)->header.motion_crosses_cut)
+        frame.to_read.of(neighbor) - there.to_read - RoleSet{Role::layers, Role::motion_back};
+    if (there.motion_crosses_cut)
         why = concat("the motion of frame ", number, " crosses a cut");
-    else if ((*other)->header.match.view != frame.header.match.view)
-        why = concat("frame ", number, " has no view ", frame.header.match.view);
+    else if (there.match.view != frame.match.view)
+        why = concat("frame ", number, " has no view ", frame.match.view);
     else if (own != its)
         why =
             concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
     else if (!lacking.empty())
         why = concat("frame ", number, " has no ", lacking.text());
     if (!why.empty()) return;
-    if (frame.planes.of(neighbor).has(Role::layers))
-        if (const auto layers = layers_lacking(frame.header.layers, (*other)->header.layers);
-            !layers.empty())
-            inputs.warnings.push_back(concat("filtered without the frame ", name_of(neighbor),
+    if (frame.to_read.of(neighbor).has(Role::layers))
+        if (const auto layers = layers_lacking(frame.layers, there.layers); !layers.empty())
+            opened.warnings.push_back(concat("filtered without the frame ", name_of(neighbor),
                                              ", which lacks these layers: ", joined(layers),
                                              "; render them in every frame"));
-    inputs.missing.erase(neighbor);
-    inputs.neighbors[neighbor] = *other;
+    opened.missing.erase(neighbor);
+    opened.neighbors[neighbor] = header_in(*other);
 }
 
 // Why the frame does not exist; empty if it does.
@@ -188,9 +204,9 @@ Status SequenceReader::decode(Entry& entry) {
     if (entry.is_decoded) return entry.status;
     entry.is_decoded = true;
     ++decoded_;
-    auto source =
-        read_source_frame(settings_, entry.header, entry.planes,
-                          whole_ && whole_(entry.number) ? io::Keep::all : io::Keep::nothing);
+    auto source = read_source_frame(
+        settings_, entry.header, entry.header.to_read,
+        whole_ && whole_(entry.header.files.frame_number) ? io::Keep::all : io::Keep::nothing);
     entry.status = source.status();
     if (!source.ok()) return entry.status;
     entry.pixels = source->planes;
@@ -200,18 +216,18 @@ Status SequenceReader::decode(Entry& entry) {
     return Status();
 }
 
-Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
-    Entry& entry = *window_.at(inputs.frame->number);
+Result<SourceFrame> SequenceReader::read(const FrameToRead& opened) {
+    Entry& entry = *window_.at(opened.frame->files.frame_number);
     // A held frame replaces several frames: it is read for each of them.
     if (entry.status.ok() && !entry.source) entry.is_decoded = false;
     RETURN_IF_ERROR(decode(entry));
     SourceFrame frame = std::move(*entry.source);
     entry.source.reset();
-    frame.description.missing_neighbors = inputs.missing;
-    frame.warnings.insert(frame.warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
+    frame.description.missing_neighbors = opened.missing;
+    frame.warnings.insert(frame.warnings.end(), opened.warnings.begin(), opened.warnings.end());
     std::map<Neighbor, NeighborFrame> neighbors;
-    for (const auto& [neighbor, opened] : inputs.neighbors) {
-        Entry& other = *window_.at(opened->number);
+    for (const auto& [neighbor, header] : opened.neighbors) {
+        Entry& other = *window_.at(header->files.frame_number);
         if (Status status = decode(other); !status.ok()) {
             // Otherwise the result would depend on the machine's memory.
             if (status.code() == StatusCode::memory) return status;
@@ -224,10 +240,10 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
         neighbors[neighbor] = {&other.header, &other.pixels, other.cryptomattes};
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
-    add_neighbors(neighbors, entry.planes, entry.header.window, frame);
+    add_neighbors(neighbors, frame);
     compare_slow_motion(frame);
-    if (inputs.behind) RETURN_IF_ERROR(add_behind(settings_, *inputs.behind, entry.header, frame));
-    if (inputs.neighbors.empty()) {
+    if (opened.behind) RETURN_IF_ERROR(add_behind(settings_, *opened.behind, frame));
+    if (opened.neighbors.empty()) {
         entry.pixels.clear();
         entry.cryptomattes.reset();
         entry.is_decoded = false;
@@ -238,7 +254,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
 // plan_warnings() compares vectors far below a pixel with the color of a neighbor that the chain
 // reads. If it reads none, the first such frame is compared here.
 void SequenceReader::compare_slow_motion(SourceFrame& frame) {
-    const double speed = frame.health.fastest_stored_px;
+    const double speed = frame.findings.health.fastest_stored_px;
     if (compared_slow_motion_ || !frame.description.planes.has(Role::motion) ||
         doubt_of_speed(speed, 1).empty())
         return;
@@ -255,9 +271,9 @@ void SequenceReader::compare_slow_motion(SourceFrame& frame) {
         compared_slow_motion_ = true;
         const double change =
             color_change(*frame.planes.at(Role::color),
-                         io::placed(color->rgba(), color->input.window, frame.input.window));
+                         io::placed(color->rgba, color->window, frame.header.window));
         if (const std::string doubt = doubt_of_speed(speed, change); !doubt.empty())
-            frame.warnings.push_back(concat(frame.input.files.color_file().path(), ": ", doubt));
+            frame.warnings.push_back(concat(color_path(frame.header), ": ", doubt));
         return;
     }
 }

@@ -1,7 +1,7 @@
 // Reads the frames of a sequence, each with the neighbor planes that are needed.
 //
-//   n --open--> FrameInputs   headers of n and of the frames before and after; what is missing, why
-//   FrameInputs --read--> SourceFrame   pixels of all three, by role
+//   n --open--> FrameToRead   headers of n and of the frames before and after; what is missing, why
+//   FrameToRead --read--> SourceFrame   pixels of all three, by role
 //
 // Keeps the last three frames, so that in numeric order each file is opened, decoded and converted
 // once. Planes are shared, never copied. Neighbors depend on what is on disk, not on which frames
@@ -22,25 +22,19 @@
 
 namespace postchain::sequence {
 
-// A frame whose header has been read.
-struct OpenedFrame {
-    int number = 0;
-    std::map<Role, std::string> files;  // as in io::FrameList::files
-    std::vector<io::FileStamp> stamps;  // stamps of the files, taken before the first was opened
-    FrameHeader header;
-    RoleSet planes;  // to read: its own, and those that its neighbors use
-};
-
 // Files by frame, for frames with a file for each plane.
 using FramesOnDisk = std::map<int, std::map<Role, std::string>>;
 
-struct FrameInputs {
-    std::shared_ptr<const OpenedFrame> frame;
+struct FrameToRead {
+    std::shared_ptr<const FrameHeader> frame;
     // Neighbors with wanted planes: the frame, or why there is none.
-    std::map<Neighbor, std::shared_ptr<const OpenedFrame>> neighbors;
+    std::map<Neighbor, std::shared_ptr<const FrameHeader>> neighbors;
     std::map<Neighbor, std::string> missing;
-    std::shared_ptr<const OpenedFrame> behind;  // the layer behind, if it is read
+    std::shared_ptr<const FrameHeader> behind;  // the layer behind, if it is read
     std::vector<std::string> warnings;
+
+    // Stamps of all files.
+    std::vector<io::FileStamp> stamps() const;
 };
 
 // Planes to read of a frame of which `wanted` are needed. Planes wanted of a neighbor are also read
@@ -73,9 +67,9 @@ class SequenceReader {
     std::set<Neighbor> reads_with(int number, const std::map<Role, std::string>& files);
 
     // Errors (input): the frame's own. A neighbor's error becomes a reason and a warning.
-    Result<FrameInputs> open(int number, const std::map<Role, std::string>& files);
+    Result<FrameToRead> open(int number, const std::map<Role, std::string>& files);
     // Reads the frame last opened, always with color. Errors: those of open().
-    Result<SourceFrame> read(const FrameInputs& inputs);
+    Result<SourceFrame> read(const FrameToRead& opened);
 
     size_t decoded() const { return decoded_; }  // number of frames so far
 
@@ -84,8 +78,9 @@ class SequenceReader {
     Status tried(const std::string& path, int number) const {
         return try_file_ ? try_file_(path, number) : Status();
     }
+    static std::shared_ptr<const FrameHeader> header_in(const std::shared_ptr<Entry>& entry);
     Result<std::shared_ptr<Entry>> enter(int number, const std::map<Role, std::string>& files);
-    void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
+    void find_neighbor(Neighbor neighbor, FrameToRead& opened);
     std::string absence(int number, Neighbor neighbor);
     Status decode(Entry& entry);
     void compare_slow_motion(SourceFrame& frame);

@@ -48,8 +48,7 @@ io::Window window_rows(io::Window window, int first, int end) {
 int strip_rows(const FrameHeader& header) {
     const int64_t row = std::max<int64_t>(1, int64_t(header.window.width()) * kPixelBytes);
     int64_t rows = std::max<int64_t>(1, kStripBytes / row);
-    const int at_once =
-        header.files.color_file().rows_at_once(header.assignment.at(Role::color).part);
+    const int at_once = header.files.color_file().rows_at_once(color_channels(header).part);
     rows = std::max<int64_t>(1, rows / at_once) * at_once;
     return int(std::min<int64_t>(rows, header.window.height()));
 }
@@ -58,24 +57,26 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
                                       RoleSet wanted, int rows, const StripObserver& observer) {
     const int height = header.window.height();
     SourceFrame frame;
-    SourceFindings all;
-    RETURN_IF_ERROR(
-        check_memory(header.files.color_file().path(),
-                     frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
-                     settings.max_memory));
+    FrameFindings findings;
+    FrameBounds bounds;
+    RETURN_IF_ERROR(check_memory(
+        color_path(header), frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
+        settings.max_memory));
     for (int first = 0; first < height; first += rows) {
         const int end = std::min(height, first + rows);
         ASSIGN_OR_RETURN(auto strip, read_source_strip(settings, header, planes_of(header, wanted),
                                                        io::Keep::nothing, first, end));
-        frame.read_ms += strip.read_ms;
-        frame.convert_ms += strip.convert_ms;
         if (observer) observer(strip.planes, first);
-        if (first == 0)
-            all = strip.findings;
-        else
-            all.add(strip.findings);
+        if (first == 0) {
+            findings = strip.findings;
+            bounds = strip.description.bounds;
+        } else {
+            findings.add(strip.findings);
+            add_rows(strip.description.bounds, bounds);
+        }
         if (end < height) continue;
-        strip.findings = all;
+        strip.findings = findings;
+        strip.description.bounds = bounds;
         strip.planes.clear();
         conclude(frame, settings, header, std::move(strip));
     }
@@ -181,8 +182,8 @@ void SequenceSurvey::add(int frame, const SourceFrame& source, const Thumbnail& 
         description.display_height != description.height)
         summary.size += concat(" of ", description.display_width, "x", description.display_height);
     summary.planes = description.planes;
-    summary.nonfinite = source.health.nonfinite();
-    summary.motion_all_zero = source.health.motion_all_zero;
+    summary.nonfinite = source.findings.health.nonfinite();
+    summary.motion_all_zero = source.findings.health.motion_all_zero;
     if (description.planes.has(Role::motion)) summary.speed_px = bounds.max_speed_px;
     if (description.planes.has(Role::inverse_depth)) {
         summary.has_sky = is_infinitely_far(float(bounds.min_inverse_depth));

@@ -158,8 +158,8 @@ void Counters::add(const sequence::FrameReport& report) noexcept try {
     const auto observe = [&](const char* step, double ms) {
         all.steps.Add({{"step", step}}, seconds()).Observe(ms * 1e-3);
     };
-    observe("read", report.read_ms);
-    observe("convert", report.convert_ms);
+    observe("read", report.findings.read_ms);
+    observe("convert", report.findings.convert_ms);
     observe("filter", report.filter_ms);
     observe("write", report.write_ms);
     for (const Elision& elision : report.plan->elisions)
@@ -168,7 +168,7 @@ void Counters::add(const sequence::FrameReport& report) noexcept try {
                 .Add({{"pass", report.plan->passes[size_t(elision.pass)].type},
                       {"reason", elision.rule}})
                 .Increment();
-    all.nonfinite.Add({{"where", "input"}}).Increment(double(report.health.nonfinite()));
+    all.nonfinite.Add({{"where", "input"}}).Increment(double(report.findings.health.nonfinite()));
     all.nonfinite.Add({{"where", "output"}}).Increment(double(report.output_nonfinite));
     all.textures.Set(double(report.counters.texture_bytes_peak));
     all.alive.Set(double(report.counters.textures_alive));

@@ -345,11 +345,11 @@ bool is_own_output(const JobRequest& request, int frame) {
         settings.source, settings.input, [&](const sequence::FrameHeader& header) {
             return sequence::planes_needed(chain, settings.source, header, settings.plan);
         });
-    const auto inputs = reader.open(task.source, task.files);
-    if (!inputs.ok()) return false;
+    const auto opened = reader.open(task.source, task.files);
+    if (!opened.ok()) return false;
     RunSettings image_alone = settings;
     image_alone.sidecar = image_alone.preview = false;
-    return sequence::is_done(task.output, sequence::fingerprint_of(chain, settings, *inputs),
+    return sequence::is_done(task.output, sequence::fingerprint_of(chain, settings, *opened),
                              image_alone);
 }
 

@@ -57,8 +57,8 @@ Result<PreparedPreview> prepare_preview(JobRequest& request) {
         settings.source, settings.input, [&](const sequence::FrameHeader& header) {
             return sequence::planes_needed(chain, settings.source, header, settings.plan);
         });
-    ASSIGN_OR_RETURN(auto inputs, reader.open(request.frame, named.files));
-    ASSIGN_OR_RETURN(auto source, reader.read(inputs));
+    ASSIGN_OR_RETURN(auto opened, reader.open(request.frame, named.files));
+    ASSIGN_OR_RETURN(auto source, reader.read(opened));
     source.description.frame_number = request.frame;
     if (request.scale < 1) {
         sequence::reduce_frame(source, request.scale);

@@ -174,7 +174,7 @@ Answer<std::string> plan_of(const std::string& body, const JobReader& reader) {
         const int most = request.run.frames ? kMaxPlannedFrames : 1;
         io::Json frames = io::Json::array();
         const Status status = sequence::plan_sequence(
-            request.chain.chain, request.run, [&](const sequence::PlannedFrame& planned) {
+            request.chain.chain, request.run, [&](const sequence::PlanReport& planned) {
                 io::Json frame = {{"frame", planned.frame}};
                 if (planned.plan.ok())
                     frame["plan"] = sequence::planned_json(planned, std::nullopt);

@@ -1,8 +1,8 @@
 // Opens the files of one frame and reads its planes in the files' own convention.
 //
-//   files --open_frame--> OpenFrame (headers; the profile resolves roles on them)
-//   OpenFrame + ChannelAssignment --read_frame--> InputFrame --convert.h--> canonical frame
-//   InputFrame + filtered color --frame_writer.h--> output file
+//   files --open_frame--> FrameFiles (headers; the profile resolves roles on them)
+//   FrameFiles + FrameChannels --read_frame--> StoredFrame --convert.h--> canonical frame
+//   FrameFiles + StoredFrame + filtered color --frame_writer.h--> output file
 //
 // Values are scene-linear and alpha is premultiplied, as EXR demands; profiles of other files set
 // ConvertOptions::unpremultiplied.
@@ -21,13 +21,14 @@
 #include "config/profile.h"
 #include "config/profile_match.h"
 #include "tools/sequence/exr/pixel_file.h"
+#include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/image/transfer.h"
 
 namespace postchain::io {
 
 // Each role's channels in its file, in the order of the plane: R G B [A]; Z; x y
 // (ProfileMatch::roles; with separate files, of each role's own file).
-using ChannelAssignment = std::map<Role, RoleChannels>;
+using FrameChannels = std::map<Role, RoleChannels>;
 
 // Opens an EXR, or another format by its extension. `transfer`: see ImageFile::open. Errors
 // (input): those of ExrFile::open and ImageFile::open.
@@ -36,9 +37,11 @@ Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path,
                                                std::optional<Transfer> transfer = {});
 
 // The open files of one frame. With separate files each role has its own.
-struct OpenFrame {
+struct FrameFiles {
     int frame_number = 0;
     std::map<Role, std::shared_ptr<PixelFile>> files;  // always has color
+    // Of the files as they were named, taken before the first was opened.
+    std::map<Role, FileStamp> stamps;
 
     // The file of a role: its own, otherwise color's.
     PixelFile& file_of(Role role) const;
@@ -47,8 +50,8 @@ struct OpenFrame {
 
 // `files` as in FrameList::files, `transfer` as in open_pixels. Errors (input): those of
 // open_pixels; a plane other than color in a file that is not an EXR.
-Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
+Result<FrameFiles> open_frame(const std::map<Role, std::string>& files, int frame_number,
+                              const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
 
 // The names that profiles match. Channels of deep parts are left out if a flat part has color; for
 // the layer behind (Flattening::behind) those of flat parts are, if a deep part has color.
@@ -61,16 +64,10 @@ struct PlanesArea {
     ConvertOptions convention;
 };
 
-// A frame as read.
-struct InputFrame {
-    OpenFrame files;
-    ChannelAssignment assignment;
-    // Sizes, display window, number, planes and luma weights are filled; camera and facts are not.
-    FrameDescription description;
-    FramePlanes planes;  // planes of `window`, in the files' convention
-    Window window;       // window of the planes; default: color's data window
-    Window data_window;  // data window of the color part
-    Window display_window;
+// The pixels of a frame as its files store them.
+struct StoredFrame {
+    FramePlanes planes;                // planes of `window`, in the files' convention
+    Window window;                     // window of the planes; default: color's data window
     bool half_depth = false;           // depth came as half (warn: relative step 2^-11)
     std::shared_ptr<PartPixels> kept;  // color's part, every channel, for the writer
     // By part of color's file: the value of depth and motion channels for empty pixels; other
@@ -91,11 +88,13 @@ enum class Keep {
 // error if it does not cover color's. With `area` the planes cover its window, which contains
 // color's data window. Errors (input): a wanted role that is not assigned, check_channels(),
 // damaged data, a wrong number of channels (3 or 4 of color, 1 of depth, 2 of motion).
-Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep, const std::optional<PlanesArea>& area = {});
+Result<StoredFrame> read_frame(const FrameFiles& files, const FrameChannels& channels,
+                               RoleSet wanted, Keep keep,
+                               const std::optional<PlanesArea>& area = {});
 
 // Luminance weights of R, G, B for primaries and white point (xy of red, green, blue, white):
-// the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 if they are degenerate.
-std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities);
+// the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 if there are none, or degenerate
+// ones.
+std::array<double, 3> luma_weights(const std::optional<std::array<float, 8>>& chromaticities);
 
 }  // namespace postchain::io

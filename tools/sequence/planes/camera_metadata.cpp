@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/planes/camera_metadata.h"
 
 #include <ImathMatrix.h>
 

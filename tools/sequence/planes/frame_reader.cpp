@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,15 +48,16 @@ Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path, const Re
     return shared(ExrFile::open(path, limits));
 }
 
-PixelFile& OpenFrame::file_of(Role role) const {
+PixelFile& FrameFiles::file_of(Role role) const {
     const auto it = files.find(role);
     return it != files.end() ? *it->second : color_file();
 }
 
-Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits, std::optional<Transfer> transfer) try {
-    OpenFrame frame;
+Result<FrameFiles> open_frame(const std::map<Role, std::string>& files, int frame_number,
+                              const ReadLimits& limits, std::optional<Transfer> transfer) try {
+    FrameFiles frame;
     frame.frame_number = frame_number;
+    for (const auto& [role, path] : files) frame.stamps[role] = FileStamp::of(path);
     std::map<std::string, std::shared_ptr<PixelFile>> opened;
     for (const auto& [role, path] : files) {
         std::shared_ptr<PixelFile>& file = opened[path];
@@ -129,14 +130,14 @@ struct PartRead {
 };
 
 // Every part is read once; the first is color's.
-Result<std::vector<PartRead>> reads_of(const OpenFrame& files, const ChannelAssignment& assignment,
+Result<std::vector<PartRead>> reads_of(const FrameFiles& files, const FrameChannels& channels,
                                        RoleSet wanted) {
     std::vector<PartRead> reads;
     for (const Role role : kAllRoles) {  // which begins with color
         if (!wanted.has(role)) continue;
         PixelFile& file = files.file_of(role);
-        const auto it = assignment.find(role);
-        if (it == assignment.end()) {
+        const auto it = channels.find(role);
+        if (it == channels.end()) {
             if (role == Role::color) RETURN_IF_ERROR(file.explain_no_color());
             return Status(StatusCode::input, concat(file.path(), ": no channels for ",
                                                     name_of(role), "; name them in a profile"));
@@ -158,13 +159,13 @@ Result<std::vector<PartRead>> reads_of(const OpenFrame& files, const ChannelAssi
     return reads;
 }
 
-// InputFrame::outside: of the roles in color's file.
-std::map<int, std::map<std::string, float>> outside_values(const OpenFrame& files,
-                                                           const ChannelAssignment& assignment,
+// StoredFrame::outside: of the roles in color's file.
+std::map<int, std::map<std::string, float>> outside_values(const FrameFiles& files,
+                                                           const FrameChannels& channels,
                                                            const ConvertOptions& convention) {
     std::map<int, std::map<std::string, float>> outside;
     const PixelFile& color_file = files.file_of(Role::color);
-    for (const auto& [role, source] : assignment) {
+    for (const auto& [role, source] : channels) {
         if (&files.file_of(role) != &color_file || role == Role::color) continue;
         const ExrPart& part = color_file.parts()[size_t(source.part)];
         for (const std::string& name : source.channels)
@@ -174,22 +175,23 @@ std::map<int, std::map<std::string, float>> outside_values(const OpenFrame& file
     return outside;
 }
 
-// Reads the planes of a part into `frame`. `all`: keeps every channel of the part for the writer.
-Status read_planes(PartRead& read, bool all, Keep keep, const ConvertOptions& convention,
-                   InputFrame& frame) {
-    if (!read.info().data_window.contains(frame.data_window)) {
+// Reads the planes of a part into `frame`. `data_window`: color's. `all`: keeps every channel of
+// the part for the writer.
+Status read_planes(PartRead& read, const FrameChannels& channels, const Window& data_window,
+                   bool all, Keep keep, const ConvertOptions& convention, StoredFrame& frame) {
+    if (!read.info().data_window.contains(data_window)) {
         return Status(
             StatusCode::input,
             concat(read.file->path(), ": the data window of ", name_of(read.roles[0]), ", ",
                    read.info().data_window.text(), ", does not cover that of color, ",
-                   frame.data_window.text(), "; render both with one data window"));
+                   data_window.text(), "; render both with one data window"));
     }
     if (all) read.channels.clear();
     std::optional<Window> rows;
     if (keep == Keep::nothing) rows = frame.window;
     ASSIGN_OR_RETURN(PartPixels pixels, read.file->read_part(read.part, read.channels, rows));
     for (const Role role : read.roles) {
-        const std::vector<std::string>& names = frame.assignment.at(role).channels;
+        const std::vector<std::string>& names = channels.at(role).channels;
         const PixelType type = pixels.find(names[0])->channel.type;
         const float outside = outside_value(role, convention, type);
         frame.planes[role] = pixels.interleaved(names, frame.window, channels_of(role), 1, outside);
@@ -201,43 +203,33 @@ Status read_planes(PartRead& read, bool all, Keep keep, const ConvertOptions& co
 
 }  // namespace
 
-Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep, const std::optional<PlanesArea>& area) try {
+Result<StoredFrame> read_frame(const FrameFiles& files, const FrameChannels& channels,
+                               RoleSet wanted, Keep keep,
+                               const std::optional<PlanesArea>& area) try {
     wanted.add(Role::color);
-    ASSIGN_OR_RETURN(auto reads, reads_of(files, assignment, wanted));
-    const ExrPart& color_part = reads[0].info();
+    ASSIGN_OR_RETURN(auto reads, reads_of(files, channels, wanted));
+    const Window& data_window = reads[0].info().data_window;
     const ConvertOptions convention = area ? area->convention : ConvertOptions();
-    InputFrame frame;
-    frame.assignment = assignment;
-    frame.data_window = color_part.data_window;
-    frame.display_window = color_part.display_window;
-    frame.window = area ? area->window : frame.data_window;
-    frame.outside = outside_values(files, assignment, convention);
+    StoredFrame frame;
+    frame.window = area ? area->window : data_window;
+    frame.outside = outside_values(files, channels, convention);
     for (PartRead& read : reads)
-        RETURN_IF_ERROR(
-            read_planes(read, &read == &reads[0] && keep == Keep::all, keep, convention, frame));
-    FrameDescription& d = frame.description;
-    d.width = frame.window.width();
-    d.height = frame.window.height();
-    d.display_width = frame.display_window.width();
-    d.display_height = frame.display_window.height();
-    d.pixel_aspect = double(color_part.pixel_aspect);
-    d.frame_number = files.frame_number;
-    d.planes = wanted;
-    if (color_part.chromaticities) d.luma_weights = luma_weights(*color_part.chromaticities);
-    frame.files = std::move(files);
+        RETURN_IF_ERROR(read_planes(read, channels, data_window,
+                                    &read == &reads[0] && keep == Keep::all, keep, convention,
+                                    frame));
     return frame;
 } catch (...) {
     return status_of_exception("reading a frame");
 }
 
-std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities) {
+std::array<double, 3> luma_weights(const std::optional<std::array<float, 8>>& chromaticities) {
+    if (!chromaticities) return kRec709Luma;
     // XYZ of each primary at Y = 1 is (x/y, 1, (1-x-y)/y). The weights S solve
     // sum_i S_i XYZ_i = XYZ of white, so S_i is also primary i's share of Y (RP 177, 3.3).
     double xyz[4][3];
     for (int i = 0; i < 4; ++i) {
-        const double x = double(chromaticities[size_t(2 * i)]);
-        const double y = double(chromaticities[size_t(2 * i + 1)]);
+        const double x = double((*chromaticities)[size_t(2 * i)]);
+        const double y = double((*chromaticities)[size_t(2 * i + 1)]);
         if (!std::isfinite(x) || !std::isfinite(y) || std::abs(y) < 1e-9) return kRec709Luma;
         xyz[i][0] = x / y;
         xyz[i][1] = 1;

@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/planes/frame_writer.h"
 
 #include <ImfChannelList.h>
 #include <ImfFloatAttribute.h>
@@ -13,7 +13,7 @@
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/exr_output.h"
 #include "tools/sequence/exr/pixel_encode.h"
-#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/planes/cryptomatte.h"
 
 namespace postchain::io {
 
@@ -155,7 +155,7 @@ struct RewrittenPart {
 
     // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
     // not fit its channel.
-    EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
+    EncodeCounts replace(const PartPixels& kept, const Window& window, const StoredFrame& frame,
                          const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
     // After replace(): no value of the replaced channels has changed.
     bool is_as_read(const PartPixels& kept) const;
@@ -180,7 +180,7 @@ bool chunks_fit(const Imf::Header& from, const Imf::Header& to) {
 }
 
 EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
-                                    const InputFrame& frame,
+                                    const StoredFrame& frame,
                                     const std::vector<const FilteredLayer*>& layers,
                                     const ExrSettings& exr) {
     static const std::map<std::string, float> kNothing;
@@ -220,19 +220,22 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
     return counts;
 }
 
+using Layers = std::vector<const FilteredLayer*>;
+
 // The layers by their part, color's among them.
-Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
-    const std::string& path, const InputFrame& frame, const FilteredLayer& color,
-    const std::vector<FilteredLayer>& layers) {
-    std::map<int, std::vector<const FilteredLayer*>> parts;
+Result<std::map<int, Layers>> by_part(const std::string& path, const PixelFile& file,
+                                      const StoredFrame& frame, const FilteredLayer& color,
+                                      const std::vector<FilteredLayer>& layers) {
+    std::map<int, Layers> parts;
     parts[color.part].push_back(&color);
-    const auto& in_file = frame.files.color_file().parts();
+    const auto& in_file = file.parts();
     for (const FilteredLayer& layer : layers) {
-        const bool fits = layer.part >= 0 && size_t(layer.part) < in_file.size() &&
-                          in_file[size_t(layer.part)].data_window == frame.data_window &&
-                          layer.image->width == frame.description.width &&
-                          layer.image->height == frame.description.height &&
-                          size_t(layer.image->channels) >= layer.channels.size();
+        const bool fits =
+            layer.part >= 0 && size_t(layer.part) < in_file.size() &&
+            in_file[size_t(layer.part)].data_window == in_file[size_t(color.part)].data_window &&
+            layer.image->width == frame.window.width() &&
+            layer.image->height == frame.window.height() &&
+            size_t(layer.image->channels) >= layer.channels.size();
         if (!fits)
             return Status(StatusCode::internal, concat(path, ": a layer does not fit the frame"));
         parts[layer.part].push_back(&layer);
@@ -241,113 +244,162 @@ Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
 }
 
 // The channels of layers that are color.
-std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>& layers) {
+std::vector<std::string> color_channels(const Layers& layers) {
     std::vector<std::string> names;
     for (const FilteredLayer* layer : layers)
         if (!layer->ids) names.insert(names.end(), layer->channels.begin(), layer->channels.end());
     return names;
 }
 
+// The output in the making: the headers of its parts, and those that are encoded anew.
+class FilteredFile {
+  public:
+    FilteredFile(ExrFile& file, const StoredFrame& frame, const WriteOptions& options,
+                 std::vector<std::string> notes)
+        : file_(file),
+          input_(file.impl()),
+          frame_(frame),
+          options_(options),
+          grown_(options.window && *options.window != frame.kept->window),
+          parts_(written_parts(file.parts(), options.exr)),
+          notes_(std::move(notes)) {
+        for (int i = 0; i < input_.file->parts(); ++i) headers_.push_back(input_.file->header(i));
+    }
+
+    // Leaves out the attributes of cryptomattes whose ranks are not written.
+    void leave_out_attributes_without_ranks() {
+        for (const int part : parts_) {
+            const auto lost =
+                attributes_without_ranks(file_.parts()[size_t(part)], file_.parts(), options_.exr);
+            if (lost.empty()) continue;
+            header(part) = without(header(part), lost);
+            notes_.push_back(
+                concat("attributes left out: their cryptomatte is not written: ", joined(lost)));
+        }
+    }
+
+    // Replaces channels of a part, unless the output does without it.
+    Status replace(int part, const Layers& layers) {
+        if (std::find(parts_.begin(), parts_.end(), part) == parts_.end()) return Status();
+        RewrittenPart& next = rewritten_[part];
+        if (!is_color(part)) {
+            ASSIGN_OR_RETURN(next.read, file_.read_part(part));
+        }
+        const PartPixels& kept = is_color(part) ? *frame_.kept : next.read;
+        const Window window = grown_ ? aligned(*options_.window, kept) : kept.window;
+        const EncodeCounts found = next.replace(kept, window, frame_, layers, options_.exr);
+        counts_.overflow_pixels += found.overflow_pixels;
+        counts_.nonfinite_pixels += found.nonfinite_pixels;
+        counts_.refused_pixels += found.refused_pixels;
+        counts_.narrowed = counts_.narrowed || found.narrowed;
+        set_header(part, layers, kept.window, window);
+        // Every lossy encoding adds an error.
+        if (is_lossy(header(part).compression()) && next.is_as_read(kept)) keep_chunks(part);
+        return Status();
+    }
+
+    // Errors: those of check_counts() and write_exr_file().
+    Status write(const std::string& path, WriteReport& report) {
+        RETURN_IF_ERROR(check_counts(path, counts_, options_.overflow));
+        report.overflow_pixels = counts_.overflow_pixels;
+        report.nonfinite_pixels = counts_.nonfinite_pixels;
+        report.notes = std::move(notes_);
+        return write_exr_file(path, options_, report,
+                              [&](Imf::OStream& stream) { return write_parts(stream); });
+    }
+
+  private:
+    bool is_color(int part) const { return part == frame_.kept->part; }
+    Imf::Header& header(int part) { return headers_[size_t(part)]; }
+
+    // The settings of an output are color's part's.
+    WriteOptions options_of(int part) const {
+        WriteOptions options = options_;
+        if (!is_color(part)) {
+            options.attributes.clear();
+            options.exr.compression.reset();
+        }
+        return options;
+    }
+
+    void set_header(int part, const Layers& layers, const Window& read, const Window& window) {
+        header(part) = color_header(header(part), color_channels(layers),
+                                    input_.facts.multi_part || input_.facts.type_attribute,
+                                    options_of(part), notes_);
+        for (const FilteredLayer* layer : layers)
+            for (const std::string& name : layer->channels)
+                if (layer->added) header(part).channels().insert(name, Imf::Channel(Imf::HALF));
+        if (!grown_) return;
+        header(part).dataWindow() = box_of(window);
+        notes_.push_back(concat("data window ", read.text(), " grown to ", window.text(),
+                                ": the chain moves light out of it"));
+    }
+
+    // Copies the chunks of an unchanged part whose compression is lossy, or says why they cannot
+    // be.
+    void keep_chunks(int part) {
+        const Imf::Header& stored = input_.file->header(part);
+        if (!is_lossy(stored.compression())) return;
+        const bool can_copy = input_.facts.multi_part || !stored.hasTileDescription();
+        if (can_copy && !options_of(part).exr.compression && chunks_fit(stored, header(part)))
+            rewritten_.erase(part);
+        else
+            notes_.push_back(concat(
+                "color is unchanged, and is packed anew with ",
+                compression_name(header(part).compression()), ", which changes it a little: ",
+                can_copy ? "it is copied only where compression, channels and tiles are "
+                           "the input's (zip would change nothing)"
+                         : "tiles of a file of one part are not copied (zip would change "
+                           "nothing)"));
+    }
+
+    Result<Packer> write_parts(Imf::OStream& stream) {
+        std::vector<Imf::Header> written;
+        for (const int part : parts_) written.push_back(header(part));
+        if (!input_.facts.multi_part)
+            return rewritten_.empty()
+                       ? copy_single_part(stream, written[0], *input_.file)
+                       : write_single_part(stream, written[0], rewritten_.at(0).planes);
+        std::map<int, PartPlanes> planes;
+        for (size_t i = 0; i < parts_.size(); ++i)
+            if (const auto anew = rewritten_.find(parts_[i]); anew != rewritten_.end())
+                planes[int(i)] = std::move(anew->second.planes);
+        return write_multi_part(stream, written, planes, *input_.file, parts_);
+    }
+
+    ExrFile& file_;
+    ExrFile::Impl& input_;
+    const StoredFrame& frame_;
+    const WriteOptions& options_;
+    const bool grown_;
+    const std::vector<int> parts_;      // that are written, by their index in the input
+    std::vector<Imf::Header> headers_;  // of every part of the input
+    std::map<int, RewrittenPart> rewritten_;
+    EncodeCounts counts_;
+    std::vector<std::string> notes_;
+};
+
 }  // namespace
 
-Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, PixelFile& file,
+                                   const StoredFrame& frame, const FilteredLayer& color,
                                    const WriteOptions& options,
                                    const std::vector<FilteredLayer>& layers) try {
     WriteReport report;
     ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
     if (report.skipped) return report;
-    if (frame.kept == nullptr || color.width != frame.description.width ||
-        color.height != frame.description.height || color.channels != 4)
+    if (frame.kept == nullptr || frame.kept->part != color.part ||
+        color.image->width != frame.window.width() ||
+        color.image->height != frame.window.height() || color.image->channels != 4)
         return Status(StatusCode::internal, concat(path, ": color does not fit the frame"));
-    const int color_part = frame.kept->part;
-    const RoleChannels& source = frame.assignment.at(Role::color);
-    RETURN_IF_ERROR(check_rewritable(frame.files.color_file(), source, options));
-    const std::vector<ExrPart>& parts = frame.files.color_file().parts();
-    ASSIGN_OR_RETURN(report.notes,
-                     check_settings(parts, source.part, source.channels, options.exr));
-
-    const FilteredLayer own{color_part, source.channels, &color, false};
-    ASSIGN_OR_RETURN(const auto replaced, by_part(path, frame, own, layers));
-    const bool grown = options.window && *options.window != frame.kept->window;
-    ExrFile& file = exr_of(frame.files.color_file());
-    ExrFile::Impl& input = file.impl();
-    std::vector<Imf::Header> headers;
-    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
-    const std::vector<int> copied = written_parts(parts, options.exr);
-    for (const int part : copied) {
-        const auto lost = attributes_without_ranks(parts[size_t(part)], parts, options.exr);
-        if (lost.empty()) continue;
-        headers[size_t(part)] = without(headers[size_t(part)], lost);
-        report.notes.push_back(
-            concat("attributes left out: their cryptomatte is not written: ", joined(lost)));
-    }
-    std::map<int, RewrittenPart> rewritten;
-    EncodeCounts counts;
-    for (const auto& [part, of_part] : replaced) {
-        if (std::find(copied.begin(), copied.end(), part) == copied.end()) continue;
-        RewrittenPart& next = rewritten[part];
-        if (part != color_part) {
-            ASSIGN_OR_RETURN(next.read, file.read_part(part));
-        }
-        const PartPixels& kept = part == color_part ? *frame.kept : next.read;
-        const Window window = grown ? aligned(*options.window, kept) : kept.window;
-        const EncodeCounts found = next.replace(kept, window, frame, of_part, options.exr);
-        counts.overflow_pixels += found.overflow_pixels;
-        counts.nonfinite_pixels += found.nonfinite_pixels;
-        counts.refused_pixels += found.refused_pixels;
-        counts.narrowed = counts.narrowed || found.narrowed;
-        WriteOptions of_header = options;
-        if (part != color_part) {
-            of_header.attributes.clear();
-            of_header.exr.compression.reset();
-        }
-        headers[size_t(part)] = color_header(headers[size_t(part)], color_channels(of_part),
-                                             input.facts.multi_part || input.facts.type_attribute,
-                                             of_header, report.notes);
-        for (const FilteredLayer* layer : of_part)
-            for (const std::string& name : layer->channels)
-                if (layer->added)
-                    headers[size_t(part)].channels().insert(name, Imf::Channel(Imf::HALF));
-        if (grown) {
-            headers[size_t(part)].dataWindow() = box_of(window);
-            report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
-                                          window.text(), ": the chain moves light out of it"));
-        }
-        // Every lossy encoding adds an error.
-        const Imf::Header& header = headers[size_t(part)];
-        if (!is_lossy(header.compression()) || !next.is_as_read(kept)) continue;
-        const Imf::Header& stored = input.file->header(part);
-        if (!is_lossy(stored.compression())) continue;
-        const bool can_copy = input.facts.multi_part || !stored.hasTileDescription();
-        if (can_copy && !of_header.exr.compression && chunks_fit(stored, header))
-            rewritten.erase(part);
-        else
-            report.notes.push_back(
-                concat("color is unchanged, and is packed anew with ",
-                       compression_name(header.compression()), ", which changes it a little: ",
-                       can_copy ? "it is copied only where compression, channels and tiles are "
-                                  "the input's (zip would change nothing)"
-                                : "tiles of a file of one part are not copied (zip would change "
-                                  "nothing)"));
-    }
-    RETURN_IF_ERROR(check_counts(path, counts, options.overflow));
-    report.overflow_pixels = counts.overflow_pixels;
-    report.nonfinite_pixels = counts.nonfinite_pixels;
-
-    std::vector<Imf::Header> written;
-    for (const int part : copied) written.push_back(headers[size_t(part)]);
-    const auto write = [&](Imf::OStream& stream) {
-        if (!input.facts.multi_part && rewritten.empty())
-            return copy_single_part(stream, written[0], *input.file);
-        if (!input.facts.multi_part)
-            return write_single_part(stream, written[0], rewritten.at(0).planes);
-        std::map<int, PartPlanes> planes;
-        for (size_t i = 0; i < copied.size(); ++i)
-            if (const auto anew = rewritten.find(copied[i]); anew != rewritten.end())
-                planes[int(i)] = std::move(anew->second.planes);
-        return write_multi_part(stream, written, planes, *input.file, copied);
-    };
-    RETURN_IF_ERROR(write_exr_file(path, options, report, write));
+    RETURN_IF_ERROR(check_rewritable(file, {color.part, color.channels}, options));
+    ASSIGN_OR_RETURN(auto notes,
+                     check_settings(file.parts(), color.part, color.channels, options.exr));
+    ASSIGN_OR_RETURN(const auto replaced, by_part(path, file, frame, color, layers));
+    FilteredFile filtered(exr_of(file), frame, options, std::move(notes));
+    filtered.leave_out_attributes_without_ranks();
+    for (const auto& [part, of_part] : replaced) RETURN_IF_ERROR(filtered.replace(part, of_part));
+    RETURN_IF_ERROR(filtered.write(path, report));
     return report;
 } catch (...) {
     return status_of_exception(path);

@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/planes/cryptomatte.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 // Writes the input EXR with its color replaced.
 //
-//   InputFrame + color --write_filtered--> the input file, color channels replaced:
+//   color's file, StoredFrame, color --write_filtered--> the input file, color channels replaced:
 //     color's part    every channel in its own type; other channels keep the bytes that were read
 //     a layer's part  as color's part, if an extra layer in it is filtered
 //     other parts     chunk by chunk as stored (copyPixels): flat, tiled, mip-mapped and deep alike
@@ -26,28 +26,29 @@
 #include "chain/base/image.h"
 #include "chain/base/status.h"
 #include "tools/sequence/exr/write_options.h"
-#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/planes/frame_reader.h"
 
 namespace postchain::io {
 
-// Channels of color's file that are replaced or added in addition to color.
+// Channels of color's file that are replaced or added: color, and others in addition to it.
 struct FilteredLayer {
     int part = 0;                       // its data window is that of color's part
     std::vector<std::string> channels;  // names, in the order of the image's channels
-    const ImageF* image = nullptr;      // covers InputFrame::window
+    const ImageF* image = nullptr;      // covers StoredFrame::window
     bool ids = false;                   // not color: the bits are written unchanged
     bool added =
         false;  // the file has no such channels: halves, whatever ExrSettings::channels says
 };
 
-// Writes `frame` (read with Keep::all) with its color channels and those of `layers` replaced.
-// `color` covers `frame.window` and has 4 channels; alpha is written if the file has it. If the
-// written data window is larger than the file's, other channels are InputFrame::outside there.
+// Writes color's file with its color channels and those of `layers` replaced. `frame`: read from it
+// with Keep::all. The image of `color` has 4 channels; alpha is written if the file has it. If the
+// written data window is larger than the file's, other channels are StoredFrame::outside there.
 // Errors (output): the path (see AtomicFile), write errors, and with `refuse` values above the
 // range of half, NaN and Inf (with `clamp` NaN becomes 0, the others the largest value of the
 // channel's type); (input): check_rewritable(), damaged data in a copied part; (usage): settings
 // that check_rewritable() refuses.
-Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+Result<WriteReport> write_filtered(const std::string& path, PixelFile& file,
+                                   const StoredFrame& frame, const FilteredLayer& color,
                                    const WriteOptions& options,
                                    const std::vector<FilteredLayer>& layers = {});
 

@@ -1,4 +1,4 @@
-#include "tools/sequence/frame/complete_file.h"
+#include "tools/sequence/planes/complete_file.h"
 
 #include <unistd.h>
 

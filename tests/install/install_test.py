@@ -372,8 +372,7 @@ def source_package(options, folder):
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
         f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-service",
-        f"libpostchain-vk{soversion(options)}", "postchain-view", "postchain-openfx", "python3-postchain"],
-        control
+        f"libpostchain-vk{soversion(options)}", "postchain-view", "postchain-openfx", "python3-postchain"], control
 
 
 def use_unpacked(options, folder, names):

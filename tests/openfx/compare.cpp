@@ -84,7 +84,8 @@ Status compare(const std::string& chain, sequence::RunSettings settings, const s
     const Stopwatch of_command;
     RETURN_IF_ERROR(run());
     const double command = of_command.seconds(), command_processor = of_command.processor_seconds();
-    if (node.render(frames.front()) != kStatOK) return Status(StatusCode::internal, node.message());
+    for (const int frame : frames)
+        if (node.render(frame) != kStatOK) return Status(StatusCode::internal, node.message());
     double plugin = 0, plugin_processor = 0;
     size_t different = 0;
     for (const int frame : frames) {

@@ -364,14 +364,9 @@ def source_package(options, folder):
     control = (folder / "tree/debian/control").read_text()
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain-plan{soversion(options)}", f"libpostchain{soversion(options)}",
-<<<<<<< HEAD
         f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-lab",
         "postchain-serve", "postchain-service", f"libpostchain-vk{soversion(options)}", "postchain-view",
         "postchain-blender", "postchain-openfx", "python3-postchain"], control
-=======
-        f"libpostchain-config{soversion(options)}", "libpostchain-dev", "postchain", "postchain-service",
-        f"libpostchain-vk{soversion(options)}", "postchain-view", "postchain-openfx", "python3-postchain"], control
->>>>>>> 86bd2bab61380fedd4812a5f056c4345fc63463c
 
 
 def use_unpacked(options, folder, names):

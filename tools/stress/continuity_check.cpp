@@ -1,0 +1,102 @@
+#include "tools/stress/continuity_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "chain/base/text.h"
+#include "tools/stress/image_change.h"
+
+namespace postchain::stress {
+namespace {
+
+// A pixel jumps if it changes by more than this multiple of eps times the largest color.
+constexpr double kJump = 20;
+// A change of depth is small only if it changes the circle of confusion of a surface in focus by at
+// most this.
+constexpr double kMaxRadiusChangePx = 0.25;
+// Uniform in [-1, 1], a function of the index.
+double noise(size_t index) {
+    uint64_t state = (uint64_t(index) + 1) * 0x9e3779b97f4a7c15ull;
+    state = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9ull;
+    state = (state ^ (state >> 27)) * 0x94d049bb133111ebull;
+    return 2 * double((state ^ (state >> 31)) >> 11) / double(1ull << 53) - 1;
+}
+
+bool has_lens(const Chain& chain) {
+    return std::ranges::any_of(chain.links, [](const auto& link) {
+        return link.type->parameters->find("f_stop") != nullptr;
+    });
+}
+
+// Change of the circle of confusion's radius per change of ln depth, px, at the focus distance s:
+// f_px A/(2 s), with f_px the focal length in pixels and A the aperture's diameter.
+double lens_slope_px(const FrameDescription& frame) {
+    const Camera& camera = frame.camera;
+    const double focal_mm = camera.focal_length_mm.value_or(0);
+    const double focal_px = focal_mm / camera.sensor_width_mm.value_or(1) * frame.display_width;
+    const double aperture_m = 1e-3 * focal_mm / camera.f_stop.value_or(1);
+    return focal_px * aperture_m / (2 * camera.focus_distance.value_or(1));
+}
+
+}  // namespace
+
+// Color and depth change per pixel, motion as a whole: equal speeds stay equal.
+Status check_continuity(Measurement& measured) {
+    const auto changed = [&](Role role, double eps) {
+        FramePlanes planes = measured.cell().planes;
+        ImageF& plane = planes[role];
+        for (size_t i = 0; i < plane.data.size(); ++i)
+            plane.data[i] *= float(1 + eps * (role == Role::motion ? 1 : noise(i)));
+        return planes;
+    };
+    const double mean = mean_of(measured.color());
+    const double most = std::max(largest_of(measured.color()), 1e-30);
+    double eps_of_depth = measured.bounds().eps;
+    if (has_lens(measured.chain()))
+        eps_of_depth =
+            std::min(eps_of_depth,
+                     kMaxRadiusChangePx / std::max(lens_slope_px(measured.cell().frame), 1e-30));
+    struct Row {
+        Role role;
+        const char* check;
+        double bound;
+        const char* compared_is;
+    };
+    const Row rows[] = {
+        {Role::color, "color", measured.bounds().color, "result with the color changed by eps"},
+        {Role::motion, "motion", measured.bounds().motion, "result with the motion changed by eps"},
+        {Role::inverse_depth, "depth", measured.bounds().depth,
+         "result with the depth changed by eps"}};
+    for (const auto& [role, check, bound, compared_is] : rows) {
+        if (!measured.wants(check)) continue;
+        const double eps = role == Role::inverse_depth ? eps_of_depth : measured.bounds().eps;
+        ASSIGN_OR_RETURN(auto out, measured.filter_anew(measured.chain(), changed(role, eps)));
+        // Pixels that jump are excluded if they are few; otherwise they are part of the change.
+        double change = 0, jumped = 0, jump = 0;
+        size_t jumps = 0;
+        for (size_t pixel = 0; pixel < measured.result().pixels(); ++pixel) {
+            double sum = 0, worst = 0;
+            for (size_t i = 4 * pixel; i < 4 * pixel + 4; ++i) {
+                const double d = std::abs(double(out.data[i]) - double(measured.result().data[i]));
+                sum += d;
+                worst = std::max(worst, d);
+            }
+            const bool jumps_here = worst > kJump * eps * most;
+            (jumps_here ? jumped : change) += sum;
+            jumps += jumps_here;
+            jump = std::max(jump, worst);
+        }
+        if (double(jumps) > measured.bounds().fraction * double(measured.result().pixels()))
+            change += jumped;
+        change /= double(measured.result().data.size());
+        measured.add(check, mean > 0 ? change / (eps * mean) : change, bound,
+                     concat("times the input's change of ", eps, ", largest jump ", jump / most,
+                            " of the largest color"));
+        measured.add_images(measured.color(), measured.result(), out,
+                            changes_of(measured.result(), out, most), compared_is,
+                            "change relative to the largest color");
+    }
+    return Status();
+}
+
+}  // namespace postchain::stress

@@ -35,7 +35,7 @@ Result<Clips> read_clips(const sequence::SourceSettings& settings, const std::st
                      sequence::open_source_frame(settings, {{Role::color, path}}, frame));
     const RoleSet all = {Role::color, Role::inverse_depth, Role::motion, Role::motion_back};
     ASSIGN_OR_RETURN(auto input,
-                     io::read_frame(header.files, header.assignment, all, io::Keep::nothing));
+                     io::read_frame(header.files, header.match.roles, all, io::Keep::nothing));
     return Clips{
         {"Source", input.planes.at(Role::color)},
         {"Depth", input.planes.at(Role::inverse_depth)},
@@ -57,7 +57,7 @@ Status compare(const std::string& chain, sequence::RunSettings settings, const s
         sequence::open_source_frame(settings.source,
                                     {{Role::color, list.files.at(frames.front()).at(Role::color)}},
                                     frames.front()));
-    const auto& color = header.assignment.at(Role::color);
+    const auto& color = header.match.roles.at(Role::color);
     const bool is_half =
         sequence::color_part(header).find(color.channels[0])->type == io::PixelType::half;
     std::map<int, Clips> clips;

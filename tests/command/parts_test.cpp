@@ -79,7 +79,7 @@ TEST(Parts, AMissingProgramIsNamedWithItsPackage) {
         EXPECT_EQ(outcome.out, "");
         EXPECT_TRUE(contains(run_program({command, "--help"}).out, concat("\n  ", subcommand)));
     }
-    // What it has itself needs no part.
+    // Its own subcommands need no part.
     EXPECT_EQ(run_program({command, "passes"}).code, 0);
 }
 

@@ -46,7 +46,7 @@ TestFrame noisy_frame(int width, int height) {
                                                          : (x / 5 + y / 3) % 2 ? 0.1f
                                                                                : 0.13f;
         }
-    // What differs most forward does not do so both ways.
+    // The surface that differs most forward does not do so both ways.
     add_motion_back(frame);
     frame.planes[Role::motion_back] = noise_image(width, height, 2, 13, -50, 50);
     add_neighbors(frame);

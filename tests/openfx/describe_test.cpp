@@ -1,4 +1,5 @@
-// What the plugin tells a host about itself, and the order of pointers that it expects.
+// The plugin tells a host about itself. Checked against the standard, with the order of pointers
+// that it expects.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

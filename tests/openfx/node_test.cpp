@@ -68,7 +68,7 @@ TEST(Identity, OfParametersWithItsReason) {
     EXPECT_EQ(node.identity(2), "");
 }
 
-// What the pixels leave out is copied, without GL.
+// Source passes through if the plan leaves everything out, without GL.
 TEST(Identity, OfFactsIsACopyWithItsReason) {
     Host host;
     Node node(host, "postchain.motion_blur", kWidth, kHeight);

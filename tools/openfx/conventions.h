@@ -1,4 +1,4 @@
-// What the channels of clips mean: motion vectors, depth and mattes, in the words of the profiles
+// The meaning of channels of clips: motion vectors, depth and mattes, in the words of the profiles
 // (config/profile.h) and of the encodings of depth (chain/frame/convert.h).
 #pragma once
 

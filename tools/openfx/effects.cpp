@@ -149,7 +149,7 @@ class Definer {
         choice(row.key, label_of(row), hint_of(row), options,
                value == options.end() ? 0 : int(value - options.begin()));
     }
-    // What a row without a default shows until it is switched on.
+    // A row without a default shows this until it is switched on.
     static double first_value(const Parameter& row) {
         return std::clamp(1.0, row.soft_min, row.soft_max);
     }

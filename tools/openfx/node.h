@@ -1,4 +1,4 @@
-// What an effect's parameters and clips state at a time: chain, camera and conventions; and the
+// The state of an effect's parameters and clips at a time: chain, camera and conventions; and the
 // frame that the host has there, as canonical planes with those of the frames before and after.
 #pragma once
 

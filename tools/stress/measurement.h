@@ -1,4 +1,4 @@
-// What every check of a cell does: it filters frames with the chain under test, and adds what it
+// The work of every check of a cell: it filters frames with the chain under test, and adds what it
 // measured, with its images.
 #pragma once
 
@@ -61,7 +61,7 @@ class Measurement {
 
     // NaN is never within a bound.
     void add(const char* check, double value, double bound, std::string note);
-    // Of the check that was added last.
+    // For the check that was added last.
     void add_images(const ImageF& input, const ImageF& result, const ImageF& compared, ImageF error,
                     const char* compared_is, const char* error_is);
     // Adds the number of pixels of `a` that differ from `b` in any bit.

@@ -35,7 +35,7 @@ std::span<const SubcommandRow> all_subcommands();
 // of fail(), which prints it.
 using RunSubcommand = std::function<Result<int>()>;
 
-// What a program does for one of its subcommands.
+// A subcommand that this program has.
 struct Subcommand {
     const char* name;
     // Adds the options to `subcommand` and returns the function that runs it; both arguments must

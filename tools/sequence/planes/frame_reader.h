@@ -40,7 +40,7 @@ Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path,
 struct FrameFiles {
     int frame_number = 0;
     std::map<Role, std::shared_ptr<PixelFile>> files;  // always has color
-    // Of the files as they were named, taken before the first was opened.
+    // By the names that were given; taken before the first file was opened.
     std::map<Role, FileStamp> stamps;
 
     // The file of a role: its own, otherwise color's.

@@ -77,7 +77,7 @@ const io::ExrPart& color_part(const FrameHeader& header);
 // "shot.0001.exr", the file of color.
 std::string color_path(const FrameHeader& header);
 
-// What a plan knows of the frame from its headers: sizes, number and camera.
+// The frame as a plan knows it from headers: sizes, number and camera.
 FrameDescription describe(const FrameHeader& header);
 
 // At most io::kMaxSide pixels a side, so it can be filtered.

@@ -29,7 +29,7 @@ inline double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// What reading a frame found in its pixels, or so far in its rows, and how long it took.
+// Findings in the pixels of a frame, or in the rows read so far, and the time that reading took.
 struct FrameFindings {
     InputHealth health;  // first_nonfinite in file coordinates; of rows, in the planes of the frame
     MixedEdgeCounts edges;

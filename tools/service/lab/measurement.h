@@ -1,4 +1,4 @@
-// What ab, bench and study have in common.
+// The common parts of ab, bench and study.
 #pragma once
 
 #include <optional>

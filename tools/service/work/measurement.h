@@ -33,7 +33,7 @@ struct TaskProgress {
     bool operator==(const TaskProgress&) const = default;
 };
 
-// What an ab, bench or study is to do, as read from its body.
+// An ab, bench or study as its body asks for it.
 class Measurement {
   public:
     virtual ~Measurement() = default;
@@ -70,7 +70,7 @@ bool can_measure();
 // for a study, which has its own).
 void add_measurement_keys(JobKind kind, BodyKeys& keys);
 
-// What reads a body. Of an ab or bench its chain and the settings of its run are read.
+// The body and its readers. The chain and the settings of an ab or bench are read already.
 struct MeasurementText {
     RequestBody& body;
     const Roots& roots;

@@ -40,12 +40,17 @@ def files_below(folders, extensions):
 
 # Each may be left out, also with its folder (docs/architecture.md).
 PARTS = ["tools/measure", "tools/service", "tools/page", "tools/apps/view", "tools/python", "tools/blender",
-         "tools/openfx", "tools/samples"]
+         "tools/openfx", "tools/samples", "tests/measure", "tests/page", "tests/stability", "tests/service", "tests/view",
+         "tests/python", "tests/blender", "tests/openfx", "tests/ogre"]
 
 
 def part_of(path):
     """The folder of the part that has this path; "" if none has."""
     return next((part for part in PARTS if f"{path}/".startswith(f"{part}/")), "")
+
+
+def all_are_here():
+    return all((ROOT / part).exists() for part in PARTS)
 
 
 def is_here(path):

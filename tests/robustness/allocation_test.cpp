@@ -249,15 +249,15 @@ TEST_F(Allocations, WritingAFrame) {
     write_frame(0);
     io::WriteOptions options;
     options.on_existing = io::OnExisting::overwrite;
+    io::FilteredLayer filtered = {0, roles_.at(Role::color).channels, nullptr};
     fail_each(
         "writing a frame",
         [&] {
             ASSIGN_OR_RETURN(const auto files, io::open_frame(files_, 1));
             ASSIGN_OR_RETURN(auto frame, read_frame(files));
             const ImageF color = std::move(frame.planes.at(Role::color));
-            return io::write_filtered(out_, files.color_file(), frame,
-                                      {0, roles_.at(Role::color).channels, &color}, options)
-                .status();
+            filtered.image = &color;
+            return io::write_filtered(out_, files.color_file(), frame, filtered, options).status();
         },
         [&] { return bytes("out.exr"); });
     EXPECT_GT(bytes("out.exr").size(), 500u);

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 
 chosen=(--label-exclude '^(full|serve|view|blender|python|openfx)$')
 target=(--target default_tests)
-packages="lab --tests"
+packages="lab serve view python --tests"
 if [[ ${1:-} == --rest ]]; then
     shift
     chosen=()

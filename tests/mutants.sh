@@ -3,6 +3,6 @@
 # Usage: tests/mutants.sh [NAME ...]
 set -euo pipefail
 cd "$(dirname "$0")/.."
-tools/install_packages.sh --tests
+tools/install_packages.sh lab serve view python openfx --tests
 [[ -f build/build.ninja ]] || cmake --preset release -DBUILD_TESTING=ON
 exec /usr/bin/python3 -B tests/mutants/run.py "$@"

@@ -78,7 +78,7 @@ debian() {
             true
     fi
     git clone -q --depth 1 "file://$root" "$folder/postchain"
-    timed "packages of the build" in_chroot "$folder" tools/install_packages.sh
+    timed "packages of the build" in_chroot "$folder" tools/install_packages.sh lab serve view python openfx
     in_chroot "$folder" cmake --preset release -DBUILD_TESTING=OFF -DCMAKE_COMPILE_WARNING_AS_ERROR=ON
     timed tools/demo.sh in_chroot "$folder" tools/demo.sh
     timed tools/test.sh in_chroot "$folder" tools/test.sh

@@ -2,8 +2,6 @@
 // tools/update_docs.sh:
 //
 //   postchain passes --markdown -> docs/parameters.md below its introduction
-#include <regex>
-
 #include "tests/command/fixture.h"
 
 namespace postchain::test::document_test {
@@ -25,14 +23,6 @@ TEST(Documents, CameraMetadataIsTheProgramsOwn) {
     ASSERT_TRUE(table.out.starts_with("| attribute |")) << table.text();
     EXPECT_TRUE(read_text(kRoot + "/docs/profiles.md").ends_with("\n\n" + table.out))
         << "docs/profiles.md is out of date; " << kRemedy;
-}
-
-std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
-    std::vector<std::string> found;
-    const std::regex expression(pattern);
-    for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it)
-        found.push_back((*it)[1]);
-    return found;
 }
 
 std::string help_of(const std::string& subcommand, const std::string& option) {

@@ -1,20 +1,11 @@
 // Subcommands that other programs have: the command starts them, completes them, and
 // docs/command.md has them all.
-#include <regex>
 #include <set>
 
 #include "tests/command/completion.h"
 
 namespace postchain::test::parts_test {
 namespace {
-
-std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
-    std::vector<std::string> found;
-    const std::regex expression(pattern);
-    for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it)
-        found.push_back((*it)[1]);
-    return found;
-}
 
 TEST(Parts, EveryVerbAndOptionIsInCommandMd) {
     const std::string document = read_text(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/command.md");

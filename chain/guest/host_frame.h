@@ -58,6 +58,11 @@ struct HostFrame {
     // The size of the planes that passes see.
     int plane_width() const { return halved() ? (width + 1) / 2 : width; }
     int plane_height() const { return halved() ? (height + 1) / 2 : height; }
+    // The largest planes of frames like this one, up to that size.
+    MaxFrameSize max_planes(uint32_t max_width, uint32_t max_height) const {
+        const uint32_t part = halved() ? 2 : 1;
+        return {int((max_width + part - 1) / part), int((max_height + part - 1) / part)};
+    }
     bool halved() const { return flag(PC_HALF_RESOLUTION); }
     // Whether passes see color multiplied by a factor.
     bool has_gain() const;

@@ -8,6 +8,7 @@
 using postchain::concat;
 using postchain::guest::ChainVersion;
 using postchain::guest::change_struct;
+using postchain::guest::check_version;
 using postchain::guest::copy_text;
 using postchain::guest::copy_times;
 using postchain::guest::create;
@@ -60,10 +61,7 @@ pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
         pc_create_info copy;
         const pc_create_info* info = nullptr;
         RETURN_IF_ERROR(read_struct(given, "pc_create_info", copy, info));
-        if (info->api_version >> 16 != PC_API_VERSION >> 16)
-            return {PC_ERROR_VERSION,
-                    concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
-                           ": this library has ", PC_API_VERSION >> 16)};
+        RETURN_IF_ERROR(check_version(info->api_version));
         if (info->state > PC_STATE_LEAVE)
             return {PC_ERROR_ARGUMENT, concat("state: ", info->state, " is not a PC_STATE value")};
         if (info->flags > (2 * PC_OWN_CONTEXT - 1))

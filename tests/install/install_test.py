@@ -38,12 +38,12 @@ def one(pattern, prefix):
 
 
 def libraries(options):
-    """Library name -> header that declares its symbols."""
-    parts = {"postchain": "postchain.h", "postchain_plan": "postchain.h"}
+    """Library name -> headers that declare its symbols."""
+    parts = {"postchain": ["postchain.h"], "postchain_plan": ["postchain.h", "postchain_plan.h"]}
     if not options.core:
-        parts["postchain_config"] = "chain_from_text.h"
+        parts["postchain_config"] = ["chain_from_text.h"]
     if options.vulkan:
-        parts["postchain_vk"] = "postchain_vk.h"
+        parts["postchain_vk"] = ["postchain_vk.h"]
     return parts
 
 
@@ -71,7 +71,7 @@ def headers(options):
     """Each compiles alone, without a warning."""
     folder = options.prefix / "include"
     files = sorted(folder.glob("postchain/*"))
-    names = {"postchain.hpp", *libraries(options).values()}
+    names = {"postchain.hpp"}.union(*libraries(options).values())
     expect_equal({file.name for file in files}, names, "headers")
     flags = ["-fsyntax-only", *WARNINGS, "-Wconversion", "-Wshadow", "-I", folder]
     with tempfile.TemporaryDirectory() as name:
@@ -87,8 +87,8 @@ def headers(options):
 def symbols(options):
     """The shared libraries export the functions that their headers declare and their maps list,
     under the version of their soname. A function is in one library."""
-    exported = {}
-    for name, header in libraries(options).items():
+    exported, declared = [], {}
+    for name, of_library in libraries(options).items():
         library = one(f"lib/**/lib{name}.so", options.prefix)
         map_text = (ROOT / f"tools/packaging/{name}.map.in").read_text()
         listed = set(re.findall(r"^\s+(pc_\w+);$", map_text, flags=re.M))
@@ -104,13 +104,15 @@ def symbols(options):
             (shown_private if "PRIVATE" in version else shown).add(symbol)
         expect_equal(shown, listed, f"symbols of {library.name} against its map")
         expect_equal(shown_private, private, f"private symbols of {library.name}")
-        exported.setdefault(header, []).extend(shown)
-    for header, names in exported.items():
-        text = (options.prefix / "include/postchain" / header).read_text()
-        text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
-        declared = set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
-        expect_equal(set(names), declared, f"exported symbols against {header}")
-        assert len(names) == len(declared), f"two libraries export a function of {header}"
+        exported += shown
+        for header in of_library:
+            text = (options.prefix / "include/postchain" / header).read_text()
+            text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+            declared[header] = set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
+        expect_equal(shown - set().union(*(declared[header] for header in of_library)), set(),
+                     f"symbols of {library.name} that its headers do not declare")
+    expect_equal(set(exported), set().union(*declared.values()), "exported symbols against the headers")
+    assert len(exported) == len(set(exported)), "two libraries export one function"
 
 
 def needed(options):

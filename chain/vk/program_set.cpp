@@ -4,8 +4,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "chain/base/parameter.h"
-
 namespace postchain::vk {
 namespace {
 
@@ -19,10 +17,6 @@ uint64_t number_at(std::span<const std::byte> bytes, size_t at) {
 }
 
 }  // namespace
-
-uint64_t program_key(const std::string& source) {
-    return hash_text(concat("SPIR-V ", POSTCHAIN_VERSION, "\n", source));
-}
 
 Result<ProgramSet> ProgramSet::read(std::span<const std::byte> bytes) {
     const auto fault = [](const std::string& what) {

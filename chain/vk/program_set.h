@@ -18,9 +18,6 @@
 
 namespace postchain::vk {
 
-// The key of a program with this source.
-uint64_t program_key(const std::string& source);
-
 class ProgramSet {
   public:
     ProgramSet() = default;  // empty

@@ -67,7 +67,7 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
     ASSIGN_OR_RETURN(const auto host, guest::make_host_plan(chain, frame, DeviceClass::gpu));
     for (const ProgramKey& key : guest::host_programs(chain, frame, host.plan, DeviceClass::gpu)) {
         ASSIGN_OR_RETURN(const auto source, program_source(key));
-        auto& words = programs[vk::program_key(source)];
+        auto& words = programs[program_key(source)];
         if (!words.empty()) continue;
         ASSIGN_OR_RETURN(words, vk::compile(source, key.text()));
     }

@@ -49,7 +49,7 @@ Result<std::vector<uint32_t>> compile(const std::string&, const std::string& nam
     return Status(StatusCode::gl,
                   concat("program ", name,
                          " is not among pc_vk_create_info.programs, and this library has no "
-                         "compiler; make them by postchain-spirv, of this version, for this chain "
+                         "compiler; make them by postchain-programs, of this version, for this chain "
                          "and this kind of frame"));
 }
 #endif

@@ -21,7 +21,7 @@ uint64_t number_at(std::span<const std::byte> bytes, size_t at) {
 Result<ProgramSet> ProgramSet::read(std::span<const std::byte> bytes) {
     const auto fault = [](const std::string& what) {
         return Status(StatusCode::usage,
-                      concat("programs: ", what, "; make them by postchain-spirv"));
+                      concat("programs: ", what, "; make them by postchain-programs"));
     };
     if (bytes.size() < kHeaderBytes ||
         std::memcmp(bytes.data(), kSetMagic.data(), kSetMagic.size()) != 0)

@@ -1,4 +1,4 @@
-// A set of programs as SPIR-V in one block of bytes, written when a host is built (postchain-spirv)
+// A set of programs as SPIR-V in one block of bytes, written when a host is built (postchain-programs)
 // and handed to pc_vk_create().
 //
 //   "PCSPIRV1"  version: 24 bytes  count: 8 bytes

@@ -1,4 +1,4 @@
-// The library without glslang: programs of a set that postchain-spirv wrote, and no others.
+// The library without glslang: programs of a set that postchain-programs wrote, and no others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
  *   scene -> color, depth, motion -> pc_vk_run() -> output -> file
  *
  * vulkan_host [FRAMES [IMAGE.ppm [PROGRAMS]]]: filters FRAMES frames (4), two of them in flight,
- * and writes the last one. PROGRAMS: a file of postchain-spirv; without it the library compiles the
+ * and writes the last one. PROGRAMS: a file of postchain-programs; without it the library compiles the
  * programs, if it has a compiler. The scene is computed on the CPU and copied; a renderer draws it.
  * Also builds on its own: CMakeLists.txt. */
 #include <math.h>

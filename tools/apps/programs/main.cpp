@@ -1,7 +1,9 @@
-// postchain-spirv: writes the programs of chains as SPIR-V to the standard output, for
-// pc_vk_create_info.programs (docs/vulkan.md).
+// postchain-programs: writes the programs of chains, as one set for pc_vk_create_info.programs
+// (docs/vulkan.md), or as files for an engine's own device (docs/programs.md).
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,15 +16,21 @@
 #include "chain/vk/compiler.h"
 #include "chain/vk/format.h"
 #include "chain/vk/program_set.h"
+#include "tools/apps/programs/program_files.h"
 
 namespace {
 
 using namespace postchain;
 
-constexpr const char* kUsage =
-    R"(postchain-spirv [OPTIONS] [CHAIN...] >FILE
+using namespace programs;
 
-Writes the programs of the chains as SPIR-V, for pc_vk_create_info.programs.
+constexpr const char* kUsage =
+    R"(postchain-programs [OPTIONS] [CHAIN...] >FILE
+postchain-programs --format FORMAT --output FOLDER [OPTIONS] [CHAIN...]
+
+Writes the programs of the chains: to the standard output as one set of SPIR-V,
+for pc_vk_create_info.programs, or to the folder, a file for each program, and
+index.json, which says how to run them. FORMAT: spirv, hlsl, msl or glsl.
 CHAIN: as for pc_chain_create(): tier:NAME or a list of passes; default: every tier.
 Programs of frames with and without PC_HALF_PLANES are written; options add:
   --mask             frames with a mask
@@ -30,8 +38,6 @@ Programs of frames with and without PC_HALF_PLANES are written; options add:
   --half-resolution  frames with PC_HALF_RESOLUTION
   --fast-math        frames with PC_FAST_MATH
 )";
-
-using Programs = std::map<uint64_t, std::vector<uint32_t>>;
 
 // What frames may have, besides what all have.
 struct Kind {
@@ -66,10 +72,12 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
         frame.focus_slot = 0;
     ASSIGN_OR_RETURN(const auto host, guest::make_host_plan(chain, frame, DeviceClass::gpu));
     for (const ProgramKey& key : guest::host_programs(chain, frame, host.plan, DeviceClass::gpu)) {
-        ASSIGN_OR_RETURN(const auto source, program_source(key));
-        auto& words = programs[program_key(source)];
-        if (!words.empty()) continue;
-        ASSIGN_OR_RETURN(words, vk::compile(source, key.text()));
+        ASSIGN_OR_RETURN(auto source, program_source(key));
+        Program& program = programs[program_key(source)];
+        if (!program.words.empty()) continue;
+        ASSIGN_OR_RETURN(program.words, vk::compile(source, key.text()));
+        program.key = key;
+        program.source = std::move(source);
     }
     return Status();
 }
@@ -85,8 +93,34 @@ void add_kinds(std::vector<Kind>& kinds, Change change) {
 }
 
 int fail(const std::string& text, int code) {
-    std::fprintf(stderr, "postchain-spirv: %s\n", text.c_str());
+    std::fprintf(stderr, "postchain-programs: %s\n", text.c_str());
     return code;
+}
+
+// The names of languages that this build writes, or of all.
+std::string names_of_languages(bool built) {
+    std::string names;
+    for (const Language language : {Language::spirv, Language::hlsl, Language::msl, Language::glsl})
+        if (!built || is_built(language))
+            names += concat(names.empty() ? "" : ", ", facts_of(language).name);
+    return names;
+}
+
+std::optional<Language> language_of(std::string_view name) {
+    for (const Language language : {Language::spirv, Language::hlsl, Language::msl, Language::glsl})
+        if (facts_of(language).name == name) return language;
+    return std::nullopt;
+}
+
+int write_set(const Programs& programs) {
+    std::map<uint64_t, std::vector<uint32_t>> words;
+    for (const auto& [number, program] : programs) words[number] = program.words;
+    const std::vector<std::byte> bytes = vk::ProgramSet::write(words);
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() ||
+        std::fflush(stdout) != 0)
+        return fail("the standard output cannot be written", 5);
+    std::fprintf(stderr, "%zu programs, %zu bytes\n", programs.size(), bytes.size());
+    return 0;
 }
 
 }  // namespace
@@ -94,6 +128,8 @@ int fail(const std::string& text, int code) {
 int main(int argc, char** argv) {
     std::vector<Kind> kinds = {{}, {PC_HALF_PLANES}};
     std::vector<std::string> names;
+    std::string folder;
+    std::optional<Language> language;
     for (int i = 1; i < argc; ++i) {
         const std::string_view word = argv[i];
         if (word == "--help" || word == "-h") return std::fputs(kUsage, stdout), 0;
@@ -105,11 +141,29 @@ int main(int argc, char** argv) {
             add_kinds(kinds, [](Kind& kind) { kind.flags |= PC_HALF_RESOLUTION; });
         else if (word == "--fast-math")
             add_kinds(kinds, [](Kind& kind) { kind.flags |= PC_FAST_MATH; });
-        else if (word.starts_with("-"))
+        else if (word == "--format" || word == "--output") {
+            const std::string_view value = i + 1 < argc ? argv[++i] : "";
+            if (value.empty()) return fail(concat(word, " needs a value"), 2);
+            if (word == "--output") {
+                folder = value;
+                continue;
+            }
+            language = language_of(value);
+            if (!language)
+                return fail(
+                    concat("unknown format ", value, "; known are ", names_of_languages(false)), 2);
+            if (!is_built(*language))
+                return fail(
+                    concat("this build has no ", value, ": SPIRV-Cross was not found; it has ",
+                           names_of_languages(true)),
+                    2);
+        } else if (word.starts_with("-"))
             return fail(concat("unknown option ", word, "; --help lists them"), 2);
         else
             names.emplace_back(word);
     }
+    if (language.has_value() == folder.empty())
+        return fail("--format and --output go together; without both, a set is written", 2);
     constexpr std::string_view kTier = "tier:";
     if (names.empty())
         for (const guest::Tier& tier : guest::tiers()) names.push_back(concat(kTier, tier.name));
@@ -125,10 +179,12 @@ int main(int argc, char** argv) {
             if (const Status s = add(*handle.version().chain, kind, programs); !s.ok())
                 return fail(concat(name, ": ", s.message()), 1);
     }
-    const std::vector<std::byte> bytes = vk::ProgramSet::write(programs);
-    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() ||
-        std::fflush(stdout) != 0)
-        return fail("the standard output cannot be written", 5);
-    std::fprintf(stderr, "%zu programs, %zu bytes\n", programs.size(), bytes.size());
+    if (!language) return write_set(programs);
+    std::signal(SIGXFSZ, SIG_IGN);  // as AtomicFile demands
+    const auto written = write_files(programs, *language, folder);
+    if (!written.ok())
+        return fail(written.status().message(),
+                    written.status().code() == StatusCode::output ? 5 : 1);
+    std::fprintf(stderr, "%zu programs, %zu bytes\n", written->files, written->bytes);
     return 0;
 }

@@ -18,7 +18,7 @@ const HostFormat* find_neutral_format(unsigned format);
 
 class PlanArrays : public PlanValues {
   public:
-    // `programs`: the key of each step's program. `shape`: unique among plans.
+    // `programs`: the key of each step's program. `shape`: unique in this process.
     PlanArrays(Plan plan, const MaxFrameSize& max_size, std::vector<uint64_t> programs,
                uint64_t shape);
 

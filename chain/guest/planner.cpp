@@ -64,7 +64,8 @@ Result<std::unique_ptr<PlanArrays>> Planner::compile(Plan plan, const MaxFrameSi
         ASSIGN_OR_RETURN(const uint64_t key, key_of_program(step.program));
         programs.push_back(key);
     }
-    return std::make_unique<PlanArrays>(std::move(plan), max_size, std::move(programs), ++shapes_);
+    return std::make_unique<PlanArrays>(std::move(plan), max_size, std::move(programs),
+ ChainHandle::new_revision());
 }
 
 Failure Planner::plan(const ChainVersion& chain, const pc_frame& given, pc_plan& out) {

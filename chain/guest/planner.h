@@ -38,7 +38,6 @@ class Planner {
 
     const pc_plan_create_info info_;
     std::map<std::string, uint64_t> keys_;  // of programs, by ProgramKey::text()
-    uint64_t shapes_ = 0;                   // that were made
     Plans plans_{*this, kMaxPlans, "pc_plan_programs()"};
 };
 

@@ -180,8 +180,9 @@ typedef struct pc_plan { /* its arrays stay valid until the next call on the pla
     uint32_t struct_size;
     uint32_t result; /* index into textures: the host's output, or a texture of the plan.
                         PC_PLAN_NONE: color itself, because there is nothing to do */
-    /* While it is equal, only these have changed: width, height, host and result; barriers if the
-     * host's textures have become or ceased to be one; dispatches; uniforms. */
+    /* Unique in this process. While it is equal, only these have changed: width, height, host and
+     * result; barriers if the host's textures have become or ceased to be one; dispatches;
+     * uniforms. */
     uint64_t shape;
     uint32_t slot_count, texture_count, step_count, elision_count;
     const pc_plan_slot* slots;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <vector>
 
 #include "tests/support/temp_folder.h"
@@ -115,8 +116,9 @@ TEST(OwnDevice, HasTheBitsOfTheLibrary) {
         values.height = frame->color.image().height - i % 5;
         values.frame_number = uint64_t(i);
         values.focus_distance = 1 + float(i % 9);
-        values.flags =
-            (values.flags & ~uint32_t(PC_CAMERA_CUT)) | (i % 10 == 9 ? uint32_t(PC_CAMERA_CUT) : 0);
+        values.flags &= ~uint32_t(PC_CAMERA_CUT);
+        if (i % 10 == 9) values.flags |= PC_CAMERA_CUT;
+        if (i >= 50) values.flags |= PC_HALF_PLANES;
         if (i % 6 == 5) set(chain, 2, "subpix", 0.01 * i);
         const ImageF blank(frame->color.image().width, frame->color.image().height, 4, 0.5f);
         frame->output.write(blank);
@@ -128,6 +130,49 @@ TEST(OwnDevice, HasTheBitsOfTheLibrary) {
     }
     EXPECT_EQ(differing, 0);
     EXPECT_GT(engine.shapes, 4);  // the cut's, and after the resize
+}
+
+// The program itself, under the layers: the wall is blurred behind a sharp disc.
+TEST(OwnDevice, TheSampleWritesABlurredImage) {
+    const TempFolder folder;
+    write_programs(folder, "motion_blur,depth_of_field,fxaa");
+    const std::string image = folder.path("image.ppm"), log = folder.path("log");
+    // Leaks of the driver are not ours, and have no symbols once it is unloaded.
+    const std::string command =
+        "ASAN_OPTIONS=detect_leaks=0 VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation " +
+        std::string(OWN_DEVICE_HOST) + " " + folder.path("programs") + " 3 " + image + " >" + log +
+        " 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    EXPECT_EQ(read_text(log), "3 frames, the last of 640x360\n");
+    std::ifstream in(image, std::ios::binary);
+    std::string kind;
+    int width = 0, height = 0, most = 0;
+    in >> kind >> width >> height >> most;
+    in.get();
+    ASSERT_EQ(width, 640);
+    ASSERT_EQ(height, 360);
+    std::vector<unsigned char> pixels(size_t(width) * size_t(height) * 3);
+    in.read(reinterpret_cast<char*>(pixels.data()), std::streamsize(pixels.size()));
+    ASSERT_TRUE(in.good());
+    const auto red = [&](int x, int y) { return int(pixels[3 * size_t(y * width + x)]); };
+    // The disc's center is at 148, 180, its radius 90; the wall's checkers have red 13 and 38.
+    EXPECT_NEAR(red(148, 180), 230, 1);
+    int between = 0, edge = 0;
+    for (int x = 400; x < 600; ++x) between += red(x, 170) > 16 && red(x, 170) < 35;
+    EXPECT_GT(between, 10) << "the wall is sharp";
+    for (int x = 200; x < 280; ++x) edge += red(x, 180) > 45 && red(x, 180) < 220;
+    EXPECT_GT(edge, 4) << "the disc is sharp";
+}
+
+// A host of plans links no GL and no compiler.
+TEST(OwnDevice, LinksThePlansAlone) {
+    const TempFolder folder;
+    const std::string list = folder.path("libraries");
+    ASSERT_EQ(std::system(("ldd " + std::string(OWN_DEVICE_HOST) + " >" + list).c_str()), 0);
+    const std::string text = read_text(list);
+    EXPECT_NE(text.find("libvulkan.so"), text.npos) << text;
+    for (const char* library : {"libepoxy", "libGL", "libEGL", "libOpenGL", "glslang", "SPIRV"})
+        EXPECT_EQ(text.find(library), text.npos) << text;
 }
 
 }  // namespace

@@ -110,6 +110,8 @@ Failure check_numbers(const HostFrame& frame) {
     if (!knows_flags(given.flags))
         return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
                                          " has a bit that this library does not know")};
+    if (frame.flag(PC_TOP_LEFT) && frame.flag(PC_BOTTOM_LEFT))
+        return {PC_ERROR_ARGUMENT, "flags: PC_TOP_LEFT and PC_BOTTOM_LEFT; give one"};
     if (given.reserved != 0 || given.reserved_2 != 0 || given.reserved_3[0] != 0 ||
         given.reserved_3[1] != 0)
         return {PC_ERROR_VERSION, "pc_frame.reserved, reserved_2 or reserved_3 is not 0"};
@@ -206,7 +208,7 @@ Failure check_lens(const pc_frame& given) {
 }  // namespace
 
 bool knows_flags(uint32_t flags) {
-    return flags < 2 * PC_FAST_MATH;
+    return flags < 2 * PC_BOTTOM_LEFT;
 }
 
 Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (*find)(unsigned)) {

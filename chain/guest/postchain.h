@@ -58,7 +58,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#define PC_API_VERSION 0x00010002u /* major << 16 | minor; another major is PC_ERROR_VERSION */
+#define PC_API_VERSION 0x00010003u /* major << 16 | minor; another major is PC_ERROR_VERSION */
 
 PC_API const char* pc_version(void); /* of the library: "MAJOR.MINOR.PATCH" */
 
@@ -242,8 +242,10 @@ enum {
 };
 typedef uint32_t pc_frame_flags;
 enum {
-    PC_CAMERA_CUT = 1,        /* the motion vectors cross a camera cut and are ignored */
-    PC_TOP_LEFT = 2,          /* row 0 of the textures is the top; otherwise the bottom, as in GL */
+    PC_CAMERA_CUT = 1,        /* the motion vectors cross a camera cut and are ignored. Set and clear
+                                 this bit alone: the others describe the textures */
+    PC_TOP_LEFT = 2,          /* row 0 of the textures is the top. With neither PC_TOP_LEFT nor
+                                 PC_BOTTOM_LEFT it is the bottom in GL, the top in Vulkan */
     PC_MOTION_TO_NEXT = 4,    /* vectors point to the next frame; otherwise they are this minus
                                  previous, and the motion is assumed to continue */
     PC_MOTION_JITTERED = 8,   /* vectors contain the difference of jitter_px and other_jitter_px,
@@ -254,9 +256,10 @@ enum {
     PC_HALF_RESOLUTION = 128, /* passes run on half the width and height, and what they do not blur
                                  keeps its detail; errors: docs/integration.md. Needs `output`, not
                                  over color */
-    PC_FAST_MATH = 256        /* the driver's compiler may contract and reorder arithmetic: less
+    PC_FAST_MATH = 256,       /* the driver's compiler may contract and reorder arithmetic: less
                                  time on a GPU, and results that differ by rounding from program
                                  to program: docs/integration.md */
+    PC_BOTTOM_LEFT = 512      /* row 0 of the textures is the bottom */
 };
 typedef struct pc_frame {
     uint32_t struct_size;

@@ -52,6 +52,7 @@ Failure check_images(const pc_vk_frame& given, HostImages& images) {
     RETURN_IF_ERROR(guest::read_struct(given.values, "pc_vk_frame.values", copy, values));
     images.values = *values;
     images.values.struct_size = sizeof(pc_frame);
+    if ((values->flags & PC_BOTTOM_LEFT) == 0) images.values.flags |= PC_TOP_LEFT;
     images.views = {};
     if (values->barriers != 0)
         return {PC_ERROR_ARGUMENT, "values: barriers is not 0; in Vulkan the host records them"};

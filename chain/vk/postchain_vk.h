@@ -128,7 +128,7 @@ typedef struct pc_vk_frame {
     uint32_t struct_size;
     uint32_t flags; /* 0; those of pc_frame, such as PC_HALF_PLANES, are in values->flags */
     /* Everything but the images: its textures have the name 0, its pc_slices and barriers are 0.
-     * Without PC_TOP_LEFT row 0 of the images is the bottom. */
+     * Row 0 of the images is the top, unless PC_BOTTOM_LEFT is set. */
     const pc_frame* values;
     pc_vk_image color;    /* scene-linear, premultiplied */
     pc_vk_image depth;    /* its first component */

@@ -113,6 +113,8 @@ TEST_F(BadInput, Values) {
         f.depth_encoding = PC_DEPTH_FORWARD;
         f.near_clip = f.far_clip = 1;
     });
+    refused(kArgument, "flags: PC_TOP_LEFT and PC_BOTTOM_LEFT; give one",
+            [](F f) { f.flags |= PC_TOP_LEFT | PC_BOTTOM_LEFT; });
     refused(kArgument, "depth_encoding: 9", [](F f) { f.depth_encoding = 9; });
     refused(kChain, "depth_range: both ends are 0.5", [](F f) {
         f.depth_encoding = PC_DEPTH_REVERSE_INFINITE;

@@ -16,12 +16,12 @@ struct Convention {
     float bias;
 };
 
-constexpr uint32_t kFlags =
-    PC_TOP_LEFT | PC_BOTTOM_LEFT | PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
+constexpr uint32_t kFlags = PC_TOP_LEFT | PC_BOTTOM_LEFT | PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
 
 // Rows are ordered as in the engine's own textures. A host that draws them through GL upside down
-// replaces PC_TOP_LEFT by PC_BOTTOM_LEFT and negates motion_scale[1]. "Read" means read in the named file. Values that
-// were only taken from descriptions are marked unverified; pc_check_motion() decides.
+// replaces PC_TOP_LEFT by PC_BOTTOM_LEFT and negates motion_scale[1]. "Read" means read in the
+// named file. Values that were only taken from descriptions are marked unverified;
+// pc_check_motion() decides.
 constexpr Convention kConventions[] = {
     // Unity, high definition pipeline under OpenGL: MotionVectorCommon.hlsl, EncodeMotionVector():
     // 0.5 (positionCS - previousPositionCS), both without jitter; depth is not reversed there

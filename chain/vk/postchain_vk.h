@@ -137,6 +137,9 @@ typedef struct pc_vk_frame {
     pc_vk_image exposure; /* optional, as in pc_frame */
     /* Required. It may be color: then both have the same view, in VK_IMAGE_LAYOUT_GENERAL. */
     pc_vk_image output;
+    /* The frames before and after, as in pc_frame: their values, color, depth, motion and exposure.
+     * Their output is ignored. In `values` before and after are NULL. */
+    const struct pc_vk_frame *before, *after;
 } pc_vk_frame;
 
 /* Compiles the programs of every frame of this kind, and makes the images of this one: as

@@ -55,6 +55,25 @@ constexpr Convention kConventions[] = {
 const std::vector<Tier>& tiers() {
     using std::string;
     static const std::vector<Tier> all = {
+        {"paper",
+         "the filters of a 2013 paper, in a third of the time of fast: blur of what is in front "
+         "spills over edges",
+         {{"motion_blur",
+           {{"mode", string("guertin")},
+            {"samples", int64_t(25)},
+            {"max_blur_px", 40.0},
+            {"jitter", 0.95},
+            {"center_weight", 40.0},
+            {"variance_threshold_px", 1.5}}},
+          {"fxaa",
+           {{"preset", int64_t(12)},
+            {"hint", string("checkerboard")},
+            {"hint_gate", string("tile")}}},
+          {"depth_of_field",
+           {{"method", string("gilham")},
+            {"coc", string("lens")},
+            {"downsample", int64_t(4)},
+            {"leak", string("coc")}}}}},
         {"realtime",
          "motion blur and depth of field in one with 8 samples, for games: after a TAA, with noise "
          "that a "

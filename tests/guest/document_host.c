@@ -1,5 +1,5 @@
-/* The code of docs/integration.md, as written: every frame's flags are those of the conventions, and
- * PC_CAMERA_CUT at a cut alone. */
+/* The code of docs/integration.md, as written: every frame's flags are those of the conventions,
+ * and PC_CAMERA_CUT at a cut alone. */
 #include <epoxy/gl.h>
 #include <postchain/postchain.h>
 #include <stdio.h>
@@ -43,6 +43,24 @@ int main(void) {
         if (shown != result) report("the frame does not show its output");
         if (frame.flags != (cut ? flags : flags & ~(uint32_t)PC_CAMERA_CUT))
             report("the frame loop changes other flags than PC_CAMERA_CUT");
+    }
+    /* The same loop with the frame before. */
+    struct {
+        pc_texture color, depth, motion;
+    } sets[2];
+    for (int i = 0; i < 2; ++i) {
+        sets[i].color =
+            (pc_texture){make_texture(GL_RGBA16F, width, height), GL_RGBA16F, width, height};
+        sets[i].depth = frame.depth;
+        sets[i].motion = frame.motion;
+    }
+    pc_frame last = frame;
+    pc_texture picture;
+    frame.flags &= ~(uint32_t)PC_CAMERA_CUT;
+    frame.before = &last;
+    if (pc_prepare(instance, chain, &frame, 1) != PC_OK) report(pc_error());
+    for (uint64_t n = 0; n < 3; ++n) {
+#include "integration_3.inc"
     }
     pc_chain_destroy(chain);
     pc_destroy(instance);

@@ -26,8 +26,6 @@ namespace postchain::guest {
 template <>
 inline constexpr size_t kMinSize<pc_vk_create_info> = offsetof(pc_vk_create_info, queue_family);
 template <>
-inline constexpr size_t kMinSize<pc_vk_frame> = offsetof(pc_vk_frame, depth);
-template <>
 inline constexpr size_t kMinSize<pc_vk_steps> = sizeof(pc_vk_steps);
 
 }  // namespace postchain::guest

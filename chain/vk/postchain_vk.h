@@ -128,7 +128,7 @@ typedef struct pc_vk_frame {
     uint32_t struct_size;
     uint32_t flags; /* 0; those of pc_frame, such as PC_HALF_PLANES, are in values->flags */
     /* Everything but the images: its textures have the name 0, its pc_slices and barriers are 0.
-     * Without PC_TOP_LEFT row 0 of the images is the bottom. */
+     * Row 0 of the images is the top, unless PC_BOTTOM_LEFT is set. */
     const pc_frame* values;
     pc_vk_image color;    /* scene-linear, premultiplied */
     pc_vk_image depth;    /* its first component */
@@ -137,6 +137,9 @@ typedef struct pc_vk_frame {
     pc_vk_image exposure; /* optional, as in pc_frame */
     /* Required. It may be color: then both have the same view, in VK_IMAGE_LAYOUT_GENERAL. */
     pc_vk_image output;
+    /* The frames before and after, as in pc_frame: their values, color, depth, motion and exposure.
+     * Their output is ignored. In `values` before and after are NULL. */
+    const struct pc_vk_frame *before, *after;
 } pc_vk_frame;
 
 /* Compiles the programs of every frame of this kind, and makes the images of this one: as

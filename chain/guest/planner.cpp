@@ -32,12 +32,15 @@ Failure Planner::check(const ChainVersion& chain, const pc_frame& given, HostFra
     if (given.barriers != 0)
         return {PC_ERROR_ARGUMENT, "barriers is not 0; the host that executes a plan sets them"};
     RETURN_IF_ERROR(check_frame(&given, frame, find_neutral_format));
-    for (const HostTexture* texture :
-         {&frame.color, &frame.depth, &frame.motion, &frame.mask, &frame.output})
-        if (texture->array || texture->image.level != 0)
-            return {PC_ERROR_ARGUMENT,
-                    "a pc_slice is not 0; the view that the host binds selects "
-                    "slice and level"};
+    const auto sliced = [](const HostPlanes& planes) {
+        return planes.color.image.level + planes.depth.image.level + planes.motion.image.level;
+    };
+    if (frame.all_arrays() != 0 || frame.output.array || frame.output.image.level != 0 ||
+        frame.mask.image.level != 0 ||
+        sliced(frame) + sliced(frame.neighbors[0]) + sliced(frame.neighbors[1]) != 0)
+        return {PC_ERROR_ARGUMENT,
+                "a pc_slice is not 0; the view that the host binds selects "
+                "slice and level"};
     if (uint32_t(frame.width) > info_.max_width || uint32_t(frame.height) > info_.max_height)
         return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
                                        "; pc_plan_create_info states ", info_.max_width, "x",
@@ -65,7 +68,7 @@ Result<std::unique_ptr<PlanArrays>> Planner::compile(Plan plan, const MaxFrameSi
         programs.push_back(key);
     }
     return std::make_unique<PlanArrays>(std::move(plan), max_size, std::move(programs),
- ChainHandle::new_revision());
+                                        ChainHandle::new_revision());
 }
 
 Failure Planner::plan(const ChainVersion& chain, const pc_frame& given, pc_plan& out) {

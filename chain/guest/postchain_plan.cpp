@@ -1,5 +1,6 @@
 #include "chain/guest/postchain_plan.h"
 
+#include "chain/guest/frame_check.h"
 #include "chain/guest/handles.h"
 #include "chain/guest/host_struct.h"
 #include "chain/guest/planner.h"
@@ -9,8 +10,10 @@ using postchain::guest::change_struct;
 using postchain::guest::check_version;
 using postchain::guest::create;
 using postchain::guest::Failure;
+using postchain::guest::FrameCopy;
 using postchain::guest::look;
 using postchain::guest::Planner;
+using postchain::guest::read_frame;
 using postchain::guest::read_struct;
 using postchain::guest::Use;
 using postchain::guest::version_of;
@@ -38,10 +41,13 @@ pc_result call(pc_planner* planner, pc_chain* chain, const pc_frame* frame, cons
     return look(planner, kPlanner, [&]() -> Failure {
         const Use use(chain, "chain");
         RETURN_IF_ERROR(use.failure());
-        pc_frame copy;
+        FrameCopy copy = {};
         const pc_frame* whole = nullptr;
-        RETURN_IF_ERROR(read_struct(frame, "pc_frame", copy, whole));
-        return work(*planner->is, version_of(chain), *whole);
+        RETURN_IF_ERROR(read_frame(frame, copy, whole));
+        if (whole == frame) copy.frame = *frame;
+        for (pc_frame* one : {&copy.frame, &copy.neighbors[0], &copy.neighbors[1]})
+            if ((one->flags & PC_BOTTOM_LEFT) == 0) one->flags |= PC_TOP_LEFT;
+        return work(*planner->is, version_of(chain), copy.frame);
     });
 }
 

@@ -13,9 +13,9 @@
 
 /* A frame: pc_frame without handles. In each pc_texture, `name` is a number that the host chooses
  * for its texture: not 0, and equal if two are one texture, as output over color. internal_format
- * is a PC_FORMAT_*. A host's view selects slice and level: pc_slice members are 0, and so is
- * `barriers`. A chain with `focus_at` is PC_ERROR_CHAIN, because it needs a depth read back from
- * the device: unset it, and give focus_distance. */
+ * is a PC_FORMAT_*. Row 0 is the top, unless PC_BOTTOM_LEFT is set. A host's view selects slice and
+ * level: pc_slice members are 0, and so is `barriers`. A chain with `focus_at` is PC_ERROR_CHAIN,
+ * because it needs a depth read back from the device: unset it, and give focus_distance. */
 
 /* A frame like the last ones changes values alone: pc_plan_frame() writes the uniform blocks, work
  * groups and sizes, and allocates nothing. It plans, which allocates, if the chain's values, a

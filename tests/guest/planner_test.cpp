@@ -30,24 +30,24 @@ struct Destroy {
 };
 using Planner = std::unique_ptr<pc_planner, Destroy>;
 
-Planner planner(uint32_t flags = 0) {
+Planner planner(uint32_t flags = 0, uint32_t max_width = kMaxWidth,
+                uint32_t max_height = kMaxHeight) {
     auto info = pc::make<pc_plan_create_info>();
     info.api_version = PC_API_VERSION;
     info.flags = flags;
-    info.max_width = kMaxWidth;
-    info.max_height = kMaxHeight;
+    info.max_width = max_width;
+    info.max_height = max_height;
     pc_planner* made = nullptr;
     EXPECT_EQ(pc_plan_create(&info, &made), PC_OK) << pc_error();
     return Planner(made);
 }
 
 pc_texture texture(uint32_t number, pc_format format) {
-    return {number, format, int32_t(kMaxWidth), int32_t(kMaxHeight), 0, 0};
+    return {number, format, 3840, 2160, 0, 0};
 }
 
 pc_frame engine_frame(int width = 101, int height = 67) {
     auto frame = pc::make<pc_frame>();
-    frame.flags = PC_TOP_LEFT;
     frame.width = width;
     frame.height = height;
     frame.color = texture(kColor, PC_FORMAT_RGBA16F);
@@ -231,7 +231,7 @@ std::vector<Variant> variants() {
              }},
             {"rows from the bottom, 8 bits",
              [](pc_frame& f) {
-                 f.flags = 0;
+                 f.flags = PC_BOTTOM_LEFT;
                  f.output = texture(kOutput, PC_FORMAT_RGBA8);
              }},
             {"over color", [](pc_frame& f) { f.output = f.color; }},
@@ -240,6 +240,15 @@ std::vector<Variant> variants() {
              [](pc_frame& f) {
                  f.mask = texture(kMask, PC_FORMAT_R8);
                  f.exposure = texture(kExposure, PC_FORMAT_R32F);
+             }},
+            {"the frame before",
+             [](pc_frame& f) {
+                 static pc_frame before;
+                 before = f;
+                 before.color.name = 7;
+                 before.depth.name = 8;
+                 before.motion.name = 9;
+                 f.before = &before;
              }},
             {"half resolution", [](pc_frame& f) { f.flags |= PC_HALF_RESOLUTION; }},
             {"a cut", [](pc_frame& f) { f.flags |= PC_CAMERA_CUT; }}};
@@ -290,9 +299,9 @@ TEST(Planner, KeysAreThoseOfTheSources) {
     EXPECT_FALSE(keys.contains(key_of({"guest/export.comp", {{"EXPOSURE", "1"}}})));
 }
 
-// Size, lens, shutter, jitter, bounds and noise are values.
+// Size, lens, shutter, bounds and noise are values; large frames are cut into more bands.
 TEST(Planner, AFrameLikeTheLastOnesAllocatesNothing) {
-    const Planner by = planner();
+    const Planner by = planner(0, 3840, 2160);
     for (const char* passes : {"motion_blur,fxaa,depth_of_field", "tier:realtime"}) {
         const pc::Chain chain = pc::chain(passes);
         pc_frame frame = engine_frame(33, 17);
@@ -301,8 +310,8 @@ TEST(Planner, AFrameLikeTheLastOnesAllocatesNothing) {
         const pc_plan first = made;
         const std::string uniforms(static_cast<const char*>(made.uniforms), made.uniform_bytes);
         for (int i = 1; i < 50; ++i) {
-            frame.width = 33 + 3 * i;
-            frame.height = 17 + 2 * i;
+            frame.width = 33 + 70 * i;
+            frame.height = 17 + 40 * i;
             frame.frame_number = uint64_t(i);
             frame.f_stop *= 1.001f;
             frame.shutter_frames = 0.4f + 0.01f * float(i % 5);
@@ -314,6 +323,9 @@ TEST(Planner, AFrameLikeTheLastOnesAllocatesNothing) {
             ASSERT_EQ(result, PC_OK) << pc_error();
             ASSERT_EQ(made.shape, first.shape);
         }
+        size_t bands = 0;
+        for (uint32_t i = 0; i < made.step_count; ++i) bands += made.steps[i].dispatch_count;
+        EXPECT_GT(bands, made.step_count);
         EXPECT_EQ(made.textures, first.textures);
         EXPECT_EQ(made.textures[made.result].width, uint32_t(frame.width));
         EXPECT_NE(std::memcmp(made.uniforms, uniforms.data(), uniforms.size()), 0);
@@ -329,7 +341,17 @@ TEST(Planner, ShapesAreTold) {
     const pc_frame frame = engine_frame();
     const uint64_t shape = plan(by, chain, frame).shape;
     EXPECT_EQ(pc_chain_set_number(chain.get(), 0, "seed", 7), PC_OK);
-    EXPECT_EQ(plan(by, chain, frame).shape, shape);
+    pc_frame narrow = frame;
+    narrow.width = 90;
+    const pc_plan again = plan(by, chain, narrow);
+    EXPECT_EQ(again.shape, shape);
+    EXPECT_EQ(again.made_width, 90u);
+    // Row 0 is the top, unless it is said to be the bottom.
+    pc_frame top = frame, bottom = frame;
+    top.flags |= PC_TOP_LEFT;
+    bottom.flags |= PC_BOTTOM_LEFT;
+    EXPECT_EQ(plan(by, chain, top).shape, shape);
+    EXPECT_NE(plan(by, chain, bottom).shape, shape);
     EXPECT_NE(plan(by, other, frame).shape, shape);
     pc_frame halves = frame;
     halves.flags |= PC_HALF_PLANES;
@@ -382,9 +404,7 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
         {"motion: PC_FORMAT_R16F has fewer", PC_ERROR_INPUT,
          [](pc_frame& f) { f.motion.internal_format = PC_FORMAT_R16F; }},
         {"201x67; pc_plan_create_info states 200x120", PC_ERROR_INPUT,
-         [](pc_frame& f) {
-             f.width = f.color.width = f.depth.width = f.motion.width = f.output.width = 201;
-         }},
+         [](pc_frame& f) { f.width = 201; }},
         {"a pc_slice is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.depth_slice.level = 1; }},
         {"barriers is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.barriers = 1; }},
         {"near_clip: must be > 0", PC_ERROR_CHAIN, [](pc_frame& f) { f.near_clip = 0; }},

@@ -195,7 +195,7 @@ def examples(options):
 def samples(options):
     """The samples build on their own, against the installed tree. OGRE's finds it: tests/ogre compiles its
     sources, which takes long."""
-    for name in ("glfw", "ogre") + (("vulkan",) if options.vulkan else ()):
+    for name in ("glfw", "ogre") + (("vulkan", "own_device") if options.vulkan else ()):
         folder = options.prefix / "samples" / name
         call("cmake", "-S", ROOT / "tools" / "samples" / name, "-B", folder,
              f"-DCMAKE_PREFIX_PATH={options.prefix}")

@@ -1,19 +1,19 @@
-// Programs in HLSL, compiled back to SPIR-V, filter as the programs that they were made from.
+// Programs in other languages, compiled to SPIR-V again, filter as those that they are made from.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <map>
-#include <regex>
 
 #include "chain/vk/program_set.h"
+#include "chain/vk/spirv.h"
 #include "config/chain_from_text.h"
 #include "tests/programs/spirv.h"
+#include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
-#include "tests/support/text_file.h"
 #include "tests/vulkan/frames.h"
+#include "tests/vulkan/program_files.h"
 
-namespace postchain::test::languages_test {
+namespace postchain::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,52 +23,10 @@ constexpr int kWidth = 40, kHeight = 24;
 const std::vector<std::string> kChains = {"tier:realtime", "tier:fast", "tier:balanced",
                                           "tier:best",     "paper",     "dof_first"};
 
-std::vector<uint32_t> words_of(const fs::path& file) {
-    const std::string bytes = read_text(file);
-    std::vector<uint32_t> words(bytes.size() / 4);
-    std::copy_n(bytes.data(), 4 * words.size(), reinterpret_cast<char*>(words.data()));
-    return words;
-}
-
-// Files of the programs of all chains.
-void write_programs(const std::string& language, const fs::path& folder) {
-    std::string command =
-        concat(PROGRAMS_PROGRAM, " --format ", language, " --output ", folder.string());
-    for (const std::string& name : kChains) command += " " + name;
-    ASSERT_EQ(std::system((command + " 2>" + folder.string() + ".log").c_str()), 0)
-        << read_text(folder.string() + ".log");
-}
-
-// Runs the command, with {} for the name of each file, for all files of the folder.
-void for_each_file(const fs::path& folder, const std::string& ending, const std::string& command) {
-    const std::string all =
-        concat("cd ", folder.string(), " && ls *", ending, " | xargs -P2 -I{} sh -c '", command,
-               " >{}.log 2>&1 || { cat {}.log; exit 1; }'");
-    ASSERT_EQ(std::system(all.c_str()), 0)
-        << "glslangValidator and spirv-val: tools/install_packages.sh --tests";
-}
-
-// As SPIR-V counts places: by kind, and the first group as a push constant.
-void use_units_of_spirv(const fs::path& file) {
-    std::string text = read_text(file);
-    static const std::regex kLists(R"(register\(([tu])1([6-9]), space0\))");
-    static const std::regex kFirstGroup(R"(cbuffer \w+ : register\(b1, space0\))");
-    std::smatch list;
-    while (std::regex_search(text, list, kLists))
-        text = concat(list.prefix().str(), "register(", list[1].str(), list[2].str()[0] - '6',
-                      ", space0)", list.suffix().str());
-    text = std::regex_replace(text, kFirstGroup, "[[vk::push_constant]] cbuffer FirstGroup");
-    write_text(file, text);
-}
-
-// A set of the files' SPIR-V, for pc_vk_create_info.programs.
-std::string set_of(const fs::path& folder) {
-    std::map<uint64_t, std::vector<uint32_t>> programs;
-    for (const auto& file : fs::directory_iterator(folder))
-        if (file.path().extension() == ".spv")
-            programs[std::stoull(file.path().stem(), nullptr, 16)] = words_of(file);
-    const std::vector<std::byte> set = vk::ProgramSet::write(programs);
-    return std::string(reinterpret_cast<const char*>(set.data()), set.size());
+std::string all_chains() {
+    std::string names;
+    for (const std::string& name : kChains) names += name + " ";
+    return names;
 }
 
 pc::Chain chain_named(const std::string& name) {
@@ -81,25 +39,22 @@ pc::Chain chain_named(const std::string& name) {
 }
 
 TEST(Languages, HlslFiltersAsSpirv) {
-    const TempFolder folder;
-    const fs::path at = folder.path("hlsl");
-    write_programs("hlsl", at);
-    for (const auto& file : fs::directory_iterator(at))
-        if (file.path().extension() == ".hlsl") use_units_of_spirv(file.path());
-    for_each_file(at, ".hlsl",
-                  "glslangValidator -D -V -e main -S comp {} -o $(basename {} .hlsl).spv && "
-                  "spirv-val --target-env vulkan1.0 $(basename {} .hlsl).spv");
-    for (const auto& file : fs::directory_iterator(at))
-        if (file.path().extension() == ".spv") {
-            EXPECT_TRUE(read_spirv(words_of(file)).contracted.empty()) << file.path();
-        }
-
-    const std::string programs = set_of(at);
+    const TempFolder temp;
+    const fs::path folder = temp.path("hlsl");
+    write_programs("hlsl", folder, all_chains());
+    compile_hlsl(folder);
+    std::map<uint64_t, std::vector<uint32_t>> programs;
+    for (const fs::path& file : files_in(folder, ".spv")) {
+        auto& words = programs[std::stoull(file.stem(), nullptr, 16)];
+        words = words_of(file);
+        EXPECT_TRUE(read_spirv(words).contracted.empty()) << file;
+    }
+    const std::vector<std::byte> set = vk::ProgramSet::write(programs);
     pc_vk_create_info info = vk_info(kWidth, kHeight);
     info.load_program = nullptr;
     info.store_program = nullptr;
-    info.programs = programs.data();
-    info.programs_size = programs.size();
+    info.programs = set.data();
+    info.programs_size = set.size();
     const auto translated = vk_instance(info);
     const auto direct = vk_instance(kWidth, kHeight);
     const auto canonical = canonical_frame(kWidth, kHeight);
@@ -116,5 +71,25 @@ TEST(Languages, HlslFiltersAsSpirv) {
     EXPECT_EQ(counters.programs_loaded, counters.programs);
 }
 
+TEST(Languages, GlslIsTheSourceOfTheSpirv) {
+    const TempFolder temp;
+    const fs::path glsl = temp.path("glsl"), spirv = temp.path("spirv");
+    write_programs("glsl", glsl, all_chains());
+    write_programs("spirv", spirv, all_chains());
+    ASSERT_EQ(std::system(concat("cd ", glsl.string(),
+                                 " && ls *.comp | sed s/.comp// | xargs -P2 -I{} sh -c '"
+                                 "glslangValidator -V --target-env spirv1.3 {}.comp -o {}.spv "
+                                 ">{}.log || { cat {}.log; exit 1; }; "
+                                 "spirv-val --target-env vulkan1.2 ",
+                                 spirv.string(), "/{}.spv'")
+                              .c_str()),
+              0);
+    const auto files = files_in(spirv, ".spv");
+    EXPECT_GT(files.size(), 50u);
+    for (const fs::path& file : files)
+        EXPECT_EQ(words_of(file), must(vk::with_units(words_of(glsl / file.filename()))).words)
+            << file;
+}
+
 }  // namespace
-}  // namespace postchain::test::languages_test
+}  // namespace postchain::test

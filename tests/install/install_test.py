@@ -332,6 +332,21 @@ def packages(options):
     source_package(options, folder / "source")
 
 
+def notices(options):
+    """The copyright file has the holders of every archive of the system that a library or program contains."""
+    ours = (ROOT / "tools/packaging/debian/copyright").read_text().replace(",", "")
+    linked = re.findall(r"^build (?:lib|tools)/[^\n]*_LINKER__.*?^\n", (options.build / "build.ninja").read_text(),
+                        re.S | re.M)
+    archives = {archive for one in linked for archive in re.findall(r"/usr/lib/\S+\.a\b", one)}
+    if options.vulkan:
+        assert archives, "no archive is linked"
+    for package in set(re.findall(r"^([^:\s]+):", call("dpkg", "-S", *archives), re.M)) if archives else []:
+        text = pathlib.Path(f"/usr/share/doc/{package}/copyright").read_text()
+        for files, holders in re.findall(r"^Files: (.*?)^Copyright: (.*?)^License:", text, re.S | re.M):
+            for holder in holders.splitlines() if not files.startswith("debian/") else []:
+                assert holder.strip().replace(",", "") in ours, f"tools/packaging/debian/copyright lacks {holder.strip()} of {package}"
+
+
 def keeps_policy(deb):
     """The errors that lintian reports; by lintian itself, if it is installed."""
     name = call("dpkg-deb", "-f", deb, "Package").strip()
@@ -400,7 +415,7 @@ def use_unpacked(options, folder, names):
 
 def main():
     checks = {check.__name__: check for check in (tree, headers, symbols, needed, examples,
-                                                  samples, command, plugin, packages)}
+                                                  samples, command, plugin, packages, notices)}
     parser = argparse.ArgumentParser()
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=pathlib.Path, required=True)

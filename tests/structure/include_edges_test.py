@@ -43,6 +43,7 @@ ALLOWED_LIBRARIES = {
     "yaml-cpp": ["config"],
     "vulkan": ["chain/vk", "tools/samples/vulkan"],
     "glslang": ["chain/vk"],
+    "spirv_cross_c.h": ["tools/apps/programs"],
     "nlohmann": ["config/text_tree.cpp", "tools"],
     "zlib.h": ["tools/page", "tools/sequence/exr", "tools/sequence/image", "tools/service/http"],
     "libdeflate.h": ["tools/sequence/exr"],

@@ -16,6 +16,9 @@
 #include "chain/vk/compiler.h"
 #include "chain/vk/format.h"
 #include "chain/vk/program_set.h"
+#ifdef POSTCHAIN_CHAIN_FILES
+#include "config/chain_find.h"
+#endif
 #include "tools/apps/programs/program_files.h"
 
 namespace {
@@ -31,13 +34,16 @@ postchain-programs --format FORMAT --output FOLDER [OPTIONS] [CHAIN...]
 Writes the programs of the chains: to the standard output as one set of SPIR-V,
 for pc_vk_create_info.programs, or to the folder, a file for each program, and
 index.json, which says how to run them. FORMAT: spirv, hlsl, msl or glsl.
-CHAIN: as for pc_chain_create(): tier:NAME or a list of passes; default: every tier.
+CHAIN: tier:NAME, a list of passes as for pc_chain_create(), a shipped chain or a
+chain file; default: every tier.
 Programs of frames with and without PC_HALF_PLANES are written; options add:
   --mask             frames with a mask
   --exposure         frames with an exposure
   --half-resolution  frames with PC_HALF_RESOLUTION
   --fast-math        frames with PC_FAST_MATH
 )";
+
+constexpr std::string_view kTier = "tier:";
 
 // What frames may have, besides what all have.
 struct Kind {
@@ -80,6 +86,19 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
         program.source = std::move(source);
     }
     return Status();
+}
+
+Result<Chain> chain_of(const std::string& name) {
+    if (name.starts_with(kTier))
+        return guest::make_tier(name.substr(kTier.size()), guest::passes());
+#ifdef POSTCHAIN_CHAIN_FILES
+    if (embedded_chain(name) || name.find_first_of("./") != std::string::npos) {
+        ASSIGN_OR_RETURN(auto file, load_chain(name, guest::passes()));
+        RETURN_IF_ERROR(file.status());
+        return std::move(file.chain);
+    }
+#endif
+    return guest::ChainHandle::parse(name);
 }
 
 // Adds each kind once more, changed.
@@ -164,14 +183,11 @@ int main(int argc, char** argv) {
     }
     if (language.has_value() == folder.empty())
         return fail("--format and --output go together; without both, a set is written", 2);
-    constexpr std::string_view kTier = "tier:";
     if (names.empty())
         for (const guest::Tier& tier : guest::tiers()) names.push_back(concat(kTier, tier.name));
     Programs programs;
     for (const std::string& name : names) {
-        const auto chain = name.starts_with(kTier)
-                               ? guest::make_tier(name.substr(kTier.size()), guest::passes())
-                               : guest::ChainHandle::parse(name);
+        const auto chain = chain_of(name);
         if (!chain.ok()) return fail(chain.status().message(), 2);
         // As pc_chain_create() does: passes without a matte have the mask.
         const guest::ChainHandle handle(chain->clone());

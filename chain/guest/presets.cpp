@@ -49,9 +49,9 @@ constexpr Convention kConventions[] = {
 
 }  // namespace
 
-// Those that have the name of a shipped chain are that chain, but for `neighbors`, because a host
-// has one frame at a time, and FXAA's `where`: that frame may have one sample a pixel, and is not
-// read back to find out. Errors: docs/integration.md.
+// Those that have the name of a shipped chain are that chain, but for `neighbors`, which are used
+// if the host gives them, and FXAA's `where`: a frame may have one sample a pixel, and is not read
+// back to find out. Errors: docs/integration.md.
 const std::vector<Tier>& tiers() {
     using std::string;
     static const std::vector<Tier> all = {
@@ -61,7 +61,7 @@ const std::vector<Tier>& tiers() {
          {{"motion_blur",
            {{"mode", string("guertin")},
             {"samples", int64_t(25)},
-            {"max_blur_px", 40.0},
+            {"max_blur_px", int64_t(40)},
             {"jitter", 0.95},
             {"center_weight", 40.0},
             {"variance_threshold_px", 1.5}}},
@@ -76,24 +76,19 @@ const std::vector<Tier>& tiers() {
             {"leak", string("coc")}}}}},
         {"realtime",
          "motion blur and depth of field in one with 8 samples, for games: after a TAA, with noise "
-         "that a "
-         "TAA behind it resolves",
-         {{"joint_blur",
-           {{"samples", int64_t(8)}, {"neighbors", string("none")}, {"animate_noise", true}}}}},
+         "that a TAA behind it resolves",
+         {{"joint_blur", {{"samples", int64_t(8)}, {"animate_noise", true}}}}},
         {"fast",
-         "15 samples",
-         {{"joint_blur",
-           {{"samples", int64_t(15)}, {"starts", int64_t(5)}, {"neighbors", string("none")}}},
+         "15 samples; with the frame before better than balanced without",
+         {{"joint_blur", {{"samples", int64_t(15)}, {"starts", int64_t(5)}}},
           {"fxaa", {{"mode", string("directional")}}}}},
         {"balanced",
-         "28 samples",
-         {{"joint_blur",
-           {{"samples", int64_t(28)}, {"starts", int64_t(6)}, {"neighbors", string("none")}}},
+         "28 samples, for hosts that give the frame before",
+         {{"joint_blur", {{"samples", int64_t(28)}, {"starts", int64_t(6)}}},
           {"fxaa", {{"mode", string("directional")}}}}},
         {"best",
          "128 samples, for stills and film",
-         {{"joint_blur",
-           {{"samples", int64_t(128)}, {"starts", int64_t(8)}, {"neighbors", string("none")}}}}}};
+         {{"joint_blur", {{"samples", int64_t(128)}, {"starts", int64_t(8)}}}}}};
     return all;
 }
 

@@ -6,13 +6,14 @@
 //   plan --> levels                           all of these --published rates--> ms
 //
 //   gpu_cost [--size=WIDTHxHEIGHT | --input=FRAMES [--frames=2] [--camera=FILE]]
-//            [--halves] [--steps] [--parts] [--check] [CHAIN...]
+//            [--alone] [--halves] [--steps] [--parts] [--check] [CHAIN...]
 //
 // CHAIN: a shipped chain, a chain file, or a tier of a guest ("tier:fast"); default: the shipped
 // chains. The frames are the typical ones of gpu_bench, alone, and their mean; with --input one of
-// files, with the frames before and after it as neighbors if they are there. It is an engine's: no
-// known facts. Counts are scaled to 1920x1080. A wave is 32 invocations; the longest of them
-// counts (tests/bench/visit_marks.h). --halves: planes of half precision, as a guest may choose.
+// files, with the frames before and after it as neighbors if they are there, unless --alone. It is
+// an engine's: no known facts. Counts are scaled to 1920x1080. A wave is 32 invocations; the
+// longest of them counts (tests/bench/visit_marks.h). --halves: planes of half precision, as a
+// guest may choose.
 // --steps: a row of each step, otherwise of each chain. --parts: the costliest parts of each step.
 // --check: rank correlation with the CPU times of the same steps on the software renderer.
 // Needs no GPU. Exit code 77: a compiler is missing.
@@ -29,6 +30,7 @@
 #include "chain/egl/context.h"
 #include "chain/guest/presets.h"
 #include "chain/pass/depth_at.h"
+#include "chain/pass/resolved_chain.h"
 #include "chain/plan/hazards.h"
 #include "chain/plan/storage.h"
 #include "tests/bench/amd_compiler.h"
@@ -270,13 +272,14 @@ void print_check(const std::vector<Costs>& all) {
 
 int main(int argc, char** argv) {
     const char* usage =
-        "gpu_cost [--size=WIDTHxHEIGHT | --input=FRAMES [--frames=2] [--camera=FILE]] [--halves] "
-        "[--steps] [--parts] [--check] [CHAIN...]";
+        "gpu_cost [--size=WIDTHxHEIGHT | --input=FRAMES [--frames=2] [--camera=FILE]] [--alone] "
+        "[--halves] [--steps] [--parts] [--check] [CHAIN...]";
     Arguments arguments(argc, argv, usage);
     const Shot shot = take_shot(arguments);
     const auto [width, height] = arguments.size(960, 540);
-    const bool halves = arguments.flag("--halves"), steps = arguments.flag("--steps"),
-               parts = arguments.flag("--parts"), check = arguments.flag("--check");
+    const bool alone = arguments.flag("--alone"), halves = arguments.flag("--halves"),
+               steps = arguments.flag("--steps"), parts = arguments.flag("--parts"),
+               check = arguments.flag("--check");
     std::vector<std::string> chains = arguments.words();
     if (chains.empty()) chains = shipped_chains();
     if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
@@ -303,6 +306,7 @@ int main(int argc, char** argv) {
         const Chain chain = chain_of(name);
         wanted = wanted | chain.required() | chain.optional();
     }
+    if (alone) wanted = without_neighbors(wanted);
     std::vector<std::pair<std::string, Frame>> frames;
     if (shot.pattern.empty())
         for (const auto& [scene, name] : kScenes) {

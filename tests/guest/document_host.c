@@ -44,7 +44,8 @@ int main(void) {
         if (frame.flags != (cut ? flags : flags & ~(uint32_t)PC_CAMERA_CUT))
             report("the frame loop changes other flags than PC_CAMERA_CUT");
     }
-    /* The same loop with the frame before. */
+#include "integration_3.inc"
+    /* The loop with the frame before. */
     struct {
         pc_texture color, depth, motion;
     } sets[2];
@@ -60,7 +61,7 @@ int main(void) {
     frame.before = &last;
     if (pc_prepare(instance, chain, &frame, 1) != PC_OK) report(pc_error());
     for (uint64_t n = 0; n < 3; ++n) {
-#include "integration_3.inc"
+#include "integration_4.inc"
     }
     pc_chain_destroy(chain);
     pc_destroy(instance);

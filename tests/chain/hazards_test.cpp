@@ -177,8 +177,9 @@ void expect_states(const Plan& plan, const std::vector<int>& storage) {
         }
         const Step& step = plan.steps[size_t(i)];
         for (const Binding& b : step.bindings) {
-            const State& state = states[storage[size_t(b.texture)]];
+            State& state = states[storage[size_t(b.texture)]];
             EXPECT_EQ(uses_of(step, b) & ~state.uses, 0u) << step.name;
+            state.texture = b.texture;
             for (int earlier = 0; earlier < i; ++earlier)
                 for (const Binding& a : plan.steps[size_t(earlier)].bindings) {
                     if (storage[size_t(a.texture)] != storage[size_t(b.texture)]) continue;

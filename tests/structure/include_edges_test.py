@@ -41,7 +41,7 @@ ALLOWED_LIBRARIES = {
                     "tools/sequence/image/image_calls.cpp", "tools/sequence/image/image_codec.cpp"],
     "OpenColorIO": ["tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h"],
     "yaml-cpp": ["config"],
-    "vulkan": ["chain/vk", "tools/samples/vulkan"],
+    "vulkan": ["chain/vk", "tools/samples/vulkan", "tools/samples/own_device"],
     "glslang": ["chain/vk"],
     "spirv_cross_c.h": ["tools/apps/programs"],
     "nlohmann": ["config/text_tree.cpp", "tools"],

@@ -87,10 +87,10 @@ typedef struct pc_vk_create_info {
      * of them goes into pipeline_cache. */
     size_t (*load_program)(void* user, const char* key, void* bytes, size_t room);
     void (*store_program)(void* user, const char* key, const void* bytes, size_t size);
-    /* A set of programs as SPIR-V, made by postchain-programs of this version for the host's chains;
-     * stays valid until pc_vk_destroy(). Programs in it are not compiled. NULL = none. A library
-     * without a compiler (POSTCHAIN_VULKAN_COMPILER=OFF) has no others: PC_ERROR_GL names one that
-     * is missing. PC_ERROR_ARGUMENT: damaged, or of another version. */
+    /* A set of programs as SPIR-V, made by postchain-programs of this version for the host's
+     * chains; stays valid until pc_vk_destroy(). Programs in it are not compiled. NULL = none. A
+     * library without a compiler (POSTCHAIN_VULKAN_COMPILER=OFF) has no others: PC_ERROR_GL names
+     * one that is missing. PC_ERROR_ARGUMENT: damaged, or of another version. */
     const void* programs;
     size_t programs_size;
     const VkAllocationCallbacks* allocator; /* of all objects; outlives the instance; NULL = none */

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <map>
+#include <regex>
 
 #include "chain/vk/program_set.h"
 #include "chain/vk/spirv.h"
@@ -10,6 +11,7 @@
 #include "tests/programs/spirv.h"
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tests/vulkan/frames.h"
 #include "tests/vulkan/program_files.h"
 
@@ -89,6 +91,28 @@ TEST(Languages, GlslIsTheSourceOfTheSpirv) {
     for (const fs::path& file : files)
         EXPECT_EQ(words_of(file), must(vk::with_units(words_of(glsl / file.filename()))).words)
             << file;
+}
+
+// By a compiler of C++, with a stand-in for Metal's library: names, types and arguments.
+TEST(Languages, MslNamesWhatItUses) {
+    const TempFolder temp;
+    const fs::path folder = temp.path("msl");
+    write_programs("msl", folder, "tier:realtime paper");
+    static const std::regex kSwizzle(R"(([\w)\]])\.([xyzw]{2,4})\b)");
+    for (const fs::path& file : files_in(folder, ".metal")) {
+        std::string text = read_text(file);
+        const std::string array = "template<typename T, size_t Num>\nstruct spvUnsafeArray";
+        if (const size_t at = text.find(array); at != std::string::npos)
+            text.erase(at, text.find("\n};\n", at) + 4 - at);
+        write_text(file, std::regex_replace(text, kSwizzle, "$1.$2()"));
+    }
+    EXPECT_EQ(std::system(concat("cd ", folder.string(),
+                                 " && ls *.metal | xargs -P2 -I{} sh -c '" CXX_COMPILER
+                                 " -std=c++20 -x c++ -fsyntax-only -fsingle-precision-constant -w "
+                                 "-I " POSTCHAIN_SOURCE_DIR "/tests/vulkan/metal {} 2>{}.log || "
+                                 "{ grep error {}.log; exit 1; }'")
+                              .c_str()),
+              0);
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ constexpr int kWidth = 40, kHeight = 24;
 std::string programs_of(const std::string& words) {
     const TempFolder folder;
     const std::string file = folder.path("programs");
-    EXPECT_EQ(std::system((std::string(PROGRAMS_PROGRAM) + " " + words + " 2>" + folder.path("log") +
-                           " >" + file)
+    EXPECT_EQ(std::system((std::string(PROGRAMS_PROGRAM) + " " + words + " 2>" +
+                           folder.path("log") + " >" + file)
                               .c_str()),
               0);
     return read_text(file);

@@ -43,6 +43,7 @@ case $mode in
         packages+=(
             libgtest-dev libgmock-dev mold clang-format glslang-tools spirv-tools
             glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers python3
+            libspirv-cross-c-shared-dev
         )
         ;;
 esac

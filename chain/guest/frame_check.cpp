@@ -8,19 +8,25 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "chain/guest/host_struct.h"
+
 namespace postchain::guest {
 namespace {
 
 constexpr int kLastLevel = 30;
 constexpr float kMinFStop = 0.01f;  // fifty times as fast as a lens in air can be
 
-// A member of pc_frame, and the texels that the frame's rectangle has in it.
+// A member of pc_frame, and the texels that the frame's rectangle has in it. `prefix`: of its name,
+// "before." of a neighbor's.
 struct Member {
-    const char* name;
+    std::string_view prefix;
+    const char* member;
     const pc_texture& texture;
     pc_slice slice;
     int width, height;
     HostTexture& checked;
+
+    std::string name() const { return concat(prefix, member); }
 };
 
 Failure check_slice(const Member& member) {
@@ -29,14 +35,14 @@ Failure check_slice(const Member& member) {
     if (!array && slice.target != 0 && slice.target != GL_TEXTURE_2D)
         return {
             PC_ERROR_INPUT,
-            concat(member.name, "_slice.target: 0x", std::hex, slice.target,
+            concat(member.name(), "_slice.target: 0x", std::hex, slice.target,
                    " is not GL_TEXTURE_2D_ARRAY, GL_TEXTURE_2D or 0, which means GL_TEXTURE_2D")};
     if (slice.layer < 0 || (!array && slice.layer != 0))
         return {PC_ERROR_INPUT,
-                concat(member.name, "_slice.layer: ", slice.layer,
+                concat(member.name(), "_slice.layer: ", slice.layer,
                        array ? " is below 0" : "; set target to GL_TEXTURE_2D_ARRAY too")};
     if (slice.level < 0 || slice.level > kLastLevel)
-        return {PC_ERROR_INPUT, concat(member.name, "_slice.level: ", slice.level,
+        return {PC_ERROR_INPUT, concat(member.name(), "_slice.level: ", slice.level,
                                        " is not within 0 and ", kLastLevel)};
     member.checked.array = array;
     member.checked.image = {slice.layer, slice.level};
@@ -55,22 +61,22 @@ Failure check_texture(const Member& member, const HostFormat* (*find)(unsigned))
     texture.format = find(given.internal_format);
     if (!texture.format)
         return {PC_ERROR_INPUT,
-                concat(member.name, ".internal_format: ", text_of_format(given.internal_format),
+                concat(member.name(), ".internal_format: ", text_of_format(given.internal_format),
                        " is not a sized format of float, normalized or depth values")};
     if (given.width <= 0 || given.height <= 0)
         return {PC_ERROR_INPUT,
-                concat(member.name, ": its size is ", given.width, "x", given.height)};
+                concat(member.name(), ": its size is ", given.width, "x", given.height)};
     if (given.x < 0 || given.y < 0 || given.x > given.width - member.width ||
         given.y > given.height - member.height)
         return {PC_ERROR_INPUT,
-                concat(member.name, ": a frame of ", member.width, "x", member.height, " at ",
+                concat(member.name(), ": a frame of ", member.width, "x", member.height, " at ",
                        given.x, ", ", given.y, " is not inside its ", given.width, "x",
                        given.height, " texels")};
     texture.at_origin = given.x == 0 && given.y == 0;
     return check_slice(member);
 }
 
-Failure check_numbers(const HostFrame& frame) {
+Failure check_numbers(const HostPlanes& frame) {
     const pc_frame& given = *frame.given;
     const struct {
         const char* name;
@@ -110,6 +116,8 @@ Failure check_numbers(const HostFrame& frame) {
     if (!knows_flags(given.flags))
         return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
                                          " has a bit that this library does not know")};
+    if (frame.flag(PC_TOP_LEFT) && frame.flag(PC_BOTTOM_LEFT))
+        return {PC_ERROR_ARGUMENT, "flags: PC_TOP_LEFT and PC_BOTTOM_LEFT; give one"};
     if (given.reserved != 0 || given.reserved_2 != 0 || given.reserved_3[0] != 0 ||
         given.reserved_3[1] != 0)
         return {PC_ERROR_VERSION, "pc_frame.reserved, reserved_2 or reserved_3 is not 0"};
@@ -146,7 +154,7 @@ Failure check_numbers(const HostFrame& frame) {
 }
 
 // The rectangle's size in a plane that may have another than the frame.
-Failure check_plane_size(const char* name, const int32_t (&given)[2], HostFrame& frame,
+Failure check_plane_size(const char* name, const int32_t (&given)[2], const HostPlanes& frame,
                          std::array<int, 2>& size) {
     size = {given[0], given[1]};
     if (given[0] == 0 && given[1] == 0) size = {frame.width, frame.height};
@@ -203,51 +211,126 @@ Failure check_lens(const pc_frame& given) {
     return {};
 }
 
+// The member's texture, and its channels.
+Failure check_member(const Member& member, int least_channels, bool depth,
+                     const HostFormat* (*find)(unsigned)) {
+    RETURN_IF_ERROR(check_texture(member, find));
+    const HostFormat* format = member.checked.format;
+    if (format && (format->channels < least_channels || (format->depth && !depth)))
+        return {PC_ERROR_INPUT, concat(member.name(), ": ", format->text, " has fewer than the ",
+                                       least_channels, " channels that it needs")};
+    return {};
+}
+
+// The planes of a frame or a neighbor, and their size.
+Failure check_planes(std::string_view prefix, HostPlanes& planes,
+                     const HostFormat* (*find)(unsigned)) {
+    const pc_frame& given = *planes.given;
+    if (given.color.name == 0)
+        return {PC_ERROR_INPUT, concat(prefix, "color: name 0; give the texture to filter")};
+    planes.width = given.width ? given.width : rest(given.color.width, given.color.x);
+    planes.height = given.height ? given.height : rest(given.color.height, given.color.y);
+    if (planes.width <= 0 || planes.height <= 0)
+        return {PC_ERROR_INPUT, concat("the frame is ", planes.width, "x", planes.height,
+                                       ": there is nothing to do")};
+    std::array<int, 2> depth_size, motion_size;
+    RETURN_IF_ERROR(check_plane_size("depth_size", given.depth_size, planes, depth_size));
+    RETURN_IF_ERROR(check_plane_size("motion_size", given.motion_size, planes, motion_size));
+    const struct {
+        Member member;
+        int least_channels;
+        bool depth;
+    } members[] = {{{prefix, "color", given.color, given.color_slice, planes.width, planes.height,
+                     planes.color},
+                    3,
+                    false},
+                   {{prefix, "depth", given.depth, given.depth_slice, depth_size[0], depth_size[1],
+                     planes.depth},
+                    1,
+                    true},
+                   {{prefix, "motion", given.motion, given.motion_slice, motion_size[0],
+                     motion_size[1], planes.motion},
+                    2,
+                    false},
+                   {{prefix, "exposure", given.exposure, {}, 1, 1, planes.exposure}, 1, true}};
+    for (const auto& [member, least_channels, depth] : members)
+        RETURN_IF_ERROR(check_member(member, least_channels, depth, find));
+    planes.sky = planes.motion.name && planes.depth.name && any(given.view_projection) &&
+                 any(given.other_view_projection);
+    return {};
+}
+
+// Those that are not used are left out.
+Failure check_neighbors(HostFrame& frame, const HostFormat* (*find)(unsigned)) {
+    const pc_frame* const given[] = {frame.given->before, frame.given->after};
+    const bool alone = frame.flag(PC_CAMERA_CUT) || frame.halved() || frame.depth.name == 0 ||
+                       frame.motion.name == 0;
+    for (const Neighbor neighbor : kNeighbors) {
+        HostPlanes& planes = frame.neighbors[size_t(neighbor)];
+        planes.given = given[size_t(neighbor)];
+        if (!planes.given) continue;
+        const std::string_view prefix = neighbor == Neighbor::before ? "before." : "after.";
+        RETURN_IF_ERROR(check_planes(prefix, planes, find));
+        if (Failure failure = check_numbers(planes); !failure.ok())
+            return {failure.result, concat(prefix, failure.text)};
+        if (planes.depth.name == 0 || planes.motion.name == 0)
+            return {PC_ERROR_INPUT, concat(prefix, planes.depth.name ? "motion" : "depth",
+                                           ": name 0; give the plane that the frame had")};
+        if ((planes.exposure.name != 0) != (frame.exposure.name != 0))
+            return {PC_ERROR_INPUT, concat(prefix, "exposure: give it in both frames, or in none")};
+        if (alone || planes.flag(PC_CAMERA_CUT) || planes.width != frame.width ||
+            planes.height != frame.height)
+            planes = {};
+    }
+    return {};
+}
+
 }  // namespace
 
 bool knows_flags(uint32_t flags) {
-    return flags < 2 * PC_FAST_MATH;
+    return flags < 2 * PC_BOTTOM_LEFT;
+}
+
+Failure read_frame(const pc_frame* given, FrameCopy& copy, const pc_frame*& read) {
+    RETURN_IF_ERROR(read_struct(given, "pc_frame", copy.frame, read));
+    if (!read->before && !read->after) return {};
+    if (read == given) copy.frame = *given;
+    read = &copy.frame;
+    std::array<const pc_frame*, kNeighbors.size()> neighbors = {copy.frame.before,
+                                                                copy.frame.after};
+    std::array<pc_frame, kNeighbors.size()> whole;
+    if (neighbors[0])
+        RETURN_IF_ERROR(read_struct(neighbors[0], "pc_frame.before", whole[0], neighbors[0]));
+    if (neighbors[1])
+        RETURN_IF_ERROR(read_struct(neighbors[1], "pc_frame.after", whole[1], neighbors[1]));
+    set_neighbors(copy.frame, neighbors, copy.neighbors);
+    return {};
+}
+
+void set_neighbors(pc_frame& frame, std::array<const pc_frame*, kNeighbors.size()> given,
+                   std::array<pc_frame, kNeighbors.size()>& copy) {
+    for (size_t i = 0; i < given.size(); ++i) {
+        if (!given[i]) continue;
+        if (given[i] != &copy[i]) copy[i] = *given[i];
+        copy[i].flags &= ~kPlanFlags;
+        copy[i].before = copy[i].after = nullptr;
+    }
+    frame.before = given[0] ? &copy[0] : nullptr;
+    frame.after = given[1] ? &copy[1] : nullptr;
 }
 
 Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (*find)(unsigned)) {
     frame = {};
     if (!given) return {PC_ERROR_ARGUMENT, "frame is NULL"};
     frame.given = given;
-    if (given->color.name == 0)
-        return {PC_ERROR_INPUT, "color: name 0; give the texture to filter"};
-    frame.width = given->width ? given->width : rest(given->color.width, given->color.x);
-    frame.height = given->height ? given->height : rest(given->color.height, given->color.y);
-    if (frame.width <= 0 || frame.height <= 0)
-        return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
-                                       ": there is nothing to do")};
-    std::array<int, 2> depth_size, motion_size;
-    RETURN_IF_ERROR(check_plane_size("depth_size", given->depth_size, frame, depth_size));
-    RETURN_IF_ERROR(check_plane_size("motion_size", given->motion_size, frame, motion_size));
-    const int w = frame.width, h = frame.height;
-    const struct {
-        Member member;
-        int least_channels;
-        bool depth;
-    } members[] = {
-        {{"color", given->color, given->color_slice, w, h, frame.color}, 3, false},
-        {{"depth", given->depth, given->depth_slice, depth_size[0], depth_size[1], frame.depth},
-         1,
-         true},
-        {{"motion", given->motion, given->motion_slice, motion_size[0], motion_size[1],
-          frame.motion},
-         2,
-         false},
-        {{"mask", given->mask, given->mask_slice, w, h, frame.mask}, 1, false},
-        {{"output", given->output, given->output_slice, w, h, frame.output}, 3, false},
-        {{"exposure", given->exposure, {}, 1, 1, frame.exposure}, 1, true}};
-    for (const auto& [member, least_channels, depth] : members) {
-        RETURN_IF_ERROR(check_texture(member, find));
-        const HostFormat* format = member.checked.format;
-        if (!format) continue;
-        if (format->channels < least_channels || (format->depth && !depth))
-            return {PC_ERROR_INPUT, concat(member.name, ": ", format->text, " has fewer than the ",
-                                           least_channels, " channels that it needs")};
-    }
+    RETURN_IF_ERROR(check_planes("", frame, find));
+    const Member members[] = {
+        {"", "mask", given->mask, given->mask_slice, frame.width, frame.height, frame.mask},
+        {"", "output", given->output, given->output_slice, frame.width, frame.height,
+         frame.output}};
+    for (const Member& member : members)
+        RETURN_IF_ERROR(
+            check_member(member, &member.checked == &frame.output ? 3 : 1, false, find));
     if (frame.output.format && !frame.output.format->image)
         return {PC_ERROR_INPUT, concat("output: ", frame.output.format->text,
                                        " cannot be written by a compute shader; give GL_RGBA8, "
@@ -266,9 +349,7 @@ Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (
         if (given->debug_view && *given->debug_view)
             return {PC_ERROR_ARGUMENT, "debug_view: give it without PC_HALF_RESOLUTION"};
     }
-    frame.sky = frame.motion.name && frame.depth.name && any(given->view_projection) &&
-                any(given->other_view_projection);
-    return {};
+    return check_neighbors(frame, find);
 }
 
 Failure check_deeper(const HostFrame& frame) {

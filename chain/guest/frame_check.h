@@ -1,10 +1,23 @@
 // Checks of a host's frame.
 #pragma once
 
+#include <array>
+
 #include "chain/guest/failure.h"
 #include "chain/guest/host_frame.h"
 
 namespace postchain::guest {
+
+// Whole copies of a host's frame and its neighbors.
+struct FrameCopy {
+    pc_frame frame;
+    std::array<pc_frame, kNeighbors.size()> neighbors;
+};
+// `read` becomes `given`, or `copy.frame` if the host's struct is smaller or has neighbors.
+Failure read_frame(const pc_frame* given, FrameCopy& copy, const pc_frame*& read);
+// Sets the neighbors of `frame`, which are in `copy`, without the members that do not count.
+void set_neighbors(pc_frame& frame, std::array<const pc_frame*, kNeighbors.size()> given,
+                   std::array<pc_frame, kNeighbors.size()>& copy);
 
 // Errors name the member. PC_ERROR_INPUT: a texture. PC_ERROR_CHAIN: camera values that the depth
 // encoding needs, or a value that is not finite. Calls no GL, allocates nothing. `find`: the

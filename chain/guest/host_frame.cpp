@@ -52,6 +52,8 @@ constexpr HostFormat kFormats[] = {
 };
 #undef FORMAT
 
+constexpr size_t kArrayBits = 4;  // GUEST_ARRAY_...
+
 float scale_of(float given) {
     return given == 0 ? 1 : given;
 }
@@ -72,7 +74,8 @@ void set_places(const HostFrame& frame, shared::GuestUniforms& uniforms) {
 int differences(const FrameKind& kind, const FrameKind& prepared) {
     return (kind.revision != prepared.revision) + std::popcount(kind.flags ^ prepared.flags) +
            (kind.depth > prepared.depth) + (kind.motion > prepared.motion) +
-           (kind.mask > prepared.mask) + (kind.exposure != prepared.exposure) +
+           (kind.mask > prepared.mask) + (kind.before > prepared.before) +
+           (kind.after > prepared.after) + (kind.exposure != prepared.exposure) +
            std::popcount(kind.arrays ^ prepared.arrays) + (kind.debug_view != prepared.debug_view);
 }
 
@@ -94,7 +97,7 @@ std::string text_of_format(unsigned internal_format) {
     return concat("0x", std::hex, internal_format);
 }
 
-bool HostFrame::has_gain() const {
+bool HostPlanes::has_gain() const {
     return exposure.name != 0 || (given->pre_exposure != 0 && given->pre_exposure != 1);
 }
 
@@ -102,16 +105,19 @@ bool HostFrame::shows_fill() const {
     return given->debug_view && std::string_view(given->debug_view) == "fill";
 }
 
-bool HostFrame::motion_in_place() const {
+bool HostPlanes::motion_in_place() const {
     return is_plane(motion) && !sky && scale_of(given->motion_scale[0]) == 1 &&
            scale_of(given->motion_scale[1]) == 1 && given->motion_bias[0] == 0 &&
            given->motion_bias[1] == 0 && !flag(PC_MOTION_JITTERED);
 }
 
 bool HostFrame::output_is_an_input() const {
-    return output.name != 0 &&
-           (output.name == color.name || output.name == depth.name || output.name == motion.name ||
-            output.name == mask.name || output.name == exposure.name);
+    if (output.name == 0) return false;
+    const auto has = [&](const HostPlanes& planes) {
+        return output.name == planes.color.name || output.name == planes.depth.name ||
+               output.name == planes.motion.name || output.name == planes.exposure.name;
+    };
+    return has(*this) || output.name == mask.name || std::ranges::any_of(neighbors, has);
 }
 
 bool HostFrame::output_is_color() const {
@@ -124,9 +130,16 @@ bool HostFrame::output_holds_color() const {
     return most == 0 || (color.format->half && color.format->largest() <= most);
 }
 
-uint32_t HostFrame::arrays() const {
+uint32_t HostPlanes::arrays() const {
     return (color.array ? GUEST_ARRAY_COLOR : 0) | (depth.array ? GUEST_ARRAY_DEPTH : 0) |
-           (motion.array ? GUEST_ARRAY_MOTION : 0) | (mask.array ? GUEST_ARRAY_MASK : 0);
+           (motion.array ? GUEST_ARRAY_MOTION : 0);
+}
+
+uint32_t HostFrame::all_arrays() const {
+    uint32_t all = arrays() | (mask.array ? GUEST_ARRAY_MASK : 0);
+    for (size_t i = 0; i < neighbors.size(); ++i)
+        all |= neighbors[i].arrays() << kArrayBits * (i + 1);
+    return all;
 }
 
 glm::dmat3 clip_directions(const float (&columns)[16]) {
@@ -148,6 +161,10 @@ FrameDescription describe(const HostFrame& frame, const Chain& chain) {
     description.planes = {Role::color};
     if (frame.depth.name) description.planes.add(Role::inverse_depth);
     if (frame.motion.name) description.planes.add(Role::motion);
+    for (const Neighbor neighbor : kNeighbors)
+        if (frame.neighbors[size_t(neighbor)].given)
+            for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
+                description.planes.add(role_of(neighbor, role));
     if (frame.shows_fill() || frame.halved()) {
         description.planes.add(Role::layers);
         description.layers = 1;
@@ -178,7 +195,7 @@ FrameDescription describe(const HostFrame& frame, const Chain& chain) {
     description.camera_place = "in pc_frame";
     FrameBounds& bounds = description.bounds;
     bounds.camera_cut = frame.flag(PC_CAMERA_CUT);
-    bounds.color_is_half = frame.color.format->half && !frame.has_gain();
+    bounds.color_is_half = frame.color_is_half();
     if (given.max_speed_px > 0)
         bounds.max_speed_px = double(given.max_speed_px) * (frame.halved() ? 0.5 : 1);
     if (given.nearest > 0) bounds.max_inverse_depth = 1 / double(given.nearest);
@@ -208,7 +225,17 @@ PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t ch
                  frame.mask.name != 0,
                  frame.output.format && frame.output_holds_color(),
                  frame.motion_by_depth()};
-    key.arrays = frame.arrays();
+    for (size_t i = 0; i < frame.neighbors.size(); ++i) {
+        const HostPlanes& planes = frame.neighbors[i];
+        if (!planes.given) continue;
+        const bool cases[] = {planes.color_is_plane(),  planes.depth_in_place(),
+                              planes.motion_in_place(), planes.sky,
+                              planes.color_is_half(),   planes.motion_by_depth()};
+        uint32_t bits = 1;
+        for (const bool one : cases) bits = 2 * bits + one;
+        key.neighbors[i] = bits;
+    }
+    key.arrays = frame.all_arrays();
     if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;
 }
@@ -221,7 +248,9 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
                    frame.motion.name != 0,
                    frame.mask.name != 0,
                    frame.exposure.name != 0,
-                   frame.arrays(),
+                   frame.neighbors[size_t(Neighbor::before)].given != nullptr,
+                   frame.neighbors[size_t(Neighbor::after)].given != nullptr,
+                   frame.all_arrays(),
                    {}};
     if (frame.given->debug_view)
         std::strncpy(kind.debug_view.data(), frame.given->debug_view, kLongestView);
@@ -258,10 +287,20 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
     if (kind.depth && !nearest->depth) return given("depth", true) + remedy;
     if (kind.motion && !nearest->motion) return given("motion", true) + remedy;
     if (kind.mask && !nearest->mask) return given("mask", true) + remedy;
-    const std::pair<const char*, uint32_t> slices[] = {{"color", GUEST_ARRAY_COLOR},
-                                                       {"depth", GUEST_ARRAY_DEPTH},
-                                                       {"motion", GUEST_ARRAY_MOTION},
-                                                       {"mask", GUEST_ARRAY_MASK}};
+    if (kind.before && !nearest->before) return given("before", true) + remedy;
+    if (kind.after && !nearest->after) return given("after", true) + remedy;
+    constexpr uint32_t kBefore = 1 << kArrayBits, kAfter = kBefore << kArrayBits;
+    const std::pair<const char*, uint32_t> slices[] = {
+        {"color", GUEST_ARRAY_COLOR},
+        {"depth", GUEST_ARRAY_DEPTH},
+        {"motion", GUEST_ARRAY_MOTION},
+        {"mask", GUEST_ARRAY_MASK},
+        {"before.color", kBefore * GUEST_ARRAY_COLOR},
+        {"before.depth", kBefore * GUEST_ARRAY_DEPTH},
+        {"before.motion", kBefore * GUEST_ARRAY_MOTION},
+        {"after.color", kAfter * GUEST_ARRAY_COLOR},
+        {"after.depth", kAfter * GUEST_ARRAY_DEPTH},
+        {"after.motion", kAfter * GUEST_ARRAY_MOTION}};
     for (const auto& [name, bit] : slices)
         if (((kind.arrays ^ nearest->arrays) & bit) != 0)
             return concat(name, "_slice.target: ", (kind.arrays & bit) != 0 ? "an" : "not an",
@@ -269,33 +308,29 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
     return concat("the chain's values were changed since ", prepare, remedy);
 }
 
-shared::GuestUniforms uniforms_of(const HostFrame& frame) {
-    const pc_frame& given = *frame.given;
+shared::GuestUniforms uniforms_of(const HostPlanes& planes) {
+    const pc_frame& given = *planes.given;
     shared::GuestUniforms uniforms{};
-    uniforms.size = {frame.plane_width(), frame.plane_height()};
-    uniforms.full_size = {frame.width, frame.height};
+    uniforms.size = {planes.plane_width(), planes.plane_height()};
+    uniforms.full_size = {planes.width, planes.height};
     uniforms.color_at = {given.color.x, given.color.y};
     uniforms.depth_at = {given.depth.x, given.depth.y};
     uniforms.motion_at = {given.motion.x, given.motion.y};
     uniforms.exposure_at = {given.exposure.x, given.exposure.y};
-    uniforms.output_at = {given.output.x, given.output.y};
-    uniforms.mask_at = {given.mask.x, given.mask.y};
-    uniforms.depth_size = {frame.depth.width, frame.depth.height};
-    uniforms.motion_size = {frame.motion.width, frame.motion.height};
+    uniforms.depth_size = {planes.depth.width, planes.depth.height};
+    uniforms.motion_size = {planes.motion.width, planes.motion.height};
     const auto each = [&](int ImageOf::*member) {
-        return glm::ivec4(frame.color.image.*member, frame.depth.image.*member,
-                          frame.motion.image.*member, frame.mask.image.*member);
+        return glm::ivec4(planes.color.image.*member, planes.depth.image.*member,
+                          planes.motion.image.*member, 0);
     };
     uniforms.slices = each(&ImageOf::slice);
     uniforms.levels = each(&ImageOf::level);
-    if (frame.has_depth_range()) {
+    if (planes.has_depth_range()) {
         uniforms.clips = 1;
         uniforms.depth_first = given.depth_range[0];
         uniforms.depth_factor = 1 / (given.depth_range[1] - given.depth_range[0]);
     }
-    const float most = frame.output.format ? frame.output.format->largest() : 0;
-    uniforms.output_max = most == 0 ? FLT_MAX : most;
-    uniforms.bottom_up = frame.top_left() ? 0 : 1;
+    uniforms.bottom_up = planes.top_left() ? 0 : 1;
     const double n = 1 / double(given.near_clip), f = 1 / double(given.far_clip);
     const auto affine = [&](double offset, double slope) {
         uniforms.depth_offset = float(offset);
@@ -320,18 +355,18 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
         default:
             affine(0, 1);
     }
-    const bool to_next = frame.flag(PC_MOTION_TO_NEXT);
-    const float part = frame.halved() ? 0.5f : 1.0f;  // pixels of the planes in one of the frame
+    const bool to_next = planes.flag(PC_MOTION_TO_NEXT);
+    const float part = planes.halved() ? 0.5f : 1.0f;  // pixels of the planes in one of the frame
     uniforms.motion_scale = {part * scale_of(given.motion_scale[0]),
                              part * scale_of(given.motion_scale[1])};
     uniforms.motion_bias = {given.motion_bias[0], given.motion_bias[1]};
-    if (frame.flag(PC_MOTION_JITTERED)) {
+    if (planes.flag(PC_MOTION_JITTERED)) {
         const float sign = to_next ? -1.0f : 1.0f;
         uniforms.motion_jitter = {part * sign * (given.jitter_px[0] - given.other_jitter_px[0]),
                                   part * sign * (given.jitter_px[1] - given.other_jitter_px[1])};
     }
     uniforms.gain = given.pre_exposure == 0 ? 1 : 1 / given.pre_exposure;
-    if (frame.sky) {
+    if (planes.sky) {
         const glm::dmat3 there = clip_directions(given.other_view_projection) *
                                  glm::inverse(clip_directions(given.view_projection));
         const auto row = [&](int i) {
@@ -343,6 +378,18 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
         uniforms.sky_w = row(2);
         uniforms.sky_sign = to_next ? 1.0f : -1.0f;
     }
+    return uniforms;
+}
+
+shared::GuestUniforms uniforms_of(const HostFrame& frame) {
+    shared::GuestUniforms uniforms = uniforms_of(static_cast<const HostPlanes&>(frame));
+    const pc_frame& given = *frame.given;
+    uniforms.output_at = {given.output.x, given.output.y};
+    uniforms.mask_at = {given.mask.x, given.mask.y};
+    uniforms.slices.w = frame.mask.image.slice;
+    uniforms.levels.w = frame.mask.image.level;
+    const float most = frame.output.format ? frame.output.format->largest() : 0;
+    uniforms.output_max = most == 0 ? FLT_MAX : most;
     if (frame.focus) set_places(frame, uniforms);
     return uniforms;
 }

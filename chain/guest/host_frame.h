@@ -43,21 +43,23 @@ struct HostTexture {
     int width = 0, height = 0;  // texels of the frame's rectangle
 };
 
-// A checked frame. Points to its pc_frame, which must outlive it.
-struct HostFrame {
-    const pc_frame* given = nullptr;
+// The planes of a checked frame or neighbor. Points to its pc_frame, which must outlive it.
+struct HostPlanes {
+    const pc_frame* given = nullptr;  // null: a neighbor that is not used
     int width = 0, height = 0;
-    HostTexture color, depth, motion, mask, exposure, output;
-    bool sky = false;                                // vectors of the sky are computed
-    const std::map<Place, double>* focus = nullptr;  // inverse depths at the chain's places
-    // The place that a step of the plan writes this frame's inverse depths to; -1: it has none.
-    int focus_slot = -1;
+    HostTexture color, depth, motion, exposure;
+    bool sky = false;  // vectors of the sky are computed
 
     bool flag(uint32_t bit) const { return (given->flags & bit) != 0; }
     bool top_left() const { return flag(PC_TOP_LEFT); }
     // The size of the planes that passes see.
     int plane_width() const { return halved() ? (width + 1) / 2 : width; }
     int plane_height() const { return halved() ? (height + 1) / 2 : height; }
+    // The largest planes of frames like this one, up to that size.
+    MaxFrameSize max_planes(uint32_t max_width, uint32_t max_height) const {
+        const uint32_t part = halved() ? 2 : 1;
+        return {int((max_width + part - 1) / part), int((max_height + part - 1) / part)};
+    }
     bool halved() const { return flag(PC_HALF_RESOLUTION); }
     // Whether passes see color multiplied by a factor.
     bool has_gain() const;
@@ -66,29 +68,42 @@ struct HostFrame {
         return texture.at_origin && top_left() && !texture.array && texture.image.level == 0 &&
                texture.width == width && texture.height == height && !halved();
     }
-    // Not if the output is another rectangle of its texture, which may overlap it.
-    bool color_in_place() const {
-        return is_plane(color) && !has_gain() && (output.name != color.name || output_is_color());
-    }
+    bool color_is_plane() const { return is_plane(color) && !has_gain(); }
     bool depth_in_place() const {
         return is_plane(depth) && given->depth_encoding == PC_DEPTH_INVERSE;
     }
     bool motion_in_place() const;
+    bool color_is_half() const { return color.format->half && !has_gain(); }
     // Motion has fewer texels than depth, which chooses among them.
     bool motion_by_depth() const {
         return motion.name && depth.name && motion.width <= depth.width &&
                motion.height <= depth.height &&
                (motion.width < depth.width || motion.height < depth.height);
     }
+    uint32_t arrays() const;  // GUEST_ARRAY_...: which of the textures are arrays
+    bool has_depth_range() const {
+        return given->depth_range[0] != 0 || given->depth_range[1] != 0;
+    }
+};
+
+// A checked frame.
+struct HostFrame : HostPlanes {
+    HostTexture mask, output;
+    std::array<HostPlanes, kNeighbors.size()> neighbors;
+    const std::map<Place, double>* focus = nullptr;  // inverse depths at the chain's places
+    // The place that a step of the plan writes this frame's inverse depths to; -1: it has none.
+    int focus_slot = -1;
+
+    // Not if the output is another rectangle of its texture, which may overlap it.
+    bool color_in_place() const {
+        return color_is_plane() && (output.name != color.name || output_is_color());
+    }
     bool output_is_an_input() const;
     bool output_is_color() const;  // the same rectangle of the same image
     // The output's format holds every value that color's does.
     bool output_holds_color() const;
-    uint32_t arrays() const;  // GUEST_ARRAY_...: which of the textures are arrays
-    bool shows_fill() const;  // debug_view "fill": the plan filters a fill mask
-    bool has_depth_range() const {
-        return given->depth_range[0] != 0 || given->depth_range[1] != 0;
-    }
+    uint32_t all_arrays() const;  // arrays() with the mask and, four bits each, the neighbors'
+    bool shows_fill() const;      // debug_view "fill": the plan filters a fill mask
 };
 
 // The description for the planner. Precondition: check_frame().
@@ -110,7 +125,8 @@ struct PlanKey {
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
     std::array<bool, 12> cases = {};
-    uint32_t arrays = 0;  // HostFrame::arrays()
+    std::array<uint32_t, kNeighbors.size()> neighbors = {};  // bits of their cases; 0: not used
+    uint32_t arrays = 0;                                     // HostFrame::all_arrays()
     std::array<char, kLongestView + 1> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
@@ -122,8 +138,9 @@ PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t ch
 struct FrameKind {
     uint64_t chain = 0, revision = 0;
     uint32_t flags = 0;  // those of kPlanFlags
-    bool depth = false, motion = false, mask = false, exposure = false;
-    uint32_t arrays = 0;  // HostFrame::arrays()
+    bool depth = false, motion = false, mask = false, exposure = false, before = false,
+         after = false;
+    uint32_t arrays = 0;  // HostFrame::all_arrays()
     std::array<char, kLongestView + 1> debug_view = {};
     bool operator==(const FrameKind&) const = default;
 };
@@ -133,7 +150,9 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared,
                             const std::string& prepare = "pc_prepare()");
 
-// The uniform block of the steps that convert from and to the host's textures.
+// The uniform block of the step that converts these planes.
+shared::GuestUniforms uniforms_of(const HostPlanes& planes);
+// Likewise of the other steps between the host's textures and the chain.
 shared::GuestUniforms uniforms_of(const HostFrame& frame);
 
 }  // namespace postchain::guest

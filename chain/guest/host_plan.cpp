@@ -12,6 +12,10 @@ namespace {
 
 constexpr int kExposureUnit = 3;
 
+std::string import_name(Neighbor neighbor) {
+    return concat("import_", name_of(neighbor));
+}
+
 ProgramKey import_program(bool exposure, uint32_t arrays, bool halved) {
     constexpr uint32_t kImported = GUEST_ARRAY_COLOR | GUEST_ARRAY_DEPTH | GUEST_ARRAY_MOTION;
     return {"guest/import.comp",
@@ -55,19 +59,32 @@ class Builder {
         } else {
             add_output();
         }
-        add_import();
+        add_import(frame_, host_, frame_.color_in_place(), {});
+        for (const Neighbor neighbor : kNeighbors)
+            if (const HostPlanes& planes = frame_.neighbors[size_t(neighbor)]; planes.given)
+                add_import(planes, host_.neighbors[size_t(neighbor)], planes.color_is_plane(),
+                           neighbor);
         add_mask();
         add_focus();
         const std::string& own = shared::GuestUniforms::kName;
-        for (size_t i = 0; i < plan().steps.size(); ++i)
-            if (plan().steps[i].uniforms_type == own) host_.own_steps.push_back(int(i));
+        for (size_t i = 0; i < plan().steps.size(); ++i) {
+            const Step& step = plan().steps[i];
+            if (step.uniforms_type != own) continue;
+            bool of_neighbor = false;
+            for (const Neighbor neighbor : kNeighbors) {
+                if (step.name != import_name(neighbor)) continue;
+                host_.neighbor_steps[size_t(neighbor)] = int(i);
+                of_neighbor = true;
+            }
+            if (!of_neighbor) host_.own_steps.push_back(int(i));
+        }
         std::vector<TextureId> outputs;
         if (host_.result >= 0) outputs.push_back(host_.result);
         plan().outputs.clear();
         if (host_.result >= 0) plan().outputs[Role::color] = host_.result;
         find_lifetimes(plan(), outputs);
         fit(plan(), frame_.plane_width(), frame_.plane_height());
-        host_.samples_arrays = frame_.arrays() != 0;
+        host_.samples_arrays = frame_.all_arrays() != 0;
         for (const Step& step : plan().steps)
             for (const Binding& binding : step.bindings)
                 if (binding.access == Access::sample_nearest &&
@@ -104,13 +121,15 @@ class Builder {
     }
 
     bool has_exposure() const { return frame_.exposure.name != 0; }
-    void bind_exposure(Step& step) {
-        if (frame_.exposure.name == 0) return;
-        if (host_.exposure < 0) {
-            host_.exposure = add_texture("host.exposure", Format::r32f, true);
+    void bind_exposure(Step& step) { bind_exposure(step, frame_, host_, "host."); }
+    void bind_exposure(Step& step, const HostPlanes& planes, HostInputs& inputs,
+                       const std::string& prefix) {
+        if (planes.exposure.name == 0) return;
+        if (inputs.exposure < 0) {
+            inputs.exposure = add_texture(prefix + "exposure", Format::r32f, true);
             plan().textures.back().area = Area::fixed(1, 1);
         }
-        step.bindings.push_back({kExposureUnit, host_.exposure});
+        step.bindings.push_back({kExposureUnit, inputs.exposure});
     }
 
     TextureId input(Role role) const {
@@ -280,63 +299,66 @@ class Builder {
         return Status();
     }
 
-    // Planes that a step reads and that the host has in another form are converted before the
-    // chain.
-    void add_import() {
+    // Planes of the frame or a neighbor that a step reads and that the host has in another form are
+    // converted before the chain.
+    void add_import(const HostPlanes& planes, HostInputs& inputs, bool color_in_place,
+                    std::optional<Neighbor> neighbor) {
         struct Plane {
             Role role;
             int makes;
-            const char* host;
+            const char* name;
             bool in_place;
             Format format;
-            TextureId HostPlan::*id;
+            TextureId HostInputs::*id;
         };
-        const bool half = frame_.color.format->half && !frame_.has_gain();
-        const Plane planes[] = {
-            {Role::color, GUEST_MAKES_COLOR, "host.color", frame_.color_in_place(),
-             half ? Format::rgba16f : Format::rgba32f, &HostPlan::color},
-            {Role::inverse_depth, GUEST_MAKES_DEPTH, "host.depth", frame_.depth_in_place(),
-             Format::r32f, &HostPlan::depth},
-            {Role::motion, GUEST_MAKES_MOTION, "host.motion", frame_.motion_in_place(),
-             Format::rg32f, &HostPlan::motion}};
-        Step step = make_step(0, "import", {});
+        const Plane all[] = {
+            {Role::color, GUEST_MAKES_COLOR, "color", color_in_place,
+             planes.color_is_half() ? Format::rgba16f : Format::rgba32f, &HostInputs::color},
+            {Role::inverse_depth, GUEST_MAKES_DEPTH, "depth", planes.depth_in_place(), Format::r32f,
+             &HostInputs::depth},
+            {Role::motion, GUEST_MAKES_MOTION, "motion", planes.motion_in_place(), Format::rg32f,
+             &HostInputs::motion}};
+        const std::string prefix = neighbor ? concat(name_of(*neighbor), ".") : "host.";
+        Step step = make_step(0, neighbor ? import_name(*neighbor).c_str() : "import", {});
         const uint64_t pixels = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
         for (int unit = 0; unit < 3; ++unit) {
-            const Plane& plane = planes[unit];
-            const TextureId canonical = input(plane.role);
+            const Plane& plane = all[unit];
+            const TextureId canonical =
+                input(neighbor ? role_of(*neighbor, plane.role) : plane.role);
             const bool read = canonical >= 0 && is_read(canonical);
             if (!read) continue;
             if (plane.in_place) {
-                host_.*plane.id = canonical;
+                inputs.*plane.id = canonical;
                 continue;
             }
-            host_.makes |= plane.makes;
+            inputs.makes |= plane.makes;
             plan().textures[size_t(canonical)].imported = false;
             plan().textures[size_t(canonical)].format = plane.format;
-            if (host_.*plane.id < 0) host_.*plane.id = add_texture(plane.host, plane.format, true);
-            const TextureId host = host_.*plane.id;
+            if (inputs.*plane.id < 0)
+                inputs.*plane.id = add_texture(prefix + plane.name, plane.format, true);
+            const TextureId host = inputs.*plane.id;
             step.bindings.push_back({unit, host});
             step.bindings.push_back({unit, canonical, Access::write});
             step.taps += pixels;
         }
-        if (host_.makes == 0) return;
-        step.program = import_program(has_exposure(), frame_.arrays(), frame_.halved());
-        const bool vectors = (host_.makes & GUEST_MAKES_MOTION) != 0;
-        if (frame_.sky && vectors) host_.makes |= GUEST_MAKES_SKY;
-        const bool finds = vectors && frame_.motion_by_depth();
+        if (inputs.makes == 0) return;
+        step.program = import_program(planes.exposure.name != 0, planes.arrays(), frame_.halved());
+        const bool vectors = (inputs.makes & GUEST_MAKES_MOTION) != 0;
+        if (planes.sky && vectors) inputs.makes |= GUEST_MAKES_SKY;
+        const bool finds = vectors && planes.motion_by_depth();
         if (finds) {
-            host_.makes |= GUEST_FINDS_MOTION;
+            inputs.makes |= GUEST_FINDS_MOTION;
             step.taps += 17 * pixels;
         }
-        const bool chooses = finds || (frame_.halved() && vectors && frame_.depth.name != 0);
-        if ((host_.makes & GUEST_MAKES_DEPTH) != 0) {
-            host_.makes |= GUEST_READS_DEPTH;
-        } else if ((host_.makes & GUEST_MAKES_SKY) != 0 || chooses) {
-            host_.makes |= GUEST_READS_DEPTH;
-            if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
-            step.bindings.push_back({1, host_.depth});
+        const bool chooses = finds || (frame_.halved() && vectors && planes.depth.name != 0);
+        if ((inputs.makes & GUEST_MAKES_DEPTH) != 0) {
+            inputs.makes |= GUEST_READS_DEPTH;
+        } else if ((inputs.makes & GUEST_MAKES_SKY) != 0 || chooses) {
+            inputs.makes |= GUEST_READS_DEPTH;
+            if (inputs.depth < 0) inputs.depth = add_texture(prefix + "depth", Format::r32f, true);
+            step.bindings.push_back({1, inputs.depth});
         }
-        if ((host_.makes & GUEST_MAKES_COLOR) != 0) bind_exposure(step);
+        if ((inputs.makes & GUEST_MAKES_COLOR) != 0) bind_exposure(step, planes, inputs, prefix);
         step.pass = add_pass("import");
         plan().steps.insert(plan().steps.begin(), std::move(step));
     }
@@ -348,7 +370,7 @@ class Builder {
         plan().textures[size_t(mattes)].imported = false;
         if (host_.mask < 0) host_.mask = add_texture("host.mask", Format::r32f, true);
         Step step = make_step(add_pass("import"), "import_mask",
-                              mask_program(frame_.arrays(), frame_.halved()));
+                              mask_program(frame_.all_arrays(), frame_.halved()));
         step.bindings = {{0, host_.mask}, {0, mattes, Access::write}};
         step.taps = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
         plan().steps.insert(plan().steps.begin(), std::move(step));
@@ -417,6 +439,12 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, 
     return uniforms;
 }
 
+shared::GuestUniforms uniforms_of(const HostPlanes& neighbor, const HostInputs& inputs) {
+    shared::GuestUniforms uniforms = uniforms_of(neighbor);
+    uniforms.makes = inputs.makes;
+    return uniforms;
+}
+
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given, const Plan& plan,
                                       DeviceClass device) {
     std::vector<ProgramKey> programs;
@@ -428,14 +456,21 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
     add(given.halved() ? half_export_program(exposure, given.arrays()) : export_program(exposure));
     if (given.halved()) add(layer_program(true));
     // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
-    for (int lacks = 0; lacks < 8; ++lacks) {
+    for (int lacks = 0; lacks < 32; ++lacks) {
         HostFrame frame = given;
+        auto& [before, after] = frame.neighbors;
+        if ((lacks & 4 && given.mask.name == 0) || (lacks & 8 && !before.given) ||
+            (lacks & 16 && !after.given))
+            continue;
         if (lacks & 1) frame.depth = {};
         if (lacks & 2) frame.motion = {};
         if (lacks & 4) frame.mask = {};
-        if ((lacks & 4) && given.mask.name == 0) break;
-        if (frame.mask.name) add(mask_program(frame.arrays(), frame.halved()));
+        if (lacks & 8) before = {};
+        if (lacks & 16) after = {};
+        if (frame.mask.name) add(mask_program(frame.all_arrays(), frame.halved()));
         add(import_program(exposure, frame.arrays(), frame.halved()));
+        for (const HostPlanes& planes : frame.neighbors)
+            if (planes.given) add(import_program(exposure, planes.arrays(), frame.halved()));
         for (ProgramKey& key :
              programs_of(chain, describe(frame, chain), options_of(frame, device)))
             add(std::move(key));

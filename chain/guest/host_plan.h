@@ -10,16 +10,22 @@
 
 namespace postchain::guest {
 
-struct HostPlan {
+// The host's textures of a frame or a neighbor; -1 = not given, or no step uses it.
+struct HostInputs {
+    TextureId color = -1, depth = -1, motion = -1, exposure = -1;
+    int makes = 0;  // GuestUniforms::makes of the import
+};
+
+struct HostPlan : HostInputs {
     Plan plan;
-    // The host's textures; -1 = not given, or no step uses it.
-    TextureId color = -1, depth = -1, motion = -1, mask = -1, exposure = -1;
+    TextureId mask = -1;
+    std::array<HostInputs, kNeighbors.size()> neighbors;
     // The texture with the result; -1: the host's color, unchanged. The host's output if the plan
     // writes it.
     TextureId result = -1;
     bool writes_output = false;
-    std::vector<int> own_steps;   // those with a GuestUniforms
-    int makes = 0;                // GuestUniforms::makes of the import
+    std::vector<int> own_steps;  // those with a GuestUniforms of the frame
+    std::array<int, kNeighbors.size()> neighbor_steps = {-1, -1};  // with one of the neighbor
     TextureId shown = -1;         // the texture that a debug view draws
     bool samples_arrays = false;  // a step samples an array of textures
 };
@@ -34,10 +40,12 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame, Devi
 
 // The uniform block of the steps that convert this frame from and to the host's textures.
 shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, const Plan& plan);
+// Likewise of the step that converts a neighbor.
+shared::GuestUniforms uniforms_of(const HostPlanes& neighbor, const HostInputs& inputs);
 
 // Every program of the host plans of frames of one kind: of this chain, with these flags of planes
-// and elision, with an exposure or without, and with depth, motion and mask of this frame or
-// without; and those of `plan`, which may be of a debug view. Each once.
+// and elision, with an exposure or without, and with depth, motion, mask and neighbors of this
+// frame or without; and those of `plan`, which may be of a debug view. Each once.
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame, const Plan& plan,
                                       DeviceClass device);
 

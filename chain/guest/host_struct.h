@@ -60,6 +60,12 @@ Failure check_size(const Struct* given, const char* name) {
     return {};
 }
 
+inline Failure check_version(uint32_t version) {
+    if (version >> 16 == PC_API_VERSION >> 16) return {};
+    return {PC_ERROR_VERSION, concat("api_version ", version >> 16, ".", version & 0xffff,
+                                     ": this library has ", PC_API_VERSION >> 16)};
+}
+
 // `read` becomes `given`, or `copy` if the host's struct is smaller.
 template <class Struct>
 Failure read_struct(const Struct* given, const char* name, Struct& copy, const Struct*& read) {

@@ -151,6 +151,7 @@ class PlanCache {
         entry.last_run = frames;
         last_.chain = version.chain;
         last_.frame = *frame.given;
+        set_neighbors(last_.frame, {last_.frame.before, last_.frame.after}, last_.neighbors);
         if (frame.focus) last_.focus = *frame.focus;
         last_.focus_slot = frame.focus_slot;
         last_.debug_view = entry.key.debug_view;
@@ -226,6 +227,7 @@ class PlanCache {
     struct LastFrame {
         std::shared_ptr<const Chain> chain;  // null before the first frame
         pc_frame frame = {};
+        std::array<pc_frame, kNeighbors.size()> neighbors = {};
         std::map<Place, double> focus;
         int focus_slot = -1;
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
@@ -257,6 +259,17 @@ void import_frame(const HostPlan& host, const HostFrame& frame, Compiled& compil
     if (host.motion >= 0) compiled.import(host.motion, frame.motion.name);
     if (host.mask >= 0) compiled.import(host.mask, frame.mask.name);
     if (host.exposure >= 0) compiled.import(host.exposure, frame.exposure.name);
+    for (size_t i = 0; i < frame.neighbors.size(); ++i) {
+        const HostInputs& inputs = host.neighbors[i];
+        const HostPlanes& planes = frame.neighbors[i];
+        if (inputs.color >= 0) compiled.import(inputs.color, planes.color.name);
+        if (inputs.depth >= 0) compiled.import(inputs.depth, planes.depth.name);
+        if (inputs.motion >= 0) compiled.import(inputs.motion, planes.motion.name);
+        if (inputs.exposure >= 0) compiled.import(inputs.exposure, planes.exposure.name);
+        if (host.neighbor_steps[i] < 0) continue;
+        const shared::GuestUniforms uniforms = uniforms_of(planes, inputs);
+        compiled.set_uniforms(host.neighbor_steps[i], std::as_bytes(std::span(&uniforms, 1)));
+    }
     if (host.writes_output)
         compiled.import(host.result, frame.output.name, frame.output.format->name,
                         frame.output.image);

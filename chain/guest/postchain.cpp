@@ -1,5 +1,6 @@
 #include "chain/guest/postchain.h"
 
+#include "chain/guest/frame_check.h"
 #include "chain/guest/handles.h"
 #include "chain/guest/host_struct.h"
 #include "chain/guest/instance.h"
@@ -8,13 +9,16 @@
 using postchain::concat;
 using postchain::guest::ChainVersion;
 using postchain::guest::change_struct;
+using postchain::guest::check_version;
 using postchain::guest::copy_text;
 using postchain::guest::copy_times;
 using postchain::guest::create;
 using postchain::guest::Failure;
+using postchain::guest::FrameCopy;
 using postchain::guest::guarded;
 using postchain::guest::Instance;
 using postchain::guest::look;
+using postchain::guest::read_frame;
 using postchain::guest::read_struct;
 using postchain::guest::Use;
 using postchain::guest::version_of;
@@ -49,6 +53,19 @@ pc_result call(pc_instance* instance, pc_chain* chain, const Struct* given, cons
     });
 }
 
+// A call with a chain and a frame.
+template <class Work>
+pc_result call(pc_instance* instance, pc_chain* chain, const pc_frame* frame, const Work& work) {
+    return call(instance, [&]() -> Failure {
+        const Use use(chain, "chain");
+        RETURN_IF_ERROR(use.failure());
+        FrameCopy copy;
+        const pc_frame* whole = nullptr;
+        RETURN_IF_ERROR(read_frame(frame, copy, whole));
+        return work(*instance->is, version_of(chain), *whole);
+    });
+}
+
 }  // namespace
 
 extern "C" {
@@ -60,10 +77,7 @@ pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
         pc_create_info copy;
         const pc_create_info* info = nullptr;
         RETURN_IF_ERROR(read_struct(given, "pc_create_info", copy, info));
-        if (info->api_version >> 16 != PC_API_VERSION >> 16)
-            return {PC_ERROR_VERSION,
-                    concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
-                           ": this library has ", PC_API_VERSION >> 16)};
+        RETURN_IF_ERROR(check_version(info->api_version));
         if (info->state > PC_STATE_LEAVE)
             return {PC_ERROR_ARGUMENT, concat("state: ", info->state, " is not a PC_STATE value")};
         if (info->flags > (2 * PC_OWN_CONTEXT - 1))
@@ -102,7 +116,7 @@ pc_result pc_query(const pc_instance* instance, pc_capabilities* out) {
 }
 
 pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
-    return call(instance, chain, frame, "pc_frame",
+    return call(instance, chain, frame,
                 [&](Instance& is, const ChainVersion& of, const pc_frame& whole) {
                     return is.prepare(of, &whole, wait != 0);
                 });
@@ -110,19 +124,18 @@ pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* fra
 
 pc_result pc_query_frame(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                          pc_frame_needs* needs) {
-    return call(instance, chain, frame, "pc_frame",
-                [&](Instance& is, const ChainVersion& of, const pc_frame& whole) {
-                    return change_struct(needs, "pc_frame_needs", [&](pc_frame_needs& out) {
-                        return is.needs_of(of, &whole, out);
-                    });
-                });
+    return call(
+        instance, chain, frame, [&](Instance& is, const ChainVersion& of, const pc_frame& whole) {
+            return change_struct(needs, "pc_frame_needs",
+                                 [&](pc_frame_needs& out) { return is.needs_of(of, &whole, out); });
+        });
 }
 
 pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                  pc_texture* result) {
-    pc_frame copy;
+    FrameCopy copy;
     const pc_frame* whole = nullptr;
-    const Failure read = guarded([&] { return read_struct(frame, "pc_frame", copy, whole); });
+    const Failure read = guarded([&] { return read_frame(frame, copy, whole); });
     const pc_texture color = whole ? whole->color : pc_texture();
     pc_texture picture = color;
     const pc_result code = call(instance, [&]() -> Failure {
@@ -192,9 +205,9 @@ pc_result pc_check_motion(pc_instance* instance, const pc_frame* frame,
         if (!other_color || !signs || !margin)
             return {PC_ERROR_ARGUMENT, "other_color, signs or margin is NULL"};
         RETURN_IF_ERROR(instance->is->check_context());
-        pc_frame copy;
+        FrameCopy copy;
         const pc_frame* whole = nullptr;
-        RETURN_IF_ERROR(read_struct(frame, "pc_frame", copy, whole));
+        RETURN_IF_ERROR(read_frame(frame, copy, whole));
         return postchain::guest::check_motion(whole, *other_color, signs, *margin);
     });
 }

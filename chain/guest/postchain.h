@@ -58,7 +58,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#define PC_API_VERSION 0x00010002u /* major << 16 | minor; another major is PC_ERROR_VERSION */
+#define PC_API_VERSION 0x00010003u /* major << 16 | minor; another major is PC_ERROR_VERSION */
 
 PC_API const char* pc_version(void); /* of the library: "MAJOR.MINOR.PATCH" */
 
@@ -242,21 +242,24 @@ enum {
 };
 typedef uint32_t pc_frame_flags;
 enum {
-    PC_CAMERA_CUT = 1,        /* the motion vectors cross a camera cut and are ignored */
-    PC_TOP_LEFT = 2,          /* row 0 of the textures is the top; otherwise the bottom, as in GL */
-    PC_MOTION_TO_NEXT = 4,    /* vectors point to the next frame; otherwise they are this minus
-                                 previous, and the motion is assumed to continue */
-    PC_MOTION_JITTERED = 8,   /* vectors contain the difference of jitter_px and other_jitter_px,
-                                 which is then subtracted */
-    PC_HALF_PLANES = 16,      /* intermediate planes are stored as halves */
-    PC_NO_ELISION = 32,       /* no pass skips work; the result is the same */
-    PC_GIVEN_SHUTTER = 64,    /* shutter_frames counts as it is: 0 is a closed shutter */
+    PC_CAMERA_CUT = 1,      /* the motion vectors cross a camera cut and are ignored. Set and clear
+                               this bit alone: the others describe the textures */
+    PC_TOP_LEFT = 2,        /* row 0 of the textures is the top. With neither PC_TOP_LEFT nor
+                               PC_BOTTOM_LEFT it is the bottom in GL, the top in Vulkan */
+    PC_MOTION_TO_NEXT = 4,  /* vectors point to the next frame; otherwise they are this minus
+                               previous, and the motion is assumed to continue */
+    PC_MOTION_JITTERED = 8, /* vectors contain the difference of jitter_px and other_jitter_px,
+                               which is then subtracted */
+    PC_HALF_PLANES = 16,    /* intermediate planes are stored as halves */
+    PC_NO_ELISION = 32,     /* no pass skips work; the result is the same */
+    PC_GIVEN_SHUTTER = 64,  /* shutter_frames counts as it is: 0 is a closed shutter */
     PC_HALF_RESOLUTION = 128, /* passes run on half the width and height, and what they do not blur
                                  keeps its detail; errors: docs/integration.md. Needs `output`, not
                                  over color */
-    PC_FAST_MATH = 256        /* the driver's compiler may contract and reorder arithmetic: less
+    PC_FAST_MATH = 256,       /* the driver's compiler may contract and reorder arithmetic: less
                                  time on a GPU, and results that differ by rounding from program
                                  to program: docs/integration.md */
+    PC_BOTTOM_LEFT = 512      /* row 0 of the textures is the bottom */
 };
 typedef struct pc_frame {
     uint32_t struct_size;
@@ -312,6 +315,13 @@ typedef struct pc_frame {
     float focus_seconds; /* after which 63 % of a change are done; 0 = at once */
     float frame_seconds; /* since the last frame; > 0 if focus_seconds is */
     uint32_t reserved_3[2];
+    /* The frames before and after this one, as they were or will be given: their color
+     * (unfiltered), depth, motion and exposure, and the values that describe these. Both optional;
+     * passes take what this frame hides from them (parameter `neighbors`). Their other members are
+     * ignored. They have exposure if this frame has it. One with PC_CAMERA_CUT or of another size
+     * is not used, and neither is used with PC_CAMERA_CUT, PC_HALF_RESOLUTION, or by a pass with a
+     * mask. */
+    const struct pc_frame *before, *after;
 } pc_frame;
 
 /* Sets depth_encoding, the flags of rows and vectors, motion_scale and motion_bias to the
@@ -322,11 +332,11 @@ PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 
 /* [GL] Compiles the programs of every frame of this kind, and makes this frame's textures. A kind
  * is: the chain with its values; PC_HALF_PLANES; PC_NO_ELISION; PC_HALF_RESOLUTION; PC_FAST_MATH;
- * whether exposure is given; debug_view; depth, motion and mask if they are given (a later frame
- * may lack them); which textures are arrays. No other member of pc_frame selects a program.
- * Dispatches one work group of each program of this frame and of a cut, because a driver may
- * compile at the first dispatch; nothing of the host is written. wait = 0: compiles or dispatches
- * one program at most, and returns PC_PENDING until none is left.
+ * whether exposure is given; debug_view; depth, motion, mask, before and after if they are given (a
+ * later frame may lack them); which textures are arrays. No other member of pc_frame selects a
+ * program. Dispatches one work group of each program of this frame and of a cut, because a driver
+ * may compile at the first dispatch; nothing of the host is written. wait = 0: compiles or
+ * dispatches one program at most, and returns PC_PENDING until none is left.
  */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is

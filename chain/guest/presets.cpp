@@ -16,17 +16,18 @@ struct Convention {
     float bias;
 };
 
-constexpr uint32_t kFlags = PC_TOP_LEFT | PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
+constexpr uint32_t kFlags = PC_TOP_LEFT | PC_BOTTOM_LEFT | PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
 
 // Rows are ordered as in the engine's own textures. A host that draws them through GL upside down
-// removes PC_TOP_LEFT and negates motion_scale[1]. "Read" means read in the named file. Values that
-// were only taken from descriptions are marked unverified; pc_check_motion() decides.
+// replaces PC_TOP_LEFT by PC_BOTTOM_LEFT and negates motion_scale[1]. "Read" means read in the
+// named file. Values that were only taken from descriptions are marked unverified;
+// pc_check_motion() decides.
 constexpr Convention kConventions[] = {
     // Unity, high definition pipeline under OpenGL: MotionVectorCommon.hlsl, EncodeMotionVector():
     // 0.5 (positionCS - previousPositionCS), both without jitter; depth is not reversed there
     // (UNITY_REVERSED_Z is not defined for OpenGL) and textures begin at the bottom. The function
     // was read; rows and the factor of 0.5 are unverified.
-    {"unity", PC_DEPTH_FORWARD, 0, false, 1, 1, 0},
+    {"unity", PC_DEPTH_FORWARD, PC_BOTTOM_LEFT, false, 1, 1, 0},
     // Unreal: Common.ush, EncodeVelocityToTexture(): V 0.499 0.5 + 32767/65535 of V = this minus
     // previous in clip space, y up. If VELOCITY_ENCODE_GAMMA is 1, the vectors must be decoded
     // first: they are stored as a root. A stored 0 means unwritten; the host draws those. Read.
@@ -48,32 +49,46 @@ constexpr Convention kConventions[] = {
 
 }  // namespace
 
-// Those that have the name of a shipped chain are that chain, but for `neighbors`, because a host
-// has one frame at a time, and FXAA's `where`: that frame may have one sample a pixel, and is not
-// read back to find out. Errors: docs/integration.md.
+// Those that have the name of a shipped chain are that chain, but for `neighbors`, which are used
+// if the host gives them, and FXAA's `where`: a frame may have one sample a pixel, and is not read
+// back to find out. Errors: docs/integration.md.
 const std::vector<Tier>& tiers() {
     using std::string;
     static const std::vector<Tier> all = {
+        {"paper",
+         "the filters of a 2013 paper, in a third of the time of fast: blur of what is in front "
+         "spills over edges",
+         {{"motion_blur",
+           {{"mode", string("guertin")},
+            {"samples", int64_t(25)},
+            {"max_blur_px", int64_t(40)},
+            {"jitter", 0.95},
+            {"center_weight", 40.0},
+            {"variance_threshold_px", 1.5}}},
+          {"fxaa",
+           {{"preset", int64_t(12)},
+            {"hint", string("checkerboard")},
+            {"hint_gate", string("tile")}}},
+          {"depth_of_field",
+           {{"method", string("gilham")},
+            {"coc", string("lens")},
+            {"downsample", int64_t(4)},
+            {"leak", string("coc")}}}}},
         {"realtime",
          "motion blur and depth of field in one with 8 samples, for games: after a TAA, with noise "
-         "that a "
-         "TAA behind it resolves",
-         {{"joint_blur",
-           {{"samples", int64_t(8)}, {"neighbors", string("none")}, {"animate_noise", true}}}}},
+         "that a TAA behind it resolves",
+         {{"joint_blur", {{"samples", int64_t(8)}, {"animate_noise", true}}}}},
         {"fast",
-         "15 samples",
-         {{"joint_blur",
-           {{"samples", int64_t(15)}, {"starts", int64_t(5)}, {"neighbors", string("none")}}},
+         "15 samples; with the frame before better than balanced without",
+         {{"joint_blur", {{"samples", int64_t(15)}, {"starts", int64_t(5)}}},
           {"fxaa", {{"mode", string("directional")}}}}},
         {"balanced",
-         "28 samples",
-         {{"joint_blur",
-           {{"samples", int64_t(28)}, {"starts", int64_t(6)}, {"neighbors", string("none")}}},
+         "28 samples, for hosts that give the frame before",
+         {{"joint_blur", {{"samples", int64_t(28)}, {"starts", int64_t(6)}}},
           {"fxaa", {{"mode", string("directional")}}}}},
         {"best",
          "128 samples, for stills and film",
-         {{"joint_blur",
-           {{"samples", int64_t(128)}, {"starts", int64_t(8)}, {"neighbors", string("none")}}}}}};
+         {{"joint_blur", {{"samples", int64_t(128)}, {"starts", int64_t(8)}}}}}};
     return all;
 }
 

@@ -210,6 +210,19 @@ Failure validate(const HostFrame& frame) {
         {"exposure", given.exposure, frame.exposure}, {"output", given.output, frame.output}};
     for (const auto& [member, texture, checked] : all)
         RETURN_IF_ERROR(validate(member, texture, checked, &texture == &given.output));
+    for (const Neighbor neighbor : kNeighbors) {
+        const HostPlanes& planes = frame.neighbors[size_t(neighbor)];
+        if (!planes.given) continue;
+        const auto check = [&](const char* member, const pc_texture& texture,
+                               const HostTexture& checked) {
+            return validate(concat(name_of(neighbor), ".", member).c_str(), texture, checked,
+                            false);
+        };
+        RETURN_IF_ERROR(check("color", planes.given->color, planes.color));
+        RETURN_IF_ERROR(check("depth", planes.given->depth, planes.depth));
+        RETURN_IF_ERROR(check("motion", planes.given->motion, planes.motion));
+        RETURN_IF_ERROR(check("exposure", planes.given->exposure, planes.exposure));
+    }
     return {};
 }
 

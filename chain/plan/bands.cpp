@@ -56,4 +56,25 @@ Band Bands::next(double groups) {
     return band;
 }
 
+Launch launch_of(const Plan& plan, const Step& step) {
+    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
+    const double taps = taps_of_group(step);
+    if (step.work_list >= 0) {
+        const auto blocks = unsigned(plan.textures[size_t(step.work_list)].width);
+        columns = shared::kGroupsPerRow;
+        rows = (blocks + columns - 1) / columns;
+        if (blocks * taps <= kBandTaps) return {true};
+    }
+    return {false, Bands(columns, rows), kBandTaps / taps};
+}
+
+bool bands_wait(const Step& step) {
+    return std::ranges::any_of(step.bindings, [&](const Binding& written) {
+        return written.access == Access::write &&
+               std::ranges::any_of(step.bindings, [&](const Binding& read) {
+                   return read.texture == written.texture && read.access != Access::write;
+               });
+    });
+}
+
 }  // namespace postchain

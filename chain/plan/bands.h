@@ -67,4 +67,18 @@ class Bands {
     std::array<unsigned, 2> next_ = {0, 0};
 };
 
+// How a recorded run, which nothing can stop, executes a step: launched by its list if that is
+// certain to be short, otherwise in bands. If the length of a list is not known they cover every
+// block that it can have, and work groups beyond its end return at once.
+struct Launch {
+    bool by_list = false;
+    Bands bands{0, 0};
+    double groups_of_band = 0;
+    Band next() { return bands.next(groups_of_band); }
+};
+Launch launch_of(const Plan& plan, const Step& step);
+
+// Whether it reads a texture that it also writes: each band then waits for the one before.
+bool bands_wait(const Step& step);
+
 }  // namespace postchain

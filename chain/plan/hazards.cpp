@@ -85,6 +85,58 @@ std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage
     return waits.take();
 }
 
+uint32_t uses_of(const Step& step, const Binding& binding) {
+    switch (binding.access) {
+        case Access::sample_nearest:
+            return kUseFetch;
+        case Access::read:
+            return kUseImageRead;
+        case Access::write:
+            return kUseImageWrite;
+        case Access::list:
+            break;
+    }
+    return binding.texture == step.work_list ? kUseListRead | kUseLaunch : uint32_t(kUseListWrite);
+}
+
+std::vector<Transition> transitions_of(const Plan& plan, const std::vector<int>& storage,
+                                       const std::vector<uint32_t>& waits) {
+    int count = 0;
+    for (const int number : storage) count = std::max(count, number + 1);
+    std::vector<Transition> last(static_cast<size_t>(count));  // of each storage
+    std::vector<Transition> all;
+    std::vector<size_t> used;  // storages of the steps since the last wait
+    const auto end_level = [&] {
+        for (const size_t place : used) {
+            Transition& now = last[place];
+            if (now.from != now.to || (now.to & kUseWrites) != 0) all.push_back(now);
+            now.from = now.to;
+            now.to = 0;
+            now.before = now.texture;
+        }
+        used.clear();
+    };
+    int first = 0;  // step of the level
+    for (int i = 0; i < int(plan.steps.size()); ++i) {
+        if (waits[size_t(i)] != 0) {
+            end_level();
+            first = i;
+        }
+        const Step& step = plan.steps[size_t(i)];
+        for (const Binding& binding : step.bindings) {
+            const auto place = size_t(storage[size_t(binding.texture)]);
+            Transition& now = last[place];
+            if (now.to == 0) used.push_back(place);
+            now.step = first;
+            now.texture = binding.texture;
+            now.to |= uses_of(step, binding);
+        }
+    }
+    end_level();
+    std::ranges::stable_sort(all, {}, &Transition::step);
+    return all;
+}
+
 bool share_imports(const Plan& plan, const std::vector<unsigned>& names,
                    std::vector<int>& storage) {
     const size_t count = plan.textures.size();

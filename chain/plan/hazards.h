@@ -26,6 +26,33 @@ enum Wait : uint32_t {
 // pixels again follows one that has read them, and waits for that.
 std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage);
 
+// How a step uses a texture or list. Bits of a set.
+enum StepUse : uint32_t {
+    kUseFetch = 1,
+    kUseImageRead = 2,
+    kUseImageWrite = 4,
+    kUseListRead = 8,
+    kUseListWrite = 16,  // and read, as the atomic counters of a list are
+    kUseLaunch = 32,
+};
+constexpr uint32_t kUseWrites = kUseImageWrite | kUseListWrite;
+uint32_t uses_of(const Step& step, const Binding& binding);
+
+// A storage that is used in another way from step `step` on, or again after a wait. `before`: the
+// texture that used it last; -1 and `from` 0: none in this plan.
+struct Transition {
+    int step = 0;
+    TextureId texture = -1, before = -1;
+    uint32_t from = 0, to = 0;
+    bool operator==(const Transition&) const = default;
+};
+
+// For devices that are told the state of each texture: the changes of state at the steps that wait,
+// each for all steps up to the next one that waits, and those of first uses. By step.
+// `waits`: waits_of() the plan.
+std::vector<Transition> transitions_of(const Plan& plan, const std::vector<int>& storage,
+                                       const std::vector<uint32_t>& waits);
+
 // Enters into `storage` that imported textures of one name are one storage. `names`: of each
 // texture; 0: not imported yet. True if `storage` has changed.
 bool share_imports(const Plan& plan, const std::vector<unsigned>& names, std::vector<int>& storage);

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "chain/base/parameter.h"
 #include "shaders/embedded.h"
 
 namespace postchain {
@@ -74,6 +75,10 @@ Result<std::string> resolve_includes(const std::string& file, const std::string&
 Result<std::string> program_source(const ProgramKey& key, const std::string& folder) {
     ASSIGN_OR_RETURN(auto source, resolve_includes(key.file, folder));
     return with_defines(source, key);
+}
+
+uint64_t program_key(const std::string& source) {
+    return hash_text(concat("SPIR-V ", POSTCHAIN_VERSION, "\n", source));
 }
 
 }  // namespace postchain

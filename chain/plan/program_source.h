@@ -24,6 +24,9 @@ Result<std::string> program_source(const ProgramKey& key, const std::string& fol
 // Likewise, of a source whose includes are resolved.
 std::string with_defines(const std::string& source, const ProgramKey& key);
 
+// The key of the program with this source among those made before (postchain-programs).
+uint64_t program_key(const std::string& source);
+
 // Compiled programs that outlive the process. Keys are hexadecimal. Either function may be empty.
 struct ProgramStore {
     // The bytes of a key; empty: there are none.

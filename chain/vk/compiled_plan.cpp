@@ -22,16 +22,6 @@ VkMemoryBarrier barrier(VkAccessFlags from, VkAccessFlags to) {
     return made;
 }
 
-// In one texture: bands of the step wait for each other.
-bool writes_what_it_reads(const Step& step) {
-    return std::any_of(step.bindings.begin(), step.bindings.end(), [&](const Binding& written) {
-        return written.access == Access::write &&
-               std::any_of(step.bindings.begin(), step.bindings.end(), [&](const Binding& read) {
-                   return read.texture == written.texture && read.access != Access::write;
-               });
-    });
-}
-
 Kind kind_of(Access access) {
     switch (access) {
         case Access::list:
@@ -296,30 +286,22 @@ void CompiledPlan::wait(VkCommandBuffer commands, uint32_t waits) const {
                                             0, nullptr, 0, nullptr);
 }
 
-// In bands, as in GL. If the length of a list is not known they cover every block that it can
-// have, and work groups beyond its end return at once.
 void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
                             const Program& program) const {
     const Functions& fn = objects_.device.fn();
-    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
-    const double taps = taps_of_group(step);
     const auto push = [&](const std::array<unsigned, 2>& first_group) {
         fn.CmdPushConstants(commands, program.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, kPushedBytes,
                             first_group.data());
     };
-    if (step.work_list >= 0) {
-        const auto blocks = unsigned(plan().textures[size_t(step.work_list)].width);
-        columns = shared::kGroupsPerRow;
-        rows = (blocks + columns - 1) / columns;
-        if (blocks * taps <= kBandTaps) {
-            push({0, 0});
-            fn.CmdDispatchIndirect(commands, image_of_[size_t(step.work_list)]->list.handle(), 0);
-            return;
-        }
+    Launch launch = launch_of(plan(), step);
+    if (launch.by_list) {
+        push({0, 0});
+        fn.CmdDispatchIndirect(commands, image_of_[size_t(step.work_list)]->list.handle(), 0);
+        return;
     }
-    const bool waits = writes_what_it_reads(step);
-    for (Bands bands(columns, rows); bands.more();) {
-        const Band band = bands.next(kBandTaps / taps);
+    const bool waits = bands_wait(step);
+    while (launch.bands.more()) {
+        const Band band = launch.next();
         if (waits && band.first != std::array{0u, 0u}) wait(commands, 0);
         push(band.first);
         fn.CmdDispatch(commands, band.count[0], band.count[1], uint32_t(step.groups[2]));
@@ -408,14 +390,13 @@ void CompiledPlan::find_uses(int index, std::vector<Use>& uses) const {
     }
     const Step& step = plan().steps[size_t(index)];
     for (const Binding& binding : step.bindings) {
-        VkAccessFlags access =
-            step.writes(binding) ? VK_ACCESS_SHADER_WRITE_BIT : VK_ACCESS_SHADER_READ_BIT;
-        if (binding.access == Access::list) access |= VK_ACCESS_SHADER_READ_BIT;
-        add(binding.texture, kCompute, access);
+        const uint32_t how = uses_of(step, binding);
+        VkAccessFlags access = 0;
+        if (how & ~kUseImageWrite) access |= VK_ACCESS_SHADER_READ_BIT;
+        if (how & kUseWrites) access |= VK_ACCESS_SHADER_WRITE_BIT;
+        if (how & kUseLaunch) access |= VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
+        add(binding.texture, how & kUseLaunch ? kCompute | kLaunch : kCompute, access);
     }
-    if (step.work_list >= 0)
-        add(step.work_list, kCompute | kLaunch,
-            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
 }
 
 }  // namespace postchain::vk

@@ -25,7 +25,9 @@ struct HostView {
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     bool operator==(const HostView&) const = default;
 };
-using HostViews = std::array<HostView, 6>;
+// Color, depth, motion, exposure of the frame, of the one before and of the one after; mask,
+// output.
+using HostViews = std::array<HostView, 14>;
 
 // The objects that plans are made and run with.
 struct Objects {

@@ -46,11 +46,12 @@ Result<std::vector<uint32_t>> compile(const std::string& source, const std::stri
 }
 #else
 Result<std::vector<uint32_t>> compile(const std::string&, const std::string& name) {
-    return Status(StatusCode::gl,
-                  concat("program ", name,
-                         " is not among pc_vk_create_info.programs, and this library has no "
-                         "compiler; make them by postchain-spirv, of this version, for this chain "
-                         "and this kind of frame"));
+    return Status(
+        StatusCode::gl,
+        concat("program ", name,
+               " is not among pc_vk_create_info.programs, and this library has no "
+               "compiler; make them by postchain-programs, of this version, for this chain "
+               "and this kind of frame"));
 }
 #endif
 

@@ -1,7 +1,6 @@
 #include "chain/vk/host_images.h"
 
 #include "chain/guest/frame_check.h"
-#include "chain/guest/host_struct.h"
 #include "chain/vk/format.h"
 
 namespace postchain::vk {
@@ -38,46 +37,79 @@ Failure check_image(const Member& member, bool output) {
     return {};
 }
 
-}  // namespace
-
-Failure check_images(const pc_vk_frame& given, HostImages& images) {
+// The values of a frame or a neighbor, without textures.
+Failure read_values(const pc_vk_frame& given, const char* name, pc_frame& values) {
     if (given.flags != 0)
         return {PC_ERROR_VERSION,
-                concat("pc_vk_frame.flags: ", given.flags,
+                concat(name, ".flags: ", given.flags,
                        guest::knows_flags(given.flags)
                            ? "; set PC_HALF_PLANES and others of pc_frame in values"
                            : " has a bit that this library does not know")};
-    pc_frame copy;
-    const pc_frame* values = nullptr;
-    RETURN_IF_ERROR(guest::read_struct(given.values, "pc_vk_frame.values", copy, values));
-    images.values = *values;
-    images.values.struct_size = sizeof(pc_frame);
-    images.views = {};
-    if (values->barriers != 0)
+    const pc_frame* read = nullptr;
+    RETURN_IF_ERROR(
+        guest::read_struct(given.values, concat(name, ".values").c_str(), values, read));
+    values = *read;
+    values.struct_size = sizeof(pc_frame);
+    if ((values.flags & PC_BOTTOM_LEFT) == 0) values.flags |= PC_TOP_LEFT;
+    if (values.barriers != 0)
         return {PC_ERROR_ARGUMENT, "values: barriers is not 0; in Vulkan the host records them"};
+    if (values.before || values.after)
+        return {PC_ERROR_ARGUMENT, "values: before or after is not NULL; give it in pc_vk_frame"};
+    for (const pc_slice* slice : {&values.color_slice, &values.depth_slice, &values.motion_slice,
+                                  &values.mask_slice, &values.output_slice})
+        if (slice->target != 0 || slice->layer != 0 || slice->level != 0)
+            return {PC_ERROR_ARGUMENT, "values: a pc_slice is not 0; in Vulkan a view selects it"};
+    const std::pair<const char*, uint32_t> names[] = {
+        {"color", values.color.name},       {"depth", values.depth.name},
+        {"motion", values.motion.name},     {"mask", values.mask.name},
+        {"exposure", values.exposure.name}, {"output", values.output.name}};
+    for (const auto& [member, texture] : names)
+        if (texture != 0)
+            return {PC_ERROR_ARGUMENT,
+                    concat("values: ", member, " is a GL texture; give an image of pc_vk_frame")};
+    values.color = values.depth = values.motion = values.mask = values.exposure =
+        values.output = {};
+    return {};
+}
+
+}  // namespace
+
+Failure check_images(const pc_vk_frame& given, HostImages& images) {
+    images.views = {};
+    RETURN_IF_ERROR(read_values(given, "pc_vk_frame", images.values));
+    pc_vk_frame whole[kNeighbors.size()] = {};
+    const pc_vk_frame* neighbors[] = {given.before, given.after};
+    constexpr const char* kNames[] = {"pc_vk_frame.before", "pc_vk_frame.after"};
+    for (size_t i = 0; i < kNeighbors.size(); ++i) {
+        if (!neighbors[i]) continue;
+        RETURN_IF_ERROR(guest::read_struct(neighbors[i], kNames[i], whole[i], neighbors[i]));
+        RETURN_IF_ERROR(read_values(*neighbors[i], kNames[i], images.neighbors[i]));
+    }
+    const pc_vk_frame empty = {};
+    const pc_vk_frame& before = neighbors[0] ? *neighbors[0] : empty;
+    const pc_vk_frame& after = neighbors[1] ? *neighbors[1] : empty;
+    auto& [values_before, values_after] = images.neighbors;
     const Member members[] = {{"color", given.color, images.values.color},
                               {"depth", given.depth, images.values.depth},
                               {"motion", given.motion, images.values.motion},
-                              {"mask", given.mask, images.values.mask},
                               {"exposure", given.exposure, images.values.exposure},
+                              {"before.color", before.color, values_before.color},
+                              {"before.depth", before.depth, values_before.depth},
+                              {"before.motion", before.motion, values_before.motion},
+                              {"before.exposure", before.exposure, values_before.exposure},
+                              {"after.color", after.color, values_after.color},
+                              {"after.depth", after.depth, values_after.depth},
+                              {"after.motion", after.motion, values_after.motion},
+                              {"after.exposure", after.exposure, values_after.exposure},
+                              {"mask", given.mask, images.values.mask},
                               {"output", given.output, images.values.output}};
     static_assert(std::size(members) == std::tuple_size_v<HostViews>);
-    const pc_slice* const slices[] = {&values->color_slice, &values->depth_slice,
-                                      &values->motion_slice, &values->mask_slice,
-                                      &values->output_slice};
-    for (const pc_slice* slice : slices)
-        if (slice->target != 0 || slice->layer != 0 || slice->level != 0)
-            return {PC_ERROR_ARGUMENT, "values: a pc_slice is not 0; in Vulkan a view selects it"};
     if (!given.color.view)
         return {PC_ERROR_INPUT, "color: view is VK_NULL_HANDLE; give the image to filter"};
     if (!given.output.view)
         return {PC_ERROR_INPUT, "output: view is VK_NULL_HANDLE; give the image to write"};
     for (uint32_t i = 0; i < std::size(members); ++i) {
         const auto& [name, image, texture] = members[i];
-        if (texture.name != 0)
-            return {PC_ERROR_ARGUMENT,
-                    concat("values: ", name, " is a GL texture; give an image of pc_vk_frame")};
-        texture = {};
         if (!image.view) continue;
         RETURN_IF_ERROR(check_image(members[i], &image == &given.output));
         images.views[i] = {image.view, image.layout};
@@ -88,6 +120,10 @@ Failure check_images(const pc_vk_frame& given, HostImages& images) {
                                            ", which has the same view")};
         texture = {first + 1, uint32_t(image.format), image.width, image.height, image.x, image.y};
     }
+    guest::set_neighbors(
+        images.values,
+        {neighbors[0] ? &values_before : nullptr, neighbors[1] ? &values_after : nullptr},
+        images.neighbors);
     return guest::check_frame(&images.values, images.frame, find_format);
 }
 

@@ -2,8 +2,16 @@
 #pragma once
 
 #include "chain/guest/host_frame.h"
+#include "chain/guest/host_struct.h"
 #include "chain/vk/compiled_plan.h"
 #include "chain/vk/postchain_vk.h"
+
+namespace postchain::guest {
+
+template <>
+inline constexpr size_t kMinSize<pc_vk_frame> = offsetof(pc_vk_frame, depth);
+
+}  // namespace postchain::guest
 
 namespace postchain::vk {
 
@@ -13,7 +21,8 @@ struct HostImages {
     HostImages(const HostImages&) = delete;
     HostImages& operator=(const HostImages&) = delete;
 
-    pc_frame values = {};  // with textures that name the images
+    pc_frame values = {};                                    // with textures that name the images
+    std::array<pc_frame, kNeighbors.size()> neighbors = {};  // likewise
     guest::HostFrame frame;
     HostViews views;
 };

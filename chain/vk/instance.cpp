@@ -206,8 +206,10 @@ Failure Instance::run(const ChainVersion& chain, const pc_vk_frame& given,
 
 // The step's uses go to uses_, with their resources.
 void Instance::list_uses(int step, const HostImages& images) {
-    static constexpr const char* kHost[] = {"host.color", "host.depth",    "host.motion",
-                                            "host.mask",  "host.exposure", "host.output"};
+    static constexpr const char* kHost[] = {
+        "host.color",   "host.depth",     "host.motion",     "host.exposure", "before.color",
+        "before.depth", "before.motion",  "before.exposure", "after.color",   "after.depth",
+        "after.motion", "after.exposure", "host.mask",       "host.output"};
     static_assert(std::size(kHost) == std::tuple_size_v<HostViews>);
     found_.clear();
     open_->find_uses(step, found_);

@@ -73,9 +73,7 @@ class Instance {
     bool holds_unused(const CompiledPlan& plan) const { return plan.holds_unused(last_kept()); }
     void retire(std::unique_ptr<CompiledPlan> plan);
     MaxFrameSize max_size(const guest::HostFrame& frame) const {
-        const int part = frame.halved() ? 2 : 1;
-        return {(int(info_.max_width) + part - 1) / part,
-                (int(info_.max_height) + part - 1) / part};
+        return frame.max_planes(info_.max_width, info_.max_height);
     }
     // The last run after which something was not used for too long.
     uint64_t last_kept() const {

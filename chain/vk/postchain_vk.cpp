@@ -6,6 +6,7 @@
 
 using postchain::concat;
 using postchain::guest::change_struct;
+using postchain::guest::check_version;
 using postchain::guest::copy_times;
 using postchain::guest::create;
 using postchain::guest::Failure;
@@ -24,8 +25,6 @@ namespace postchain::guest {
 
 template <>
 inline constexpr size_t kMinSize<pc_vk_create_info> = offsetof(pc_vk_create_info, queue_family);
-template <>
-inline constexpr size_t kMinSize<pc_vk_frame> = offsetof(pc_vk_frame, depth);
 template <>
 inline constexpr size_t kMinSize<pc_vk_steps> = sizeof(pc_vk_steps);
 
@@ -70,10 +69,7 @@ pc_result pc_vk_create(const pc_vk_create_info* given, pc_vk_instance** instance
         pc_vk_create_info copy;
         const pc_vk_create_info* info = nullptr;
         RETURN_IF_ERROR(read_struct(given, "pc_vk_create_info", copy, info));
-        if (info->api_version >> 16 != PC_API_VERSION >> 16)
-            return {PC_ERROR_VERSION,
-                    concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
-                           ": this library has ", PC_API_VERSION >> 16)};
+        RETURN_IF_ERROR(check_version(info->api_version));
         if ((info->flags & ~uint32_t(PC_VALIDATE | PC_LABELS)) != 0)
             return {PC_ERROR_VERSION, concat("pc_vk_create_info.flags: ", info->flags,
                                              " has a bit other than PC_VALIDATE and PC_LABELS")};

@@ -87,10 +87,10 @@ typedef struct pc_vk_create_info {
      * of them goes into pipeline_cache. */
     size_t (*load_program)(void* user, const char* key, void* bytes, size_t room);
     void (*store_program)(void* user, const char* key, const void* bytes, size_t size);
-    /* A set of programs as SPIR-V, made by postchain-spirv of this version for the host's chains;
-     * stays valid until pc_vk_destroy(). Programs in it are not compiled. NULL = none. A library
-     * without a compiler (POSTCHAIN_VULKAN_COMPILER=OFF) has no others: PC_ERROR_GL names one that
-     * is missing. PC_ERROR_ARGUMENT: damaged, or of another version. */
+    /* A set of programs as SPIR-V, made by postchain-programs of this version for the host's
+     * chains; stays valid until pc_vk_destroy(). Programs in it are not compiled. NULL = none. A
+     * library without a compiler (POSTCHAIN_VULKAN_COMPILER=OFF) has no others: PC_ERROR_GL names
+     * one that is missing. PC_ERROR_ARGUMENT: damaged, or of another version. */
     const void* programs;
     size_t programs_size;
     const VkAllocationCallbacks* allocator; /* of all objects; outlives the instance; NULL = none */
@@ -128,7 +128,7 @@ typedef struct pc_vk_frame {
     uint32_t struct_size;
     uint32_t flags; /* 0; those of pc_frame, such as PC_HALF_PLANES, are in values->flags */
     /* Everything but the images: its textures have the name 0, its pc_slices and barriers are 0.
-     * Without PC_TOP_LEFT row 0 of the images is the bottom. */
+     * Row 0 of the images is the top, unless PC_BOTTOM_LEFT is set. */
     const pc_frame* values;
     pc_vk_image color;    /* scene-linear, premultiplied */
     pc_vk_image depth;    /* its first component */
@@ -137,6 +137,9 @@ typedef struct pc_vk_frame {
     pc_vk_image exposure; /* optional, as in pc_frame */
     /* Required. It may be color: then both have the same view, in VK_IMAGE_LAYOUT_GENERAL. */
     pc_vk_image output;
+    /* The frames before and after, as in pc_frame: their values, color, depth, motion and exposure.
+     * Their output is ignored. In `values` before and after are NULL. */
+    const struct pc_vk_frame *before, *after;
 } pc_vk_frame;
 
 /* Compiles the programs of every frame of this kind, and makes the images of this one: as

@@ -4,8 +4,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "chain/base/parameter.h"
-
 namespace postchain::vk {
 namespace {
 
@@ -20,14 +18,10 @@ uint64_t number_at(std::span<const std::byte> bytes, size_t at) {
 
 }  // namespace
 
-uint64_t program_key(const std::string& source) {
-    return hash_text(concat("SPIR-V ", POSTCHAIN_VERSION, "\n", source));
-}
-
 Result<ProgramSet> ProgramSet::read(std::span<const std::byte> bytes) {
     const auto fault = [](const std::string& what) {
         return Status(StatusCode::usage,
-                      concat("programs: ", what, "; make them by postchain-spirv"));
+                      concat("programs: ", what, "; make them by postchain-programs"));
     };
     if (bytes.size() < kHeaderBytes ||
         std::memcmp(bytes.data(), kSetMagic.data(), kSetMagic.size()) != 0)

@@ -1,5 +1,5 @@
-// A set of programs as SPIR-V in one block of bytes, written when a host is built (postchain-spirv)
-// and handed to pc_vk_create().
+// A set of programs as SPIR-V in one block of bytes, written when a host is built
+// (postchain-programs) and handed to pc_vk_create().
 //
 //   "PCSPIRV1"  version: 24 bytes  count: 8 bytes
 //   count x { key, offset, bytes: 8 bytes each }, sorted by key
@@ -17,9 +17,6 @@
 #include "chain/base/status.h"
 
 namespace postchain::vk {
-
-// The key of a program with this source.
-uint64_t program_key(const std::string& source);
 
 class ProgramSet {
   public:

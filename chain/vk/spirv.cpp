@@ -28,6 +28,7 @@ enum Op : uint32_t {
 };
 enum Decoration : uint32_t { kBufferBlock = 3, kBinding = 33 };
 enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
+constexpr uint32_t kSampled = 1;  // of an image: read as a texture, with a sampler or without
 
 using Words = std::span<const uint32_t>;
 
@@ -71,8 +72,8 @@ struct Module {
         if (storage == kStorageBuffer || buffer_blocks.contains(type)) return {Kind::list};
         if (storage == kUniform) return {Kind::uniforms};
         Words image = types.at(type);
-        const bool sampled = (image[0] & 0xffff) == kTypeSampledImage;
-        if (sampled) image = types.at(image[2]);
+        if ((image[0] & 0xffff) == kTypeSampledImage) image = types.at(image[2]);
+        const bool sampled = image[7] == kSampled;
         const uint32_t component = types.at(image[2])[0] & 0xffff;
         return {sampled ? Kind::texture : Kind::image, 0, component == kTypeFloat && image[5] == 0};
     }

@@ -12,7 +12,7 @@
 
 #ifdef LAYERS
 #ifdef VULKAN
-layout(constant_id = 0) const int layers_first = 0;
+const int layers_first = 0;  // a guest's frame has few layers
 #else
 layout(location = 1) uniform int layers_first;  // Step::first_layer
 #endif

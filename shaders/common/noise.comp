@@ -23,13 +23,21 @@ vec2 halton(uvec2 p) {
         mirrored = 3u * mirrored + index % 3u;
         index /= 3u;
     }
-    return vec2(tile, float(mirrored) / 19683.0);
+    precise const float tap = float(mirrored) / 19683.0;
+    return vec2(tile, tap);
+}
+
+// The upper half of a product, which HLSL has no function for.
+uint high_product(uint a, uint b) {
+    const uvec2 x = uvec2(a & 0xffffu, a >> 16), y = uvec2(b & 0xffffu, b >> 16);
+    const uint middle = x.y * y.x + (x.x * y.x >> 16);  // below 2^32, as the next one
+    const uint other = x.x * y.y + (middle & 0xffffu);
+    return x.y * y.y + (middle >> 16) + (other >> 16);
 }
 
 float gradient_noise(uvec2 p) {
     const uint inner = 288237660u * p.x + 25070368u * p.y;
-    uint high, low;
-    umulExtended(inner, 4221604530u, high, low);
+    const uint high = high_product(inner, 4221604530u);
     return float((52u * inner + high) >> 8) / 16777216.0;
 }
 

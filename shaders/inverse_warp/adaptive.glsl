@@ -19,7 +19,8 @@ float noise_of(Half even, Half odd, vec3 base) {
     precise const vec3 first = base + even.color / even.weight;
     precise const vec3 second = base + odd.color / odd.weight;
     precise const vec3 d = shown(first) - shown(second);
-    return precise_dot(d, d) / 3.0;
+    precise const float mean = precise_dot(d, d) / 3.0;
+    return mean;
 }
 
 // The invocations beyond the frame's border take part in the block's sum, as the border pixel. A

@@ -46,7 +46,8 @@ vec2 encode_velocity(vec2 v) {
     const vec2 quantum = max(power * 9.765625e-4, 5.9604644775390625e-8);
     return roundEven(v / quantum) * quantum;
 #elif STORAGE == 2
-    return (roundEven(v * (127.0 / float(uniforms.tile_px))) + 128.0) / 255.0;
+    precise const vec2 stored = (roundEven(v * (127.0 / float(uniforms.tile_px))) + 128.0) / 255.0;
+    return stored;
 #else
     return v;
 #endif
@@ -54,7 +55,8 @@ vec2 encode_velocity(vec2 v) {
 
 vec2 decode_velocity(vec2 stored) {
 #if STORAGE == 2
-    return (round(stored * 255.0) - 128.0) * (float(uniforms.tile_px) / 127.0);
+    precise const vec2 v = (round(stored * 255.0) - 128.0) * (float(uniforms.tile_px) / 127.0);
+    return v;
 #else
     return stored;
 #endif

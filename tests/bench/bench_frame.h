@@ -1,8 +1,10 @@
 // Shared by the pass benchmarks: a synthetic frame, planes on the device, order statistics.
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "chain/base/status.h"
@@ -29,10 +31,26 @@ struct BenchFrame {
     double still = 0;    // fraction of the pixels
 };
 
+// All surfaces have waves and bars, so that FXAA finds edges. Color values fit in half, like those
+// of most files.
+//
 // Still sky, ground of which the right half moves, and a disc in front, in focus, that turns by 60
-// px a frame at its rim. All surfaces have waves and bars, so that FXAA finds edges. Color values
-// fit in half, like those of most files. The camera's pan adds `pan_px` to x of all vectors.
+// px a frame at its rim. The camera's pan adds `pan_px` to x of all vectors.
 BenchFrame make_frame(int width, int height, double pan_px = 0);
+
+// What games show most of the time, with no known bounds. Motion scales with the width.
+enum class Scene {
+    third_person,  // the camera pans slowly; a figure in focus, far blur of 2 px radius
+    race,          // the camera drives forward, fast; no lens
+    dialog,        // a head in focus, one in front of it and the wall behind blurred by 20 to 40 px
+    menu           // nothing moves, all is sharp
+};
+inline constexpr std::array<std::pair<Scene, const char*>, 4> kScenes = {
+    {{Scene::third_person, "third person"},
+     {Scene::race, "race"},
+     {Scene::dialog, "dialog"},
+     {Scene::menu, "menu"}}};
+BenchFrame make_frame(int width, int height, Scene scene);
 
 struct Settings {
     int width;

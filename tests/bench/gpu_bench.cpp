@@ -34,13 +34,6 @@ struct Case {
 std::vector<Case> cases() {
     using Text = std::string;
     std::vector<Case> all = {{"copy", {}}};
-    // The shipped chain of this name (config/chains), then those that are tiers too.
-    all.push_back(
-        {"paper",
-         {{"motion_blur", {{"mode", Text("guertin")}, {"samples", int64_t(25)}}},
-          {"fxaa", {{"preset", int64_t(12)}, {"hint", Text("checkerboard")}}},
-          {"depth_of_field",
-           {{"method", Text("gilham")}, {"downsample", int64_t(4)}, {"leak", Text("coc")}}}}});
     for (const guest::Tier& tier : guest::tiers()) all.push_back({tier.name, tier.passes});
     for (const char* pass : {"motion_blur", "depth_of_field"}) all.push_back({pass, {{pass, {}}}});
     for (const char* mode : {"guertin", "single"})
@@ -121,6 +114,12 @@ class Bench {
           device_(device),
           frame_(std::move(frame)) {}
     const BenchFrame& frame() const { return frame_; }
+    // Another frame of the same size.
+    void set_frame(BenchFrame frame, bool elides) {
+        frame_ = std::move(frame);
+        options_.elide = elides;
+        device_.set_planes(frame_.planes);
+    }
     double bandwidth() const { return bandwidth_; }
 
     // GB/s of a copy of a frame too large for caches; on a software renderer, of a frame of this
@@ -246,5 +245,12 @@ int main(int argc, char** argv) {
                 "ms/Mpx", "B/px", "GB/s", "share", "taps/px", "ns/tap", "MiB", "copies");
     for (const Case& one : cases())
         if (one.name.find(only) != std::string::npos) bench.run(one);
+    for (const auto& [scene, name] : kScenes) {
+        bench.set_frame(make_frame(settings.width, settings.height, scene), true);
+        for (const guest::Tier& tier : guest::tiers())
+            if (const Case one = {concat(name, "/", tier.name), tier.passes};
+                one.name.find(only) != std::string::npos)
+                bench.run(one);
+    }
     return 0;
 }

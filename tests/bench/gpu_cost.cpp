@@ -5,13 +5,15 @@
 //   program with marks --software renderer--> visits /
 //   plan --> levels                           all of these --published rates--> ms
 //
-//   gpu_cost --input=FRAMES [--frames=2] [--camera=FILE] [--halves] [--steps] [--parts] [--check]
-//            [CHAIN...]
+//   gpu_cost [--size=WIDTHxHEIGHT | --input=FRAMES [--frames=2] [--camera=FILE]]
+//            [--alone] [--halves] [--steps] [--parts] [--check] [CHAIN...]
 //
 // CHAIN: a shipped chain, a chain file, or a tier of a guest ("tier:fast"); default: the shipped
-// chains. The frame is an engine's: no known facts; frames before and after it are neighbors if
-// they are there. Counts are scaled to 1920x1080. A wave is 32 invocations; the longest of them
-// counts (tests/bench/visit_marks.h). --halves: planes of half precision, as a guest may choose.
+// chains. The frames are the typical ones of gpu_bench, alone, and their mean; with --input one of
+// files, with the frames before and after it as neighbors if they are there, unless --alone. It is
+// an engine's: no known facts. Counts are scaled to 1920x1080. A wave is 32 invocations; the
+// longest of them counts (tests/bench/visit_marks.h). --halves: planes of half precision, as a
+// guest may choose.
 // --steps: a row of each step, otherwise of each chain. --parts: the costliest parts of each step.
 // --check: rank correlation with the CPU times of the same steps on the software renderer.
 // Needs no GPU. Exit code 77: a compiler is missing.
@@ -28,6 +30,7 @@
 #include "chain/egl/context.h"
 #include "chain/guest/presets.h"
 #include "chain/pass/depth_at.h"
+#include "chain/pass/resolved_chain.h"
 #include "chain/plan/hazards.h"
 #include "chain/plan/storage.h"
 #include "tests/bench/amd_compiler.h"
@@ -105,7 +108,7 @@ Chain chain_of(const std::string& name) {
 }
 
 struct Costs {
-    std::string chain;
+    std::string chain;  // and the frame
     Plan plan;
     std::vector<StepCost> steps;
 };
@@ -201,7 +204,8 @@ void print_head() {
     std::printf("\n");
 }
 
-void print_row(const std::string& name, const std::vector<StepCost>& steps) {
+// `frames`: how many the steps are of; the row is their mean.
+void print_row(const std::string& name, const std::vector<StepCost>& steps, double frames = 1) {
     double waves = 0, texels = 0, bytes = 0;
     int levels = 0;
     std::vector<double> instructions(kGenerations.size(), 0), ms(std::size(kRates), 0);
@@ -213,11 +217,12 @@ void print_row(const std::string& name, const std::vector<StepCost>& steps) {
         for (size_t g = 0; g < instructions.size(); ++g) instructions[g] += step.instructions[g];
         for (size_t d = 0; d < ms.size(); ++d) ms[d] += step.ms(kRates[d]);
     }
-    std::printf("| %s | %.0f |", name.c_str(), waves);
+    std::printf("| %s | %.0f |", name.c_str(), waves / frames);
     // Instructions are of a wave, which has 32 pixels.
-    for (const double all : instructions) std::printf(" %.0f |", all * kWave / kPixels);
-    std::printf(" %.1f | %.0f | %d |", texels * kWave / kPixels, bytes / kPixels, levels);
-    for (const double one : ms) std::printf(" %.3g |", one);
+    for (const double all : instructions) std::printf(" %.0f |", all * kWave / kPixels / frames);
+    std::printf(" %.1f | %.0f | %.3g |", texels * kWave / kPixels / frames,
+                bytes / kPixels / frames, levels / frames);
+    for (const double one : ms) std::printf(" %.3g |", one / frames);
     std::printf("\n");
 }
 
@@ -267,15 +272,16 @@ void print_check(const std::vector<Costs>& all) {
 
 int main(int argc, char** argv) {
     const char* usage =
-        "gpu_cost --input=FRAMES [--frames=2] [--camera=FILE] [--halves] [--steps] [--parts] "
-        "[--check] [CHAIN...]";
+        "gpu_cost [--size=WIDTHxHEIGHT | --input=FRAMES [--frames=2] [--camera=FILE]] [--alone] "
+        "[--halves] [--steps] [--parts] [--check] [CHAIN...]";
     Arguments arguments(argc, argv, usage);
     const Shot shot = take_shot(arguments);
-    const bool halves = arguments.flag("--halves"), steps = arguments.flag("--steps"),
-               parts = arguments.flag("--parts"), check = arguments.flag("--check");
+    const auto [width, height] = arguments.size(960, 540);
+    const bool alone = arguments.flag("--alone"), halves = arguments.flag("--halves"),
+               steps = arguments.flag("--steps"), parts = arguments.flag("--parts"),
+               check = arguments.flag("--check");
     std::vector<std::string> chains = arguments.words();
     if (chains.empty()) chains = shipped_chains();
-    if (shot.pattern.empty()) fail(std::string("give frames: ") + usage, 2);
     if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
         fail("glslangValidator is not installed", kSkipped);
     PlanOptions options;
@@ -300,21 +306,37 @@ int main(int argc, char** argv) {
         const Chain chain = chain_of(name);
         wanted = wanted | chain.required() | chain.optional();
     }
-    const std::vector<Frame> frames = read_shot(shot, wanted - kMotionBack);
-    std::vector<Costs> all;
-    for (const std::string& name : chains) {
-        all.push_back(costs_of(name, frames[0], options, programs, marks, executor, visits, parts));
-        if (check) measure_cpu(all.back(), frames[0], software);
-    }
+    if (alone) wanted = without_neighbors(wanted);
+    std::vector<std::pair<std::string, Frame>> frames;
+    if (shot.pattern.empty())
+        for (const auto& [scene, name] : kScenes) {
+            BenchFrame made = make_frame(width, height, scene);
+            Frame frame{made.description, {}};
+            for (auto& [role, plane] : made.planes)
+                frame.planes[role] = std::make_shared<const ImageF>(std::move(plane));
+            frames.push_back({concat(" ", name), std::move(frame)});
+        }
+    else
+        frames.push_back({"", read_shot(shot, wanted - kMotionBack).at(0)});
     std::printf(
         "A count, good to a factor of 1.5 to 2. Wave-instructions, texels and bytes of a pixel at "
         "1920x1080 (counted at %dx%d); ms.\n\n",
-        frames[0].description.width, frames[0].description.height);
+        frames[0].second.description.width, frames[0].second.description.height);
     print_head();
-    for (const Costs& costs : all) {
-        print_row("**" + costs.chain + "**", costs.steps);
-        for (size_t i = 0; steps && i < costs.steps.size(); ++i)
-            print_row(costs.steps[i].name, {costs.steps[i]});
+    std::vector<Costs> all;
+    for (const std::string& name : chains) {
+        std::vector<StepCost> sum;
+        for (const auto& [title, frame] : frames) {
+            Costs costs = costs_of(name, frame, options, programs, marks, executor, visits, parts);
+            costs.chain += title;
+            if (check) measure_cpu(costs, frame, software);
+            print_row("**" + costs.chain + "**", costs.steps);
+            for (size_t i = 0; steps && i < costs.steps.size(); ++i)
+                print_row(costs.steps[i].name, {costs.steps[i]});
+            sum.insert(sum.end(), costs.steps.begin(), costs.steps.end());
+            all.push_back(std::move(costs));
+        }
+        if (frames.size() > 1) print_row("**" + name + "**, mean", sum, double(frames.size()));
     }
     if (check) print_check(all);
     return 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "chain/egl/context.h"
+#include "chain/guest/postchain_plan.h"
 #include "tests/bench/arguments.h"
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
@@ -98,6 +99,21 @@ pc_counters counters_of(const pc::Instance& guest) {
     return counters;
 }
 
+// Microseconds of a frame, the quickest repeat first.
+template <class Run>
+std::vector<double> times_of(const Run& run, int repeats) {
+    std::vector<double> times;
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+        const auto start = std::chrono::steady_clock::now();
+        for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
+        const std::chrono::duration<double, std::micro> time =
+            std::chrono::steady_clock::now() - start;
+        times.push_back(time.count() / kFramesOfARepeat);
+    }
+    std::sort(times.begin(), times.end());
+    return times;
+}
+
 void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame frame,
              int repeats) {
     auto info = pc::create_info();
@@ -124,16 +140,8 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
     for (const auto& [name, number] : GlCalls::stop()) calls += number;
     const pc_counters after = counters_of(guest);
 
-    std::vector<double> times;
-    for (int repeat = 0; repeat < repeats; ++repeat) {
-        const auto start = std::chrono::steady_clock::now();
-        for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
-        const std::chrono::duration<double, std::micro> time =
-            std::chrono::steady_clock::now() - start;
-        times.push_back(time.count() / kFramesOfARepeat);
-    }
+    const std::vector<double> times = times_of(run, repeats);
     silence_gl(false);
-    std::sort(times.begin(), times.end());
     const auto a_frame = [](uint64_t number) { return double(number) / kFramesOfARepeat; };
     std::printf("%-9s %-8s %-28s %8.1f %8.1f %9.1f %9.1f %9.1f %12.1f %12.1f\n", chain.name,
                 state == PC_STATE_RESTORE ? "restore" : "reset", kind.name, times.front(),
@@ -141,6 +149,33 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
                 a_frame(after.dispatches - before.dispatches),
                 a_frame(after.barriers - before.barriers), a_frame(made),
                 double(after.texture_bytes) * 1e-6);
+}
+
+// The same frame by pc_plan_frame(), whose steps the host executes.
+void measure_plan(const NamedChain& chain, const Kind& kind, pc_frame frame, int repeats) {
+    frame.color.internal_format = frame.output.internal_format = PC_FORMAT_RGBA16F;
+    frame.depth.internal_format = PC_FORMAT_R32F;
+    frame.motion.internal_format = PC_FORMAT_RG16F;
+    auto info = pc::make<pc_plan_create_info>();
+    info.api_version = PC_API_VERSION;
+    info.max_width = 1920;
+    info.max_height = 1080;
+    pc_planner* planner = nullptr;
+    if (pc_plan_create(&info, &planner) != PC_OK) fail(pc_error());
+    auto plan = pc::make<pc_plan>();
+    const auto run = [&](int i) {
+        kind.change(frame, chain.chain.get(), i);
+        if (pc_plan_frame(planner, chain.chain.get(), &frame, &plan) != PC_OK) fail(pc_error());
+    };
+    for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
+    const uint64_t allocated = allocations();
+    for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
+    const double made = double(allocations() - allocated) / kFramesOfARepeat;
+    const std::vector<double> times = times_of(run, repeats);
+    std::printf("%-9s %-8s %-28s %8.1f %8.1f %9s %9u %9s %9.1f %12.1f\n", chain.name, "plan",
+                kind.name, times.front(), times[times.size() / 2], "-", plan.step_count, "-", made,
+                double(plan.slot_bytes) * 1e-6);
+    pc_plan_destroy(planner);
 }
 
 }  // namespace
@@ -155,7 +190,8 @@ int main(int argc, char** argv) {
     if (!context.ok()) fail(context.status().message());
     const pc_frame frame = make_frame(1920, 1080);
     std::printf(
-        "pc_run() on a GL that does nothing, 1920x1080; microseconds of the quickest and of "
+        "pc_run() on a GL that does nothing, and pc_plan_frame(), 1920x1080; microseconds of the "
+        "quickest and of "
         "the median of %d repeats of %d frames\n",
         repeats, kFramesOfARepeat);
     std::printf("%-9s %-8s %-28s %8s %8s %9s %9s %9s %12s %12s\n", "chain", "state", "frame",
@@ -177,6 +213,7 @@ int main(int argc, char** argv) {
         for (const NamedChain& chain : chains) {
             measure(chain, PC_STATE_RESET, kind, frame, repeats);
             measure(chain, PC_STATE_RESTORE, kind, frame, repeats);
+            measure_plan(chain, kind, frame, repeats);
         }
     }
     return 0;

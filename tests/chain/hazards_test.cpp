@@ -154,6 +154,49 @@ void expect_ordered(const Plan& plan, const std::vector<int>& storage) {
         }
 }
 
+// Likewise: a device that knows the state of each storage. Each use is one of the state, each
+// transition begins at the state that is, at a step that waits, and one lies between any two steps
+// of which one writes what the other uses.
+void expect_states(const Plan& plan, const std::vector<int>& storage) {
+    const auto waits = waits_of(plan, storage);
+    const auto transitions = transitions_of(plan, storage, waits);
+    struct State {
+        uint32_t uses = 0;
+        TextureId texture = -1;
+        int since = -1;
+    };
+    std::map<int, State> states;
+    size_t next = 0;
+    for (int i = 0; i < int(plan.steps.size()); ++i) {
+        for (; next < transitions.size() && transitions[next].step == i; ++next) {
+            const Transition& one = transitions[next];
+            State& state = states[storage[size_t(one.texture)]];
+            EXPECT_TRUE(i == 0 || waits[size_t(i)] != 0);
+            EXPECT_EQ(std::pair(one.from, one.before), std::pair(state.uses, state.texture));
+            state = {one.to, one.texture, i};
+        }
+        const Step& step = plan.steps[size_t(i)];
+        for (const Binding& b : step.bindings) {
+            State& state = states[storage[size_t(b.texture)]];
+            EXPECT_EQ(uses_of(step, b) & ~state.uses, 0u) << step.name;
+            state.texture = b.texture;
+            for (int earlier = 0; earlier < i; ++earlier)
+                for (const Binding& a : plan.steps[size_t(earlier)].bindings) {
+                    if (storage[size_t(a.texture)] != storage[size_t(b.texture)]) continue;
+                    const bool first = plan.steps[size_t(earlier)].writes(a),
+                               second = step.writes(b);
+                    // Those that write one texture together write different pixels, and no list
+                    // is filled after it was read.
+                    if ((!first && !second) || (first && second && a.texture == b.texture) ||
+                        (!first && a.access == Access::list))
+                        continue;
+                    EXPECT_GT(state.since, earlier) << step.name;
+                }
+        }
+    }
+    EXPECT_EQ(next, transitions.size());
+}
+
 // A frame of which nothing is known.
 Plan plan_of(const Chain& chain, bool neighbors = false) {
     test::TestFrame frame = test::layered_frame(32, 20, {0, 0}, {0, 0});
@@ -306,6 +349,7 @@ TEST(Hazards, OfRandomPlansAndImports) {
             plan.steps.push_back(std::move(step));
         }
         expect_ordered(plan, storage);
+        expect_states(plan, storage);
         ASSERT_FALSE(HasFailure()) << "round " << round;
     }
 }

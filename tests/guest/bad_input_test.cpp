@@ -81,6 +81,21 @@ TEST_F(BadInput, Textures) {
     refused(kInput, "color: a frame of 48x33", [](F f) { f.height = kHeight + 1; });
     refused(kInput, "color: name 0", [](F f) { f.color.name = 0; });
     refused(kInput, "motion", [](F f) { f.motion.name = 0; });
+    pc_frame other = host_.frame;
+    const auto refused_neighbor = [&](pc_result code, const char* text,
+                                      const std::function<void(F)>& spoil) {
+        other = host_.frame;
+        spoil(other);
+        refused(code, concat("before", text), [&](F f) { f.before = &other; });
+        refused(code, concat("after", text), [&](F f) { f.after = &other; });
+    };
+    refused_neighbor(kInput, ".color: name 0", [](F f) { f.color.name = 0; });
+    refused_neighbor(kInput, ".motion: name 0; give the plane", [](F f) { f.motion.name = 0; });
+    refused_neighbor(kInput, ".depth.internal_format: 0x1",
+                     [](F f) { f.depth.internal_format = 1; });
+    refused_neighbor(kInput, ".exposure: give it in both", [](F f) { f.exposure = f.depth; });
+    refused_neighbor(kChain, ".near_clip", [](F f) { f.depth_encoding = PC_DEPTH_FORWARD; });
+    refused_neighbor(PC_ERROR_VERSION, ".struct_size is 8", [](F f) { f.struct_size = 8; });
     refused(kInput, "depth", [](F f) { f.depth.name = 0; });
     refused(kInput, "the frame is 0x0", [](F f) { f.color.width = f.color.height = 0; });
     refused(kInput, "-3x", [](F f) { f.width = -3; });
@@ -113,6 +128,8 @@ TEST_F(BadInput, Values) {
         f.depth_encoding = PC_DEPTH_FORWARD;
         f.near_clip = f.far_clip = 1;
     });
+    refused(kArgument, "flags: PC_TOP_LEFT and PC_BOTTOM_LEFT; give one",
+            [](F f) { f.flags |= PC_TOP_LEFT | PC_BOTTOM_LEFT; });
     refused(kArgument, "depth_encoding: 9", [](F f) { f.depth_encoding = 9; });
     refused(kChain, "depth_range: both ends are 0.5", [](F f) {
         f.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
@@ -128,7 +145,7 @@ TEST_F(BadInput, Values) {
             [](F f) { f.motion_size[0] = 32, f.motion_size[1] = 61; });
     refused(kArgument, "no texture \"nothing\"", [](F f) { f.debug_view = "nothing"; });
     refused(kArgument, "debug_view: longer than", [](F f) { f.debug_view = endless.c_str(); });
-    refused(PC_ERROR_VERSION, "pc_frame.flags: 518", [](F f) { f.flags |= 0x200; });
+    refused(PC_ERROR_VERSION, "pc_frame.flags: 1030", [](F f) { f.flags |= 0x400; });
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved = 1; });
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved_2 = 1; });
     refused(PC_ERROR_VERSION, "pc_frame.reserved", [](F f) { f.reserved_3[1] = 1; });
@@ -267,6 +284,13 @@ TEST_F(Validated, NamesTargetsSizesAndFormats) {
 }
 
 // Values that no frame has.
+TEST_F(Validated, Neighbors) {
+    const HostTexture other(GL_RG32F, kWidth, kHeight);
+    pc_frame before = host_.frame;
+    before.color.name = other.texture().name;
+    refused(kInput, "before.color: ", [&](F f) { f.before = &before; });
+}
+
 TEST_F(Validated, BoundsAndLens) {
     refused(kChain, "nearest: 5 is beyond farthest, 2", [](F f) { f.nearest = 5, f.farthest = 2; });
     refused(kChain, "max_speed_px is -1; give a bound, or 0", [](F f) { f.max_speed_px = -1; });

@@ -248,11 +248,11 @@ TEST(Tiers, AreListed) {
         EXPECT_STRNE(help, "");
         ++count;
     }
-    EXPECT_EQ(count, 4u);
-    EXPECT_THAT(pc_error(), HasSubstr("there are 4 tiers"));
+    EXPECT_EQ(count, 5u);
+    EXPECT_THAT(pc_error(), HasSubstr("there are 5 tiers"));
     pc_chain* none = nullptr;
     EXPECT_EQ(pc_chain_create("tier:cinema", &none), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("unknown tier \"cinema\"; known are realtime, fast"));
+    EXPECT_THAT(pc_error(), HasSubstr("unknown tier \"cinema\"; known are paper, realtime, fast"));
 }
 
 double squared_error(const ImageF& found, const ImageF& expected) {

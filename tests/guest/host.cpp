@@ -107,6 +107,30 @@ HostFrameTextures canonical_frame(int width, int height, uint32_t seed) {
     return {std::move(test), std::move(color), std::move(depth), std::move(motion), frame};
 }
 
+HostNeighbor neighbor_of(const HostFrameTextures& host, Neighbor neighbor) {
+    TestFrame test = host.test;
+    add_neighbors(test);
+    FramePlanes planes;
+    for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
+        planes[role] = test.planes.at(role_of(neighbor, role));
+    HostTexture color(GL_RGBA32F, planes.at(Role::color));
+    HostTexture depth(GL_R32F, planes.at(Role::inverse_depth));
+    HostTexture motion(GL_RG32F, planes.at(Role::motion));
+    pc_frame frame = host.frame;
+    frame.color = color;
+    frame.depth = depth;
+    frame.motion = motion;
+    return {std::move(planes), std::move(color), std::move(depth), std::move(motion), frame};
+}
+
+TestFrame with_neighbor(TestFrame frame, const HostNeighbor& made, Neighbor neighbor) {
+    for (const auto& [role, plane] : made.planes) {
+        frame.description.planes.add(role_of(neighbor, role));
+        frame.planes[role_of(neighbor, role)] = plane;
+    }
+    return frame;
+}
+
 pc::Instance instance(uint32_t flags, pc_state state) {
     make_host_context();
     auto info = pc::create_info();

@@ -58,6 +58,16 @@ struct HostFrameTextures {
 };
 HostFrameTextures canonical_frame(int width, int height, uint32_t seed = 1);
 
+// A neighbor of `host`, whose planes are made by add_neighbors(), on the device.
+struct HostNeighbor {
+    FramePlanes planes;  // under the names of its own frame
+    HostTexture color, depth, motion;
+    pc_frame frame;
+};
+HostNeighbor neighbor_of(const HostFrameTextures& host, Neighbor neighbor);
+// The frame with the planes of this neighbor too.
+TestFrame with_neighbor(TestFrame frame, const HostNeighbor& made, Neighbor neighbor);
+
 // A failure fails the test.
 pc::Instance instance(uint32_t flags = 0, pc_state state = PC_STATE_RESTORE);
 pc::Chain chain(const char* passes);

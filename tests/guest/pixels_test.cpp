@@ -32,6 +32,85 @@ TEST_F(Pixels, CanonicalTexturesGiveTheCommandsBits) {
     expect_equal(filtered(made(), whole), expected());
 }
 
+// The frame before alone, and both. Each in place, and in conventions of its own.
+TEST_F(Pixels, NeighborsGiveTheCommandsBits) {
+    const auto made = chain("joint_blur");
+    const HostNeighbor before = neighbor_of(host(), Neighbor::before),
+                       after = neighbor_of(host(), Neighbor::after);
+    TestFrame test = host().test;
+    pc_frame frame = host().frame;
+    ImageF alone = by_executor(test, "joint_blur");
+
+    test = with_neighbor(std::move(test), before, Neighbor::before);
+    frame.before = &before.frame;
+    const ImageF with_before = by_executor(test, "joint_blur");
+    EXPECT_GT(changed(with_before, alone), 0.01);
+    expect_equal(filtered(made, frame), with_before);
+
+    test = with_neighbor(std::move(test), after, Neighbor::after);
+    const ImageF with_both = by_executor(test, "joint_blur");
+    EXPECT_GT(changed(with_both, with_before), 0.01);
+    // Rows from the bottom in a rectangle, a distance, vectors in parts of a pixel with a jitter,
+    // and brighter color than the frame's. Factors are powers of two, so that nothing is rounded.
+    ImageF color = after.planes.at(Role::color), distance = after.planes.at(Role::inverse_depth),
+           motion = with_y_up(after.planes.at(Role::motion));
+    for (size_t i = 0; i < color.data.size(); ++i)
+        if (i % 4 != 3) color.data[i] *= 4;
+    for (float& value : distance.data) value = 1 / value;
+    for (size_t i = 0; i < motion.data.size(); ++i)
+        motion.data[i] = (motion.data[i] + (i % 2 ? 0.25f : -0.5f)) / 2;
+    const auto at = [](unsigned format, const ImageF& plane, int x, int y) {
+        return HostTexture::inside(format, upside_down(plane), 128, 80, x, y);
+    };
+    const HostTexture own_color = at(GL_RGBA32F, color, 5, 7),
+                      own_depth = at(GL_R32F, distance, 1, 2),
+                      own_motion = at(GL_RG32F, motion, 32, 20);
+    pc_frame turned = after.frame;
+    turned.flags = PC_BOTTOM_LEFT | PC_MOTION_JITTERED | PC_MOTION_TO_NEXT | PC_NO_ELISION;
+    turned.width = kWidth;
+    turned.height = kHeight;
+    turned.color = own_color;
+    turned.depth = own_depth;
+    turned.motion = own_motion;
+    turned.depth_encoding = PC_DEPTH_LINEAR;
+    turned.pre_exposure = 4;
+    turned.motion_scale[0] = turned.motion_scale[1] = 2;
+    turned.jitter_px[0] = 0.5f;
+    turned.other_jitter_px[1] = 0.25f;
+    frame.after = &turned;
+    expect_equal(filtered(made, frame), with_both);
+    EXPECT_THAT(pc::explain(guest().get()), ::testing::HasSubstr("import_after"));
+
+    // The output may be a plane of a neighbor, which is then read before.
+    HostNeighbor overwritten = neighbor_of(host(), Neighbor::before);
+    frame.before = &overwritten.frame;
+    frame.output = overwritten.frame.color;
+    expect_equal(filtered(made, frame), with_both);
+}
+
+// At cuts, with another size, at half resolution and under a mask.
+TEST_F(Pixels, NeighborsThatAreNotUsed) {
+    const auto made = chain("joint_blur");
+    const HostNeighbor before = neighbor_of(host(), Neighbor::before);
+    const HostTexture output(GL_RGBA32F, kWidth, kHeight),
+        mask(GL_R32F, ImageF(kWidth, kHeight, 1));
+    const std::function<void(pc_frame&, pc_frame&)> changes[] = {
+        [](pc_frame& f, pc_frame&) { f.flags |= PC_CAMERA_CUT; },
+        [](pc_frame&, pc_frame& neighbor) { neighbor.flags |= PC_CAMERA_CUT; },
+        [](pc_frame&, pc_frame& neighbor) { neighbor.width = kWidth - 1; },
+        [&](pc_frame& f, pc_frame&) { f.flags |= PC_HALF_RESOLUTION; },
+        [&](pc_frame& f, pc_frame&) { f.mask = mask; }};
+    for (const auto& change : changes) {
+        SCOPED_TRACE(&change - changes);
+        pc_frame frame = host().frame, neighbor = before.frame;
+        frame.output = output;
+        change(frame, neighbor);
+        const ImageF expected = filtered(made, frame);
+        frame.before = &neighbor;
+        expect_equal(filtered(made, frame), expected);
+    }
+}
+
 TEST_F(Pixels, FastMathChangesRoundingAlone) {
     for (const char* passes : {kPasses, "joint_blur,fxaa"}) {
         const auto made = chain(passes);

@@ -34,6 +34,20 @@ class Textures {
         for (const unsigned format : {GL_R8, GL_R32F}) mask_.emplace_back(format, kSide, kSide);
     }
 
+    // A neighbor of the frame, used or not.
+    pc_frame neighbor(Random& random, const pc_frame& frame) const {
+        pc_frame kind = frame;
+        kind.mask = {};
+        pc_frame made = this->frame(random, kind);
+        if (random.chance(0.2)) return made;
+        for (pc_texture* texture : {&made.color, &made.depth, &made.motion})
+            texture->x = texture->y = 0;
+        made.width = frame.width;
+        made.height = frame.height;
+        for (int i = 0; i < 2; ++i) made.depth_size[i] = made.motion_size[i] = 0;
+        return made;
+    }
+
     // A frame of a kind, every other member of it at random.
     pc_frame frame(Random& random, const pc_frame& kind) const {
         auto frame = pc::make<pc_frame>();
@@ -131,6 +145,12 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
             if (flags != 0) kind.mask = textures.mask(), kind.exposure = textures.exposure();
             pc_frame first = textures.frame(random, kind);
             first.mask = kind.mask;
+            first.flags &= ~uint32_t(PC_CAMERA_CUT);
+            pc_frame earlier = first, later = first;
+            if (flags == 0) first.before = &earlier;
+            if (flags == 0 && made == &joint) first.after = &later;
+            kind.before = first.before;
+            kind.after = first.after;
             ASSERT_EQ(pc_prepare(guest.get(), made->get(), &first, 1), PC_OK)
                 << pc_last_error(guest.get());
             kinds.push_back(kind);
@@ -141,7 +161,11 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
         int refusals = 0;
         for (int i = 0; i < kFrames; ++i) {
             const pc_frame& kind = kinds[size_t(random.whole(0, int(kinds.size()) - 1))];
-            const pc_frame frame = textures.frame(random, kind);
+            pc_frame frame = textures.frame(random, kind);
+            const pc_frame earlier = textures.neighbor(random, frame),
+                           later = textures.neighbor(random, frame);
+            if (kind.before && random.chance(0.5)) frame.before = &earlier;
+            if (kind.after && random.chance(0.5)) frame.after = &later;
             if (pc_run(guest.get(), made->get(), &frame, nullptr) == PC_OK) continue;
             ++refusals;
             refused.insert(pc_last_error(guest.get()));
@@ -190,6 +214,14 @@ TEST(Prepared, TheMessageNamesTheMember) {
     expect_error(pc_run(guest.get(), own.get(), &host.frame, nullptr), PC_ERROR_PREPARE,
                  "values were changed since pc_prepare()");
     prepare_and_run(guest, own, host.frame);
+    pc_frame between = host.frame;
+    for (const auto& [member, name] :
+         {std::pair(&pc_frame::before, "before"), {&pc_frame::after, "after"}}) {
+        between.*member = &host.frame;
+        expect_error(pc_run(guest.get(), own.get(), &between, nullptr), PC_ERROR_PREPARE,
+                     concat(name, ": given, and not to pc_prepare(); call"));
+        prepare_and_run(guest, own, between);
+    }
     // Also if a frame with a flag was prepared later.
     pc_frame flagged = host.frame;
     flagged.flags |= PC_NO_ELISION;

@@ -38,12 +38,12 @@ def one(pattern, prefix):
 
 
 def libraries(options):
-    """Library name -> header that declares its symbols."""
-    parts = {"postchain": "postchain.h", "postchain_plan": "postchain.h"}
+    """Library name -> headers that declare its symbols."""
+    parts = {"postchain": ["postchain.h"], "postchain_plan": ["postchain.h", "postchain_plan.h"]}
     if not options.core:
-        parts["postchain_config"] = "chain_from_text.h"
+        parts["postchain_config"] = ["chain_from_text.h"]
     if options.vulkan:
-        parts["postchain_vk"] = "postchain_vk.h"
+        parts["postchain_vk"] = ["postchain_vk.h"]
     return parts
 
 
@@ -71,7 +71,7 @@ def headers(options):
     """Each compiles alone, without a warning."""
     folder = options.prefix / "include"
     files = sorted(folder.glob("postchain/*"))
-    names = {"postchain.hpp", *libraries(options).values()}
+    names = {"postchain.hpp"}.union(*libraries(options).values())
     expect_equal({file.name for file in files}, names, "headers")
     flags = ["-fsyntax-only", *WARNINGS, "-Wconversion", "-Wshadow", "-I", folder]
     with tempfile.TemporaryDirectory() as name:
@@ -87,8 +87,8 @@ def headers(options):
 def symbols(options):
     """The shared libraries export the functions that their headers declare and their maps list,
     under the version of their soname. A function is in one library."""
-    exported = {}
-    for name, header in libraries(options).items():
+    exported, declared = [], {}
+    for name, of_library in libraries(options).items():
         library = one(f"lib/**/lib{name}.so", options.prefix)
         map_text = (ROOT / f"tools/packaging/{name}.map.in").read_text()
         listed = set(re.findall(r"^\s+(pc_\w+);$", map_text, flags=re.M))
@@ -104,13 +104,15 @@ def symbols(options):
             (shown_private if "PRIVATE" in version else shown).add(symbol)
         expect_equal(shown, listed, f"symbols of {library.name} against its map")
         expect_equal(shown_private, private, f"private symbols of {library.name}")
-        exported.setdefault(header, []).extend(shown)
-    for header, names in exported.items():
-        text = (options.prefix / "include/postchain" / header).read_text()
-        text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
-        declared = set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
-        expect_equal(set(names), declared, f"exported symbols against {header}")
-        assert len(names) == len(declared), f"two libraries export a function of {header}"
+        exported += shown
+        for header in of_library:
+            text = (options.prefix / "include/postchain" / header).read_text()
+            text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+            declared[header] = set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
+        expect_equal(shown - set().union(*(declared[header] for header in of_library)), set(),
+                     f"symbols of {library.name} that its headers do not declare")
+    expect_equal(set(exported), set().union(*declared.values()), "exported symbols against the headers")
+    assert len(exported) == len(set(exported)), "two libraries export one function"
 
 
 def needed(options):
@@ -193,7 +195,7 @@ def examples(options):
 def samples(options):
     """The samples build on their own, against the installed tree. OGRE's finds it: tests/ogre compiles its
     sources, which takes long."""
-    for name in ("glfw", "ogre") + (("vulkan",) if options.vulkan else ()):
+    for name in ("glfw", "ogre") + (("vulkan", "own_device") if options.vulkan else ()):
         folder = options.prefix / "samples" / name
         call("cmake", "-S", ROOT / "tools" / "samples" / name, "-B", folder,
              f"-DCMAKE_PREFIX_PATH={options.prefix}")
@@ -330,6 +332,21 @@ def packages(options):
     source_package(options, folder / "source")
 
 
+def notices(options):
+    """The copyright file has the holders of every archive of the system that a library or program contains."""
+    ours = (ROOT / "tools/packaging/debian/copyright").read_text().replace(",", "")
+    linked = re.findall(r"^build (?:lib|tools)/[^\n]*_LINKER__.*?^\n", (options.build / "build.ninja").read_text(),
+                        re.S | re.M)
+    archives = {archive for one in linked for archive in re.findall(r"/usr/lib/\S+\.a\b", one)}
+    if options.vulkan:
+        assert archives, "no archive is linked"
+    for package in set(re.findall(r"^([^:\s]+):", call("dpkg", "-S", *archives), re.M)) if archives else []:
+        text = pathlib.Path(f"/usr/share/doc/{package}/copyright").read_text()
+        for files, holders in re.findall(r"^Files: (.*?)^Copyright: (.*?)^License:", text, re.S | re.M):
+            for holder in holders.splitlines() if not files.startswith("debian/") else []:
+                assert holder.strip().replace(",", "") in ours, f"tools/packaging/debian/copyright lacks {holder.strip()} of {package}"
+
+
 def keeps_policy(deb):
     """The errors that lintian reports; by lintian itself, if it is installed."""
     name = call("dpkg-deb", "-f", deb, "Package").strip()
@@ -398,7 +415,7 @@ def use_unpacked(options, folder, names):
 
 def main():
     checks = {check.__name__: check for check in (tree, headers, symbols, needed, examples,
-                                                  samples, command, plugin, packages)}
+                                                  samples, command, plugin, packages, notices)}
     parser = argparse.ArgumentParser()
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=pathlib.Path, required=True)

@@ -1,6 +1,8 @@
 #include "tests/programs/spirv.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 
 namespace postchain::test {
 namespace {
@@ -18,16 +20,19 @@ enum Op : uint32_t {
     kTypeStruct = 30,
     kTypePointer = 32,
     kConstant = 43,
+    kConstantComposite = 44,
     kFunction = 54,
     kVariable = 59,
     kLoad = 61,
     kAccessChain = 65,
     kDecorate = 71,
     kMemberDecorate = 72,
+    kCompositeConstruct = 80,
     kFirstSample = 87,
     kLastSample = 94,
     kFAdd = 129,
     kFSub = 131,
+    kFDiv = 136,
     kFRem = 140,
     kFMod = 141,
     kFirstMatrixProduct = 144,
@@ -63,6 +68,14 @@ struct Module {
     bool has(uint32_t id, Decoration what) const {
         const auto found = decorations.find(id);
         return found != decorations.end() && found->second.contains(what);
+    }
+
+    // A compiler may multiply by the reciprocal of such a divisor.
+    bool is_inexact_divisor(uint32_t id) const {
+        const auto value = values.find(id);
+        int exponent = 0;
+        return value != values.end() &&
+               std::frexp(std::bit_cast<float>(value->second), &exponent) != 0.5f;
     }
 
     bool has_array(uint32_t type) const {
@@ -133,6 +146,10 @@ Spirv read_spirv(Words words) {
         if (op == kLine) line = one[2];
         if (op >= kTypeInt && op <= kTypePointer) module.types[one[1]] = one;
         if (op == kConstant) module.values[one[2]] = one[3];
+        // Of equal components.
+        if ((op == kConstantComposite || op == kCompositeConstruct) &&
+            module.values.contains(one[3]))
+            module.values[one[2]] = module.values[one[3]];
         if (op == kDecorate) module.decorations[one[1]][one[2]] = one.size() > 3 ? one[3] : 0;
         if (op == kMemberDecorate && one[3] == kOffset) module.offsets[one[1]][one[2]] = one[4];
         if (op == kVariable) variables[one[2]] = one;
@@ -141,7 +158,8 @@ Spirv read_spirv(Words words) {
         if (op >= kFirstSample && op <= kLastSample) spirv.samples = true;
         const bool sum = op == kFAdd || op == kFSub || op == kFRem || op == kFMod ||
                          (op >= kFirstMatrixProduct && op <= kDot) ||
-                         (op == kExtInst && kSums.contains(one[4]));
+                         (op == kExtInst && kSums.contains(one[4])) ||
+                         (op == kFDiv && module.is_inexact_divisor(one[4]));
         if (sum && !module.has(one[2], kNoContraction))
             spirv.contracted.insert(function.substr(0, function.find('(')) + "() line " +
                                     std::to_string(line));

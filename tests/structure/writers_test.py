@@ -28,6 +28,7 @@ MAY_OPEN = {
     "tools/service/work/preview_helper.cpp": "removes the folder of a scene that it has rendered; /dev/null",
     "tools/service/work/remote_backend.cpp": "writes chains for tasks in a folder of the service, and removes them",
     "tools/apps/postchain/selftest.cpp": "removes the folder that it has made",
+    "tools/apps/programs/program_files.cpp": "removes programs of an earlier call, in a folder with its mark",
     "tools/apps/view/main.cpp": "removes the folder of a scene that it has rendered",
     "tools/apps/view/recovery.cpp": "removes its own file of edits; a lock",
     "tools/apps/common/state.cpp": "an empty file whose time counts",
@@ -41,6 +42,7 @@ WRITERS = {
     "tools/scenes/scene.cpp": 4,  # images, deep images, aperture image, camera.json
     "tools/apps/postchain/diff.cpp": 2,  # maps
     "tools/apps/postchain/selftest.cpp": 1,  # in its own folder
+    "tools/apps/programs/program_files.cpp": 1,  # programs and index.json, in a folder with its mark
     "tools/sequence/run/sheet.cpp": 1,
     "tools/python/write_call.cpp": 2,  # an EXR, another format
     "tools/apps/view/save.cpp": 1,  # chain, camera, image, sheet, movie, state of the viewer
@@ -60,6 +62,7 @@ OVERWRITE = r"(?<![=!]= )(?<!io::)(io::)?\bOnExisting::overwrite"  # not in a co
 MAY_OVERWRITE = {
     "tools/sequence/files/atomic_file.cpp", "tools/sequence/files/output_files.cpp",
     "tools/apps/common/options.cpp", "tools/apps/view/save.cpp",
+    "tools/apps/programs/program_files.cpp",  # its own programs, in a folder with its mark
     "tools/service/lab/ab_bench.cpp",  # its own report, continued after a crash
     "tools/service/work/preview_helper.cpp",  # frames that an ended process has left
     "tools/measure/study/work.cpp",  # its own results, in a folder with the mark of a study

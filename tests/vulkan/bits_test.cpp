@@ -17,10 +17,13 @@ struct Both {
     VkInstanceOfChain vulkan = vk_instance(kWidth, kHeight);
 
     void expect_equal(const char* name, const pc::Chain& chain, const pc_frame& values,
-                      const TestFrame& test) const {
+                      const TestFrame& test, const pc_vk_frame* before = nullptr,
+                      const pc_vk_frame* after = nullptr) const {
         SCOPED_TRACE(name);
         const ImageF expected = read(prepare_and_run(gl, chain, values), kWidth, kHeight);
         VkFrame frame(test.planes, values);
+        frame.vk.before = before;
+        frame.vk.after = after;
         const ImageF found = filtered(vulkan, chain, frame);
         expect_as_gl(found, expected);
         EXPECT_FALSE(equal_bits(found, test.planes.at(Role::color))) << "it did nothing";
@@ -63,6 +66,29 @@ TEST(Bits, OtherChainsHaveThoseOfGl) {
          {"motion_blur: {mode: guertin, jitter: 0.5}", "fxaa: {}", "fxaa: {mode: directional}",
           "depth_of_field: {method: gilham, leak: depth, f_stop: 0.3}"})
         both.expect_equal(passes, from_text(passes), host.frame, host.test);
+}
+
+// The frame before in place, the one after converted.
+TEST(Bits, NeighborsHaveThoseOfGl) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const HostNeighbor before = neighbor_of(host, Neighbor::before);
+    HostNeighbor after = neighbor_of(host, Neighbor::after);
+    after.frame.flags = PC_BOTTOM_LEFT | PC_MOTION_TO_NEXT;
+    after.frame.pre_exposure = 1.5f;
+    const VkFrame vk_before(before.planes, before.frame), vk_after(after.planes, after.frame);
+    const Both both;
+    const auto made = chain("motion_blur");
+    pc_frame values = host.frame;
+    values.before = &before.frame;
+    values.after = &after.frame;
+    both.expect_equal("both", made, values, host.test, &vk_before.vk, &vk_after.vk);
+    VkFrame alone(host.test.planes, host.frame);
+    const ImageF expected = filtered(both.vulkan, made, alone);
+    for (const pc_vk_frame* pc_vk_frame::*neighbor : {&pc_vk_frame::before, &pc_vk_frame::after}) {
+        VkFrame frame(host.test.planes, host.frame);
+        frame.vk.*neighbor = neighbor == &pc_vk_frame::before ? &vk_before.vk : &vk_after.vk;
+        EXPECT_FALSE(equal_bits(filtered(both.vulkan, made, frame), expected));
+    }
 }
 
 // Depths and colors that change from pixel to pixel, so that searches visit several surfaces: a

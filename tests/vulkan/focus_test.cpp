@@ -110,7 +110,7 @@ TEST(Focus, ADistanceHoldsUntilADepthIsKnown) {
     set(shot.made, PC_CAMERA, "focus_distance", 2);
     prepare(shot.vulkan, shot.made, shot.frame.vk);
     for (int i = 0; i < 3; ++i) {
-        shot.values.flags = PC_TOP_LEFT | (i == 0 ? uint32_t(PC_CAMERA_CUT) : 0);
+        shot.values.flags = i == 0 ? PC_CAMERA_CUT : 0;
         shot.expect_focus(i < 2 ? 0.5 : double(kNear), concat("after a cut, ", i));
     }
 }
@@ -132,7 +132,7 @@ TEST(Focus, FollowsOverTime) {
     }
     shot.frame.depth.write(two_depths(kNear, kNear));
     for (int i = 0; i < 3; ++i) {
-        shot.values.flags = PC_TOP_LEFT | (i == 0 ? uint32_t(PC_CAMERA_CUT) : 0);
+        shot.values.flags = i == 0 ? PC_CAMERA_CUT : 0;
         shot.expect_near_focus(i < 2 ? pulled : double(kNear));
     }
 }
@@ -159,7 +159,7 @@ TEST(Focus, ReadsTheHostsDepth) {
     const auto vulkan = instance_of(1);
     const auto made = focused(0.2, 0.9);
     scene.values.depth_encoding = PC_DEPTH_LINEAR;
-    scene.values.flags &= ~uint32_t(PC_TOP_LEFT);
+    scene.values.flags |= PC_BOTTOM_LEFT;
     ImageF distance = make_image(kWidth, kHeight, 1,
                                  [](int, int y, int) { return y < kHeight / 2 ? 4.0f : 16.0f; });
     for (int y = 0; y < kHeight; ++y)

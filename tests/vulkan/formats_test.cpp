@@ -63,7 +63,7 @@ void expect_equal(const Case& one, const pc::Instance& guest, const VkInstanceOf
     const pc::Chain made = chain(one.passes);
     pc_frame values = canonical.frame;
     if (one.halved) values.flags |= PC_HALF_RESOLUTION;
-    if (one.bottom_up) values.flags &= ~uint32_t(PC_TOP_LEFT);
+    if (one.bottom_up) values.flags ^= PC_TOP_LEFT | PC_BOTTOM_LEFT;
     values.depth_encoding = one.encoding;
     values.near_clip = near_clip;
     values.pre_exposure = one.pre_exposure;

@@ -66,6 +66,8 @@ VkFrame::VkFrame(const FramePlanes& planes, const pc_frame& values)
       frame(values),
       vk{} {
     frame.color = frame.depth = frame.motion = frame.exposure = frame.output = {};
+    frame.before = frame.after = nullptr;
+    frame.flags &= ~uint32_t(PC_TOP_LEFT);  // the default of Vulkan
     vk.struct_size = sizeof(vk);
     vk.values = &frame;
     vk.color = color;

@@ -194,6 +194,23 @@ TEST(Input, FramesAreRefusedWithASentence) {
             [](F f, V) { f.flags = 1u << 31; });
     refused(kArgument, "pc_vk_frame.values is NULL", [](F f, V) { f.values = nullptr; });
     refused(kArgument, "values: motion is a GL texture", [](F, V v) { v.motion.name = 3; });
+    refused(kArgument, "values: before or after is not NULL",
+            [&](F, V v) { v.after = &good_values; });
+    pc_vk_frame other = good;
+    refused(kVersion, "pc_vk_frame.before.struct_size is 8", [&](F f, V) {
+        other.struct_size = 8;
+        f.before = &other;
+    });
+    refused(kInput, "after.motion: name 0; give the plane that the frame had", [&](F f, V) {
+        other = good;
+        other.motion = {};
+        f.after = &other;
+    });
+    refused(kInput, "before.depth.layout: ", [&](F f, V) {
+        other = good;
+        other.depth.layout = VK_IMAGE_LAYOUT_UNDEFINED;
+        f.before = &other;
+    });
     refused(kArgument, "values: barriers is not 0", [](F, V v) { v.barriers = 8; });
     refused(kArgument, "values: a pc_slice is not 0", [](F, V v) { v.depth_slice.layer = 1; });
     refused(kInput, "color: view is VK_NULL_HANDLE", [](F f, V) { f.color.view = VK_NULL_HANDLE; });

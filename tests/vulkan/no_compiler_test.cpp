@@ -1,4 +1,4 @@
-// The library without glslang: programs of a set that postchain-spirv wrote, and no others.
+// The library without glslang: programs of a set that postchain-programs wrote, and no others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,8 +18,8 @@ constexpr int kWidth = 40, kHeight = 24;
 std::string programs_of(const std::string& words) {
     const TempFolder folder;
     const std::string file = folder.path("programs");
-    EXPECT_EQ(std::system((std::string(SPIRV_PROGRAM) + " " + words + " 2>" + folder.path("log") +
-                           " >" + file)
+    EXPECT_EQ(std::system((std::string(PROGRAMS_PROGRAM) + " " + words + " 2>" +
+                           folder.path("log") + " >" + file)
                               .c_str()),
               0);
     return read_text(file);

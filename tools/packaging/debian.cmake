@@ -26,7 +26,7 @@ function(postchain_debian_files version maintainer out)
   list(REMOVE_DUPLICATES packages)
   list(REMOVE_ITEM packages g++)  # is on every machine that builds packages
   # Beside these: of the packages for Vulkan.
-  list(APPEND packages file glslang-dev glslang-tools libvulkan-dev)
+  list(APPEND packages file glslang-dev glslang-tools libspirv-cross-c-shared-dev libvulkan-dev)
   list(JOIN packages ", " build_depends)
   configure_file(${debian_root}/tools/packaging/debian/changelog.in ${out}/changelog @ONLY)
   configure_file(${debian_root}/tools/packaging/debian/control.in ${out}/control @ONLY)

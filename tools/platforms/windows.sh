@@ -129,7 +129,7 @@ done
 "$wine" "$build/hosts/hashes.exe" | tr -d '\r' >"$build/hashes.txt"
 cat "$build/hashes.txt"
 equal hashes.txt
-"$build/linux/tools/apps/spirv/postchain-spirv" motion_blur,depth_of_field,fxaa >"$build/programs.spirv"
+"$build/linux/tools/apps/programs/postchain-programs" motion_blur,depth_of_field,fxaa >"$build/programs.spirv"
 "$build/linux/vulkan_host/vulkan_host" 2 "$build/linux/vulkan.ppm" "$build/programs.spirv"
 (cd "$build" && "$wine" vulkan_host/vulkan_host.exe 2 vulkan.ppm programs.spirv)
 equal vulkan.ppm

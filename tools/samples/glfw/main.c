@@ -161,7 +161,10 @@ int main(int count, char **arguments) {
         draw_scene(program, scene, 0.25f * (float)i, 0.25f * (float)(i - 1));
         /* 3. Every frame. If it fails, the unfiltered color is shown. */
         frame.frame_number = (uint64_t)i;
-        frame.flags = i == 0 ? PC_CAMERA_CUT : 0;
+        if (i == 0)
+            frame.flags |= PC_CAMERA_CUT;
+        else
+            frame.flags &= ~(uint32_t)PC_CAMERA_CUT;
         if (pc_run(instance, chain, &frame, NULL) != PC_OK)
             fail("postchain", pc_last_error(instance));
         glBlitNamedFramebuffer(screen, 0, 0, 0, WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT,

@@ -3,7 +3,7 @@
  *   scene -> color, depth, motion -> pc_vk_run() -> output -> file
  *
  * vulkan_host [FRAMES [IMAGE.ppm [PROGRAMS]]]: filters FRAMES frames (4), two of them in flight,
- * and writes the last one. PROGRAMS: a file of postchain-spirv; without it the library compiles the
+ * and writes the last one. PROGRAMS: a file of postchain-programs; without it the library compiles the
  * programs, if it has a compiler. The scene is computed on the CPU and copied; a renderer draws it.
  * Also builds on its own: CMakeLists.txt. */
 #include <math.h>
@@ -274,7 +274,7 @@ int main(int argc, char** argv) {
     if (pc_chain_create("motion_blur,depth_of_field,fxaa", &chain) != PC_OK)
         report("pc_chain_create");
     pc_frame values = {.struct_size = sizeof(values),
-                       .flags = PC_TOP_LEFT | PC_MOTION_TO_NEXT,
+                       .flags = PC_MOTION_TO_NEXT,
                        .depth_encoding = PC_DEPTH_LINEAR,
                        .focal_length_mm = 50,
                        .sensor_width_mm = 36,

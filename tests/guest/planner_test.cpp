@@ -1,0 +1,526 @@
+// Plans as data (postchain_plan.h), without a device: every array against an independent walk of
+// the steps, and the cost of a frame.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <postchain/postchain.hpp>
+#include <set>
+#include <thread>
+
+#include "chain/guest/handles.h"
+#include "chain/guest/postchain_plan.h"
+#include "chain/plan/program_source.h"
+#include "tests/guest/allocations.h"
+
+namespace postchain::test::planner_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr uint32_t kMaxWidth = 200, kMaxHeight = 120;
+constexpr uint32_t kWrites = PC_PLAN_IMAGE_WRITE | PC_PLAN_LIST_WRITE | PC_PLAN_ZEROED;
+enum : uint32_t { kColor = 1, kDepth, kMotion, kMask, kExposure, kOutput };
+
+struct Destroy {
+    void operator()(pc_planner* planner) const { pc_plan_destroy(planner); }
+};
+using Planner = std::unique_ptr<pc_planner, Destroy>;
+
+Planner planner(uint32_t flags = 0, uint32_t max_width = kMaxWidth,
+                uint32_t max_height = kMaxHeight) {
+    auto info = pc::make<pc_plan_create_info>();
+    info.api_version = PC_API_VERSION;
+    info.flags = flags;
+    info.max_width = max_width;
+    info.max_height = max_height;
+    pc_planner* made = nullptr;
+    EXPECT_EQ(pc_plan_create(&info, &made), PC_OK) << pc_error();
+    return Planner(made);
+}
+
+pc_texture texture(uint32_t number, pc_format format) {
+    return {number, format, 3840, 2160, 0, 0};
+}
+
+pc_frame engine_frame(int width = 101, int height = 67) {
+    auto frame = pc::make<pc_frame>();
+    frame.width = width;
+    frame.height = height;
+    frame.color = texture(kColor, PC_FORMAT_RGBA16F);
+    frame.depth = texture(kDepth, PC_FORMAT_D32F);
+    frame.motion = texture(kMotion, PC_FORMAT_RG16F);
+    frame.output = texture(kOutput, PC_FORMAT_RGBA16F);
+    frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
+    frame.near_clip = 0.1f;
+    frame.focal_length_mm = 50;
+    frame.sensor_width_mm = 36;
+    frame.f_stop = 2;
+    frame.focus_distance = 4;
+    return frame;
+}
+
+pc_plan plan(const Planner& by, const pc::Chain& chain, const pc_frame& frame) {
+    auto made = pc::make<pc_plan>();
+    EXPECT_EQ(pc_plan_frame(by.get(), chain.get(), &frame, &made), PC_OK) << pc_error();
+    return made;
+}
+
+// The number of the texture's storage, host's textures behind the slots.
+uint32_t storage_of(const pc_plan& plan, uint32_t texture) {
+    const pc_plan_texture& one = plan.textures[texture];
+    return one.host ? plan.slot_count + one.host : one.slot;
+}
+
+const pc_plan_texture& texture_of(const pc_plan& plan, const pc_plan_binding& binding) {
+    return plan.textures[binding.texture];
+}
+
+// Lives, found anew from the bindings; textures of one slot follow one another.
+void expect_lives(const pc_plan& plan) {
+    std::map<uint32_t, std::pair<uint32_t, uint32_t>> lives;
+    for (uint32_t i = 0; i < plan.step_count; ++i)
+        for (uint32_t b = 0; b < plan.steps[i].binding_count; ++b) {
+            const uint32_t t = plan.steps[i].bindings[b].texture;
+            ASSERT_LT(t, plan.texture_count);
+            lives.try_emplace(t, i, i).first->second.second = i;
+        }
+    if (plan.result != PC_PLAN_NONE) lives.at(plan.result).second = plan.step_count;
+    for (uint32_t t = 0; t < plan.texture_count; ++t) {
+        const pc_plan_texture& one = plan.textures[t];
+        if (!lives.contains(t)) {
+            EXPECT_EQ(one.first_step, PC_PLAN_NONE) << one.name;
+            continue;
+        }
+        EXPECT_EQ(std::pair(one.first_step, one.last_step), lives.at(t)) << one.name;
+        EXPECT_EQ(one.host == 0, one.slot != PC_PLAN_NONE) << one.name;
+        if (one.host) continue;
+        ASSERT_LT(one.slot, plan.slot_count);
+        const pc_plan_slot& slot = plan.slots[one.slot];
+        EXPECT_EQ(one.format, slot.format) << one.name;
+        EXPECT_LE(one.width, slot.width) << one.name;
+        EXPECT_LE(one.height, slot.height) << one.name;
+        for (uint32_t other = 0; other < t; ++other) {
+            if (!lives.contains(other) || plan.textures[other].slot != one.slot) continue;
+            EXPECT_TRUE(lives.at(other).second < lives.at(t).first ||
+                        lives.at(t).second < lives.at(other).first)
+                << one.name << " and " << plan.textures[other].name;
+            EXPECT_NE(one.format, pc_format(PC_FORMAT_LIST)) << "lists keep their counts";
+        }
+    }
+    uint64_t bytes = 0;
+    for (uint32_t s = 0; s < plan.slot_count; ++s) {
+        bytes += plan.slots[s].bytes;
+        EXPECT_EQ(plan.slots[s].zero_bytes, plan.slots[s].format == PC_FORMAT_LIST ? 16u : 0u);
+    }
+    EXPECT_EQ(bytes, plan.slot_bytes);
+}
+
+// A device that knows the state of each storage, as D3D12 has it: each use is one of the state, a
+// barrier begins at the state that is, and there is one between any two steps that conflict.
+void expect_barriers(const pc_plan& plan) {
+    struct State {
+        uint32_t texture = PC_PLAN_NONE;
+        pc_plan_uses uses = 0;
+        uint32_t barrier_at = 0;  // the step of the last one
+    };
+    std::map<uint32_t, State> states;
+    struct Earlier {
+        uint32_t step, texture;
+        pc_plan_uses uses;
+    };
+    std::map<uint32_t, std::vector<Earlier>> earlier;  // of each storage
+    uint32_t level = 0;
+    for (uint32_t i = 0; i < plan.step_count; ++i) {
+        const pc_plan_step& step = plan.steps[i];
+        EXPECT_TRUE(step.level == level || (i > 0 && step.level == level + 1)) << step.name;
+        const bool begins = i == 0 || step.level > level;
+        level = step.level;
+        EXPECT_TRUE(begins || step.barrier_count == 0) << step.name;
+        for (uint32_t b = 0; b < step.barrier_count; ++b) {
+            const pc_plan_barrier& barrier = step.barriers[b];
+            State& state = states[storage_of(plan, barrier.texture)];
+            const bool list = plan.textures[barrier.texture].format == PC_FORMAT_LIST;
+            EXPECT_EQ(barrier.before, state.texture) << step.name;
+            EXPECT_EQ(barrier.from, state.uses ? state.uses
+                                    : list     ? PC_PLAN_ZEROED
+                                               : 0)
+                << step.name;
+            EXPECT_TRUE(barrier.from != barrier.to || (barrier.to & kWrites)) << "it does nothing";
+            // Reads together, one kind of writes, or a texture that is filtered in place.
+            EXPECT_TRUE((barrier.to & kWrites) == 0 || std::has_single_bit(barrier.to) ||
+                        barrier.to == (PC_PLAN_SAMPLED | PC_PLAN_IMAGE_WRITE))
+                << barrier.to;
+            state = {barrier.texture, barrier.to, i};
+        }
+        for (uint32_t b = 0; b < step.binding_count; ++b) {
+            const pc_plan_binding& binding = step.bindings[b];
+            const uint32_t storage = storage_of(plan, binding.texture);
+            const State& state = states[storage];
+            EXPECT_EQ(binding.access & ~state.uses, 0u)
+                << step.name << ": " << texture_of(plan, binding).name << " is in state "
+                << state.uses << ", not in " << binding.access;
+            for (const Earlier& before : earlier[storage]) {
+                const bool together =
+                    before.texture == binding.texture &&
+                    (before.uses == binding.access && (before.uses & kWrites) != 0);
+                if (((before.uses | binding.access) & kWrites) == 0 || together) continue;
+                EXPECT_GT(state.barrier_at, before.step)
+                    << plan.steps[before.step].name << " -> " << step.name;
+                EXPECT_GT(step.level, plan.steps[before.step].level);
+            }
+        }
+        for (uint32_t b = 0; b < step.binding_count; ++b)
+            earlier[storage_of(plan, step.bindings[b].texture)].push_back(
+                {i, step.bindings[b].texture, step.bindings[b].access});
+    }
+}
+
+void expect_steps(const pc_plan& plan, const std::set<uint64_t>& programs) {
+    uint64_t end = 0;
+    for (uint32_t i = 0; i < plan.step_count; ++i) {
+        const pc_plan_step& step = plan.steps[i];
+        EXPECT_TRUE(programs.contains(step.program)) << step.name;
+        std::set<std::pair<uint32_t, uint32_t>> units;
+        bool launched = step.list == PC_PLAN_NONE;
+        for (uint32_t b = 0; b < step.binding_count; ++b) {
+            const pc_plan_binding& binding = step.bindings[b];
+            EXPECT_TRUE(units.emplace(binding.kind, binding.unit).second) << step.name;
+            EXPECT_LT(binding.unit, binding.kind == PC_PLAN_UNIT_TEXTURE ? 16u : 8u);
+            EXPECT_EQ(binding.kind == PC_PLAN_UNIT_LIST,
+                      texture_of(plan, binding).format == PC_FORMAT_LIST);
+            launched |= binding.texture == step.list &&
+                        binding.access == (PC_PLAN_LIST_READ | PC_PLAN_INDIRECT);
+        }
+        EXPECT_TRUE(launched) << step.name << " does not read the list that launches it";
+        EXPECT_EQ(step.dispatch_count == 0, step.list != PC_PLAN_NONE);
+        if (step.uniform_bytes == 0) continue;
+        EXPECT_EQ(step.uniform_offset % 256, 0u);
+        EXPECT_GE(step.uniform_offset, end);
+        end = step.uniform_offset + step.uniform_bytes;
+    }
+    EXPECT_LE(end, plan.uniform_bytes);
+}
+
+std::set<uint64_t> programs_of(const Planner& by, const pc::Chain& chain, const pc_frame& frame) {
+    uint32_t count = 0;
+    EXPECT_EQ(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &count), PC_OK)
+        << pc_error();
+    std::vector<uint64_t> keys(count + 1, 0);
+    EXPECT_EQ(pc_plan_programs(by.get(), chain.get(), &frame, keys.data(), &count), PC_OK);
+    EXPECT_EQ(keys.back(), 0u) << "written beyond its room";
+    keys.pop_back();
+    const std::set<uint64_t> all(keys.begin(), keys.end());
+    EXPECT_EQ(all.size(), count) << "a key is listed twice";
+    return all;
+}
+
+struct Variant {
+    const char* name;
+    std::function<void(pc_frame&)> change;
+};
+
+std::vector<Variant> variants() {
+    return {{"as an engine has it", [](pc_frame&) {}},
+            {"read in place, halves",
+             [](pc_frame& f) {
+                 f.depth = texture(kDepth, PC_FORMAT_R32F);
+                 f.depth_encoding = PC_DEPTH_INVERSE;
+                 f.flags |= PC_HALF_PLANES | PC_NO_ELISION;
+             }},
+            {"rows from the bottom, 8 bits",
+             [](pc_frame& f) {
+                 f.flags = PC_BOTTOM_LEFT;
+                 f.output = texture(kOutput, PC_FORMAT_RGBA8);
+             }},
+            {"over color", [](pc_frame& f) { f.output = f.color; }},
+            {"no output", [](pc_frame& f) { f.output = {}; }},
+            {"mask and exposure",
+             [](pc_frame& f) {
+                 f.mask = texture(kMask, PC_FORMAT_R8);
+                 f.exposure = texture(kExposure, PC_FORMAT_R32F);
+             }},
+            {"the frame before",
+             [](pc_frame& f) {
+                 static pc_frame before;
+                 before = f;
+                 before.color.name = 7;
+                 before.depth.name = 8;
+                 before.motion.name = 9;
+                 f.before = &before;
+             }},
+            {"half resolution", [](pc_frame& f) { f.flags |= PC_HALF_RESOLUTION; }},
+            {"a cut", [](pc_frame& f) { f.flags |= PC_CAMERA_CUT; }}};
+}
+
+TEST(Planner, EveryArrayHoldsOnAnIndependentWalk) {
+    const Planner by = planner();
+    size_t lists = 0, shared = 0;
+    std::vector<std::string> chains = {"motion_blur,fxaa,depth_of_field", "joint_blur"};
+    const char* tier = nullptr;
+    for (uint32_t i = 0; pc_tier(i, &tier, nullptr) == PC_OK; ++i)
+        chains.push_back(std::string("tier:") + tier);
+    for (const std::string& name : chains)
+        for (const Variant& variant : variants()) {
+            SCOPED_TRACE(name + ", " + variant.name);
+            const pc::Chain chain = pc::chain(name.c_str());
+            pc_frame frame = engine_frame();
+            variant.change(frame);
+            const std::set<uint64_t> programs = programs_of(by, chain, frame);
+            const pc_plan found = plan(by, chain, frame);
+            ASSERT_GT(found.step_count, 0u);
+            ASSERT_NE(found.result, PC_PLAN_NONE);
+            EXPECT_EQ(found.textures[found.result].host, frame.output.name);
+            expect_lives(found);
+            expect_barriers(found);
+            expect_steps(found, programs);
+            ASSERT_FALSE(HasFailure());
+            for (uint32_t i = 0; i < found.step_count; ++i)
+                lists += found.steps[i].list != PC_PLAN_NONE;
+            size_t textures = 0;
+            for (uint32_t t = 0; t < found.texture_count; ++t)
+                textures += found.textures[t].slot != PC_PLAN_NONE;
+            shared += textures > found.slot_count;
+        }
+    EXPECT_GT(lists, 0u);
+    EXPECT_GT(shared, 0u);
+}
+
+// The key of a program is that of its source, which postchain-programs hashes too.
+TEST(Planner, KeysAreThoseOfTheSources) {
+    const Planner by = planner();
+    const pc::Chain chain = pc::chain("fxaa");
+    const auto key_of = [](const ProgramKey& program) {
+        return program_key(*program_source(program));
+    };
+    const std::set<uint64_t> keys = programs_of(by, chain, engine_frame());
+    EXPECT_TRUE(keys.contains(key_of({"guest/export.comp", {{"EXPOSURE", "0"}}})));
+    EXPECT_FALSE(keys.contains(key_of({"guest/export.comp", {{"EXPOSURE", "1"}}})));
+}
+
+// Size, lens, shutter, bounds and noise are values; large frames are cut into more bands.
+TEST(Planner, AFrameLikeTheLastOnesAllocatesNothing) {
+    const Planner by = planner(0, 3840, 2160);
+    for (const char* passes : {"motion_blur,fxaa,depth_of_field", "tier:realtime"}) {
+        const pc::Chain chain = pc::chain(passes);
+        pc_frame frame = engine_frame(33, 17);
+        frame.max_speed_px = 30;
+        auto made = plan(by, chain, frame);
+        const pc_plan first = made;
+        const std::string uniforms(static_cast<const char*>(made.uniforms), made.uniform_bytes);
+        for (int i = 1; i < 50; ++i) {
+            frame.width = 33 + 70 * i;
+            frame.height = 17 + 40 * i;
+            frame.frame_number = uint64_t(i);
+            frame.f_stop *= 1.001f;
+            frame.shutter_frames = 0.4f + 0.01f * float(i % 5);
+            frame.near_clip = 0.1f + 0.01f * float(i);
+            frame.max_speed_px = 30 + float(i);
+            const uint64_t before = allocations();
+            const pc_result result = pc_plan_frame(by.get(), chain.get(), &frame, &made);
+            ASSERT_EQ(allocations() - before, 0u) << i;
+            ASSERT_EQ(result, PC_OK) << pc_error();
+            ASSERT_EQ(made.shape, first.shape);
+        }
+        size_t bands = 0;
+        for (uint32_t i = 0; i < made.step_count; ++i) bands += made.steps[i].dispatch_count;
+        EXPECT_GT(bands, made.step_count);
+        EXPECT_EQ(made.textures, first.textures);
+        EXPECT_EQ(made.textures[made.result].width, uint32_t(frame.width));
+        EXPECT_NE(std::memcmp(made.uniforms, uniforms.data(), uniforms.size()), 0);
+        expect_lives(made);
+    }
+}
+
+// A chain's new values have a new plan of the same shape, if they change no program; other chains
+// and formats have another one.
+TEST(Planner, ShapesAreTold) {
+    const Planner by = planner();
+    const pc::Chain chain = pc::chain("motion_blur,fxaa"), other = pc::chain("fxaa");
+    const pc_frame frame = engine_frame();
+    const uint64_t shape = plan(by, chain, frame).shape;
+    EXPECT_EQ(pc_chain_set_number(chain.get(), 0, "seed", 7), PC_OK);
+    pc_frame narrow = frame;
+    narrow.width = 90;
+    const pc_plan again = plan(by, chain, narrow);
+    EXPECT_EQ(again.shape, shape);
+    EXPECT_EQ(again.made_width, 90u);
+    // Row 0 is the top, unless it is said to be the bottom.
+    pc_frame top = frame, bottom = frame;
+    top.flags |= PC_TOP_LEFT;
+    bottom.flags |= PC_BOTTOM_LEFT;
+    EXPECT_EQ(plan(by, chain, top).shape, shape);
+    EXPECT_NE(plan(by, chain, bottom).shape, shape);
+    EXPECT_NE(plan(by, other, frame).shape, shape);
+    pc_frame halves = frame;
+    halves.flags |= PC_HALF_PLANES;
+    EXPECT_NE(plan(by, chain, halves).shape, shape);
+    EXPECT_EQ(plan(by, chain, frame).shape, shape);
+}
+
+TEST(Planner, WhatIsLeftOutIsToldWithItsReason) {
+    const Planner by = planner();
+    const pc::Chain chain = pc::chain("motion_blur,fxaa");
+    pc_frame frame = engine_frame();
+    frame.flags |= PC_CAMERA_CUT;
+    const pc_plan cut = plan(by, chain, frame);
+    std::map<std::string, pc_plan_elision> by_item;
+    for (uint32_t i = 0; i < cut.elision_count; ++i)
+        by_item.emplace(cut.elisions[i].item, cut.elisions[i]);
+    ASSERT_TRUE(by_item.contains("motion_blur"));
+    EXPECT_STREQ(by_item.at("motion_blur").rule, "camera_cut");
+    EXPECT_GT(by_item.at("motion_blur").dispatches, 0u);
+    EXPECT_GT(std::strlen(by_item.at("motion_blur").reason), 0u);
+    // Nothing to do, and no output: the frame's own color.
+    const pc::Chain blur = pc::chain("motion_blur");
+    frame.output = {};
+    const pc_plan none = plan(by, blur, frame);
+    EXPECT_EQ(none.step_count, 0u);
+    EXPECT_EQ(none.result, PC_PLAN_NONE);
+    EXPECT_EQ(none.slot_bytes, 0u);
+}
+
+void expect_refused(pc_result result, pc_result code, const char* text) {
+    EXPECT_EQ(result, code) << text;
+    EXPECT_THAT(pc_error(), HasSubstr(text));
+}
+
+TEST(Planner, FramesThatCannotBePlannedAreRefused) {
+    const Planner by = planner(PC_VALIDATE);
+    const pc::Chain chain = pc::chain("motion_blur,depth_of_field");
+    const struct {
+        const char* text;
+        pc_result code;
+        std::function<void(pc_frame&)> change;
+    } cases[] = {
+        {"color: name 0", PC_ERROR_INPUT, [](pc_frame& f) { f.color = {}; }},
+        {"color.internal_format: 0x63", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.color.internal_format = 99; }},
+        {"color.internal_format: 0xa", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.color.internal_format = PC_FORMAT_RGBA32UI; }},
+        {"output: PC_FORMAT_RGB9E5 cannot be written", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.output.internal_format = PC_FORMAT_RGB9E5; }},
+        {"motion: PC_FORMAT_R16F has fewer", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.motion.internal_format = PC_FORMAT_R16F; }},
+        {"201x67; pc_plan_create_info states 200x120", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.width = 201; }},
+        {"a pc_slice is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.depth_slice.level = 1; }},
+        {"barriers is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.barriers = 1; }},
+        {"near_clip: must be > 0", PC_ERROR_CHAIN, [](pc_frame& f) { f.near_clip = 0; }},
+        {"output: is the texture of depth", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.output.name = f.depth.name; }},
+        {"needs motion", PC_ERROR_INPUT, [](pc_frame& f) { f.motion = {}; }}};
+    for (const auto& [text, code, change] : cases) {
+        pc_frame frame = engine_frame();
+        change(frame);
+        auto out = pc::make<pc_plan>();
+        expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), code, text);
+        EXPECT_EQ(out.steps, nullptr);
+    }
+    // The depth at a place would have to be read back.
+    EXPECT_EQ(pc_chain_set_point(chain.get(), 1, "focus_at", 0.5, 0.5), PC_OK);
+    const pc_frame frame = engine_frame();
+    auto out = pc::make<pc_plan>();
+    uint32_t count = 0;
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), PC_ERROR_CHAIN,
+                   "give focus_distance");
+    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &count), PC_ERROR_CHAIN,
+                   "give focus_distance");
+    EXPECT_EQ(pc_chain_unset(chain.get(), 1, "focus_at"), PC_OK);
+    EXPECT_NE(plan(by, chain, frame).result, PC_PLAN_NONE);
+}
+
+TEST(Planner, StructsAndHandlesOfNoneAreRefused) {
+    auto info = pc::make<pc_plan_create_info>();
+    info.api_version = PC_API_VERSION;
+    info.max_width = info.max_height = 64;
+    const auto create = [&](auto change) {
+        auto changed = info;
+        change(changed);
+        pc_planner* made = reinterpret_cast<pc_planner*>(1);
+        const pc_result result = pc_plan_create(&changed, &made);
+        EXPECT_EQ(made, nullptr);
+        return result;
+    };
+    expect_refused(create([](auto& i) { i.struct_size = 4; }), PC_ERROR_VERSION, "struct_size");
+    expect_refused(create([](auto& i) { i.api_version = 2 << 16; }), PC_ERROR_VERSION,
+                   "api_version 2.0");
+    expect_refused(create([](auto& i) { i.flags = PC_LABELS; }), PC_ERROR_VERSION, "flags");
+    expect_refused(create([](auto& i) { i.reserved = 1; }), PC_ERROR_VERSION, "reserved");
+    expect_refused(create([](auto& i) { i.max_height = 0; }), PC_ERROR_ARGUMENT, "max_height");
+    expect_refused(pc_plan_create(nullptr, nullptr), PC_ERROR_ARGUMENT, "planner is NULL");
+
+    const Planner by = planner();
+    const pc::Chain chain = pc::chain("fxaa");
+    const pc_frame frame = engine_frame();
+    auto out = pc::make<pc_plan>();
+    uint32_t room = 1;
+    const auto refused = [&](pc_planner* p, pc_chain* c, pc_result code, const char* text) {
+        expect_refused(pc_plan_frame(p, c, &frame, &out), code, text);
+        expect_refused(pc_plan_programs(p, c, &frame, nullptr, &(room = 0)), code, text);
+    };
+    refused(nullptr, chain.get(), PC_ERROR_ARGUMENT, "planner is NULL");
+    refused(by.get(), nullptr, PC_ERROR_ARGUMENT, "chain is NULL");
+    refused(reinterpret_cast<pc_planner*>(chain.get()), chain.get(), PC_ERROR_ARGUMENT,
+            "planner is not one of this library");
+    expect_refused(pc_plan_frame(by.get(), chain.get(), nullptr, &out), PC_ERROR_ARGUMENT,
+                   "pc_frame is NULL");
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, nullptr), PC_ERROR_ARGUMENT,
+                   "pc_plan is NULL");
+    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, nullptr),
+                   PC_ERROR_ARGUMENT, "count is NULL");
+    room = 1;
+    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &room),
+                   PC_ERROR_ARGUMENT, "keys is NULL");
+    out.struct_size = 8;
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), PC_ERROR_VERSION,
+                   "pc_plan.struct_size is 8");
+    // A host with a newer header, whose new members are 0.
+    struct {
+        pc_plan plan = {};
+        uint64_t more = 0;
+    } newer;
+    newer.plan.struct_size = sizeof(newer);
+    EXPECT_EQ(pc_plan_frame(by.get(), chain.get(), &frame, &newer.plan), PC_OK) << pc_error();
+    EXPECT_GT(newer.plan.step_count, 0u);
+    newer.more = 1;
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &newer.plan), PC_ERROR_VERSION,
+                   "does not know is not 0");
+}
+
+TEST(Planner, OneThreadAtATime) {
+    const Planner by = planner(), other = planner();
+    const pc::Chain chain = pc::chain("motion_blur,fxaa");
+    const pc_frame frame = engine_frame();
+    const pc_plan expected = plan(by, chain, frame);
+    const guest::Use call(by.get(), "planner");  // as if this thread were in one
+    std::thread([&] {
+        auto out = pc::make<pc_plan>();
+        expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), PC_ERROR_ARGUMENT,
+                       "another thread is in a call with it");
+        const pc_plan found = plan(other, chain, frame);
+        ASSERT_EQ(found.step_count, expected.step_count);
+        for (uint32_t i = 0; i < found.step_count; ++i)
+            EXPECT_EQ(found.steps[i].program, expected.steps[i].program);
+    }).join();
+}
+
+// Everything that a plan allocates may fail.
+TEST(Planner, WithoutMemoryTheCallFails) {
+    const Planner by = planner();
+    const pc::Chain chain = pc::chain("fxaa");
+    const pc_frame frame = engine_frame();
+    auto out = pc::make<pc_plan>();
+    refuse_memory(true);
+    const pc_result result = pc_plan_frame(by.get(), chain.get(), &frame, &out);
+    refuse_memory(false);
+    EXPECT_EQ(result, PC_ERROR_MEMORY);
+    EXPECT_GT(plan(by, chain, frame).step_count, 0u);
+}
+
+}  // namespace
+}  // namespace postchain::test::planner_test

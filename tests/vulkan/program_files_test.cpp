@@ -1,0 +1,204 @@
+// What postchain-programs writes into a folder.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "chain/base/parameter.h"
+#include "chain/vk/program_set.h"
+#include "chain/vk/spirv.h"
+#include "shaders/shared/fxaa_uniforms.h"
+#include "shaders/shared/guest_uniforms.h"
+#include "tests/programs/spirv.h"
+#include "tests/support/status.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
+#include "tests/vulkan/program_files.h"
+
+namespace postchain::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+namespace fs = std::filesystem;
+
+json index_of(const fs::path& folder) {
+    return json::parse(read_text(folder / "index.json"));
+}
+
+// The last program of this shader.
+json program_of(const json& index, const std::string& shader) {
+    json found;
+    for (const json& program : index.at("programs"))
+        if (program.at("shader") == shader) found = program;
+    return found;
+}
+
+std::set<std::string> matches_of(const std::string& text, const char* pattern) {
+    const std::regex expression(pattern);
+    std::set<std::string> found;
+    for (std::sregex_iterator match(text.begin(), text.end(), expression), end; match != end;
+         ++match)
+        EXPECT_TRUE(found.insert(match->str(1)).second) << match->str(1) << " twice";
+    return found;
+}
+
+// Where the index says that units, uniform block and first group are.
+std::set<std::string> places_of(const json& program, const char* key) {
+    std::set<std::string> places;
+    for (const json& unit : program.at("units"))
+        EXPECT_TRUE(places.insert(unit.at(key)).second) << unit;
+    for (const char* block : {"uniforms", "first_group"})
+        if (!program.at(block).is_null()) places.insert(program.at(block).at(key));
+    return places;
+}
+
+TEST(ProgramFiles, AreBoundAsTheIndexSays) {
+    const TempFolder temp;
+    const fs::path hlsl = temp.path("hlsl"), msl = temp.path("msl");
+    write_programs("hlsl", hlsl, "motion_blur");
+    write_programs("msl", msl, "motion_blur");
+    const json of_hlsl = index_of(hlsl), of_msl = index_of(msl);
+    ASSERT_GT(of_hlsl.at("programs").size(), 10u);
+    ASSERT_EQ(of_msl.at("programs").size(), of_hlsl.at("programs").size());
+    for (const json& program : of_hlsl.at("programs")) {
+        const std::string text = read_text(hlsl / program.at("file").get<std::string>());
+        EXPECT_EQ(matches_of(text, R"(register\((\w+), space0\))"), places_of(program, "register"));
+        EXPECT_THAT(text, HasSubstr("void main("));
+        EXPECT_EQ(program.at("shader_model"), "5.1");
+        EXPECT_EQ(text.find("SamplerState"), std::string::npos);
+    }
+    for (const json& program : of_msl.at("programs")) {
+        const std::string text = read_text(msl / program.at("file").get<std::string>());
+        EXPECT_EQ(matches_of(text, R"(\[\[((?:texture|buffer)\(\d+\))\]\])"),
+                  places_of(program, "argument"));
+        EXPECT_THAT(text, HasSubstr("kernel void main0("));
+        EXPECT_EQ(text.find("sampler "), std::string::npos);
+    }
+
+    const json gather = program_of(of_hlsl, "inverse_warp/gather.comp");
+    const json list = {
+        {"kind", "list"},    {"unit", 0},  {"name", "work_list"},        {"access", "read"},
+        {"register", "t16"}, {"space", 0}, {"type", "ByteAddressBuffer"}};
+    const json color = {{"kind", "texture"},          {"unit", 0},        {"name", "color"},
+                        {"access", "read"},           {"register", "t0"}, {"space", 0},
+                        {"type", "Texture2D<float4>"}};
+    const json blurred = {{"kind", "image"},
+                          {"unit", 0},
+                          {"name", "blurred"},
+                          {"access", "write"},
+                          {"register", "u0"},
+                          {"space", 0},
+                          {"type", "RWTexture2D<float4>"}};
+    EXPECT_THAT(gather.at("units"), IsSupersetOf({list, color, blurred}));
+    const json filled = {{"kind", "list"},         {"unit", 1},        {"name", "still_blocks"},
+                         {"access", "read_write"}, {"type", "device"}, {"argument", "buffer(3)"}};
+    EXPECT_THAT(program_of(of_msl, "inverse_warp/starts.comp").at("units"), Contains(filled));
+}
+
+TEST(ProgramFiles, TheIndexHasTheLayoutOfTheUniformBlock) {
+    const TempFolder temp;
+    const fs::path folder = temp.path("spirv");
+    write_programs("spirv", folder, "fxaa");
+    const json index = index_of(folder);
+    const json fxaa = program_of(index, "fxaa/fxaa.comp");
+    EXPECT_EQ(fxaa.at("group_size"), json({16, 16, 1}));
+    EXPECT_EQ(fxaa.at("defines").at("LIST"), "0");
+    const json block = fxaa.at("uniforms");
+    EXPECT_EQ(block.at("name"), shared::FxaaUniforms::kName);
+    EXPECT_EQ(block.at("bytes"), sizeof(shared::FxaaUniforms));
+    EXPECT_EQ(block.at("binding"), 48);
+    const auto member = [](const char* name, const char* type, size_t offset) {
+        return json{{"name", name}, {"type", type}, {"offset", offset}};
+    };
+    using shared::FxaaUniforms;
+    using shared::GuestUniforms;
+    json walk = member("walk", "ivec4", offsetof(FxaaUniforms, walk));
+    walk.update({{"count", 3}, {"stride", 16}});
+    const json of_fxaa[] = {member("size", "ivec2", offsetof(FxaaUniforms, size)),
+                            member("subpix", "float", offsetof(FxaaUniforms, subpix)),
+                            member("hint_gate", "int", offsetof(FxaaUniforms, hint_gate)),
+                            member("luma_weights", "vec4", offsetof(FxaaUniforms, luma_weights)),
+                            walk};
+    EXPECT_THAT(block.at("members"), IsSupersetOf(of_fxaa));
+    EXPECT_EQ(block.at("members").size(), 9u);
+    const json import = program_of(index, "guest/import.comp");
+    EXPECT_EQ(import.at("uniforms").at("bytes"), sizeof(GuestUniforms));
+    EXPECT_THAT(import.at("uniforms").at("members"),
+                Contains(member("sky_y", "vec4", offsetof(GuestUniforms, sky_y))));
+}
+
+TEST(ProgramFiles, HaveTheProgramsOfTheSet) {
+    const TempFolder temp;
+    const fs::path folder = temp.path("spirv");
+    write_programs("spirv", folder, "fxaa");
+    const std::string set = temp.path("set");
+    ASSERT_EQ(run_programs("fxaa >" + set, temp.path("log")), 0);
+    const std::string bytes = read_text(set);
+    const auto programs = must(vk::ProgramSet::read(std::as_bytes(std::span(bytes))));
+    const json index = index_of(folder);
+    EXPECT_EQ(index.at("language"), "spirv");
+    for (const json& program : index.at("programs")) {
+        const std::string key = program.at("key");
+        EXPECT_EQ(program.at("file"), key + ".spv");
+        const auto words = programs.find(std::stoull(key, nullptr, 16));
+        ASSERT_TRUE(words);
+        EXPECT_EQ(must(vk::with_units(*words)).words, words_of(folder / (key + ".spv")));
+    }
+}
+
+// A compiler of HLSL may not fuse what one of GLSL may not.
+TEST(ProgramFiles, OfHlslAreAsPrecise) {
+    const TempFolder temp;
+    const fs::path folder = temp.path("hlsl");
+    write_programs("hlsl", folder, "fxaa");
+    compile_hlsl(folder);
+    const auto files = files_in(folder, ".spv");
+    EXPECT_GE(files.size(), 3u);
+    for (const fs::path& file : files)
+        EXPECT_TRUE(read_spirv(words_of(file)).contracted.empty()) << file;
+}
+
+TEST(ProgramFiles, ReplaceOnlyTheirOwn) {
+    const TempFolder temp;
+    const fs::path folder = temp.path("own"), foreign = temp.path("foreign");
+    const std::string log = temp.path("log");
+    const auto names = [](const fs::path& at) {
+        std::set<std::string> found;
+        for (const auto& file : fs::directory_iterator(at)) found.insert(file.path().filename());
+        return found;
+    };
+    write_programs("glsl", folder, "fxaa");
+    write_programs("msl", folder, "depth_of_field");
+    std::set<std::string> listed = {"index.json", ".postchain-programs"};
+    const json index = index_of(folder);
+    for (const json& program : index.at("programs")) listed.insert(program.at("file"));
+    EXPECT_EQ(names(folder), listed);
+
+    fs::create_directory(foreign);
+    write_text(foreign / "mine.txt", "mine");
+    const std::string into = "--format glsl --output " + foreign.string();
+    EXPECT_EQ(run_programs(into + " fxaa", log), 5);
+    EXPECT_THAT(read_text(log), HasSubstr("name another with --output"));
+    EXPECT_EQ(names(foreign), std::set<std::string>{"mine.txt"});
+
+    const std::string fresh = temp.path("fresh");
+    for (const auto& [words, message] :
+         {std::pair("--output " + fresh, "--format and --output go together"),
+          std::pair(std::string("--format hlsl"), "--format and --output go together"),
+          std::pair("--format dxil --output " + fresh, "known are spirv, hlsl, msl, glsl"),
+          std::pair("--format hlsl --output " + fresh + " fxa", "fxaa"),
+          std::pair(std::string("--format"), "--format needs a value")}) {
+        EXPECT_EQ(run_programs(words, log), 2) << words;
+        EXPECT_THAT(read_text(log), HasSubstr(message));
+    }
+    EXPECT_FALSE(fs::exists(fresh));
+}
+
+}  // namespace
+}  // namespace postchain::test

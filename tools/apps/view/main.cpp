@@ -7,6 +7,7 @@
 #include "passes/registry.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/program.h"
+#include "tools/apps/common/state.h"
 #include "tools/apps/common/stop_on_signal.h"
 #include "tools/apps/view/window.h"
 #include "tools/scenes/scene.h"
@@ -104,7 +105,8 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
         session.shaders = view.shaders;
     }
     session.frame = view.frame;
-    session.recovery_folder = view::recovery_folder();
+    if (const std::string state = state_folder(); !state.empty())
+        session.recovery_folder = state + "/view";
     return session;
 }
 

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "config/chain_file.h"
-#include "tools/apps/common/state.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 
@@ -51,11 +50,6 @@ Result<DocumentState> state_of_recovery(const std::string& text, const PassRegis
     return state;
 } catch (const std::exception&) {
     return not_one();
-}
-
-std::string recovery_folder() {
-    const std::string state = state_folder();
-    return state.empty() ? "" : state + "/view";
 }
 
 Recovery::Recovery(const std::string& folder, const std::string& chain_name) {

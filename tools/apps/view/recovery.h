@@ -13,9 +13,6 @@ std::string recovery_text(const DocumentState& state);
 // Errors (input): not a recovery file.
 Result<DocumentState> state_of_recovery(const std::string& text, const PassRegistry& registry);
 
-// $XDG_STATE_HOME/postchain/view, or ~/.local/state/postchain/view; empty: the user has no home.
-std::string recovery_folder();
-
 // The recovery file of one open chain. A lock tells the files of running viewers from those that a
 // viewer left when it was killed.
 class Recovery {

@@ -154,16 +154,16 @@ Failure check_numbers(const HostPlanes& frame) {
 }
 
 // The rectangle's size in a plane that may have another than the frame.
-Failure check_plane_size(const char* name, const int32_t (&given)[2], const HostPlanes& frame,
-                         std::array<int, 2>& size) {
+Failure check_plane_size(std::string_view prefix, const char* name, const int32_t (&given)[2],
+                         const HostPlanes& frame, std::array<int, 2>& size) {
     size = {given[0], given[1]};
     if (given[0] == 0 && given[1] == 0) size = {frame.width, frame.height};
     const bool fits =
         size[0] > 0 && size[1] > 0 && size[0] <= frame.width && size[1] <= frame.height;
     if (!fits)
         return {PC_ERROR_INPUT,
-                concat(name, ": ", given[0], "x", given[1], " is not within 1x1 and ", frame.width,
-                       "x", frame.height, ", the frame")};
+                concat(prefix, name, ": ", given[0], "x", given[1], " is not within 1x1 and ",
+                       frame.width, "x", frame.height, ", the frame")};
     return {};
 }
 
@@ -234,8 +234,9 @@ Failure check_planes(std::string_view prefix, HostPlanes& planes,
         return {PC_ERROR_INPUT, concat("the frame is ", planes.width, "x", planes.height,
                                        ": there is nothing to do")};
     std::array<int, 2> depth_size, motion_size;
-    RETURN_IF_ERROR(check_plane_size("depth_size", given.depth_size, planes, depth_size));
-    RETURN_IF_ERROR(check_plane_size("motion_size", given.motion_size, planes, motion_size));
+    RETURN_IF_ERROR(check_plane_size(prefix, "depth_size", given.depth_size, planes, depth_size));
+    RETURN_IF_ERROR(
+        check_plane_size(prefix, "motion_size", given.motion_size, planes, motion_size));
     const struct {
         Member member;
         int least_channels;

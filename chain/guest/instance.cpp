@@ -196,8 +196,10 @@ std::vector<ProgramKey> Instance::programs_to_prepare(const ChainVersion& chain,
 
 Failure Instance::prepare(const ChainVersion& host_chain, const pc_frame* given, bool wait) {
     const ChainVersion chain = budgets_.version(host_chain);
+    pc_frame first = *given;
+    if (given->before || given->after) first.flags &= ~uint32_t(PC_CAMERA_CUT);  // uses them
     HostFrame frame;
-    RETURN_IF_ERROR(check(chain, given, frame));
+    RETURN_IF_ERROR(check(chain, &first, frame));
     const size_t before = objects_->programs.compiled();
     const auto list = [&](const Plan& plan) {
         max_sizes_.restore(chain.id);
@@ -207,7 +209,7 @@ Failure Instance::prepare(const ChainVersion& host_chain, const pc_frame* given,
     if (!wait && objects_->programs.compiled() > before) return {PC_PENDING, ""};
     if (frame.focus && frame.depth.name) RETURN_IF_ERROR(ready_focus(frame));
     objects_->pool.begin_frame();
-    pc_frame cut = *given;
+    pc_frame cut = first;
     cut.flags ^= PC_CAMERA_CUT;
     HostFrame other;
     Entry* entry = nullptr;

@@ -3,8 +3,7 @@
  * docs/own_device.md. */
 /*                                                                                                  */
 /*   pc_plan_create()  pc_chain_create()  pc_plan_programs()      once */
-/*   pc_plan_frame()                                              every frame; the host executes it
- */
+/*   pc_plan_frame()                                              every frame, then execute it */
 
 /* Chains, results, pc_error(), pc_frame and the rules about structs, flags, handles and threads are
  * those of postchain.h, which this header includes. A planner is an instance: two threads cannot be
@@ -132,9 +131,9 @@ typedef struct pc_plan_binding {
     pc_plan_uses access; /* by this step */
 } pc_plan_binding;
 
-/* `texture` was used as `from`, and is now as `to`; of the storage: `before` is the texture that
- * used the slot last, usually the same. from = 0: no step of this frame has used it, and the host
- * knows its state, or its last use by the frame before. */
+/* The storage of `texture` was used as `from`, and is used as `to` from here on. `before`: the
+ * texture that used the storage last, usually the same one. from = 0: no step of this frame has
+ * used it; its state is the one in which the frame before or the host left it. */
 typedef struct pc_plan_barrier {
     uint32_t texture, before; /* before: PC_PLAN_NONE if from is 0 or PC_PLAN_ZEROED */
     pc_plan_uses from, to;
@@ -182,7 +181,8 @@ typedef struct pc_plan { /* its arrays stay valid until the next call on the pla
                         PC_PLAN_NONE: color itself, because there is nothing to do */
     /* Unique in this process. While it is equal, only these have changed: width, height, host and
      * result; barriers if the host's textures have become or ceased to be one; dispatches;
-     * uniforms. */
+     * uniforms. If the chain has new values: made_width, made_height, fetches, bytes and elisions.
+     */
     uint64_t shape;
     uint32_t slot_count, texture_count, step_count, elision_count;
     const pc_plan_slot* slots;

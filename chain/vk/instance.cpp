@@ -126,6 +126,10 @@ Failure Instance::set_focus(const ChainVersion& chain, HostImages& images, bool 
 Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, bool wait) {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
+    if (given.before || given.after) {
+        images.values.flags &= ~uint32_t(PC_CAMERA_CUT);  // uses them
+        RETURN_IF_ERROR(check_frame(&images.values, images.frame, find_format));
+    }
     open_ = nullptr;
     RETURN_IF_ERROR(set_focus(chain, images, false));
     const HostFrame& frame = images.frame;

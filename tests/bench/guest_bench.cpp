@@ -1,5 +1,7 @@
 // Measures the CPU cost of a guest's frame on its host (docs/performance.md). GL is real while
-// programs and textures are made; then every GL function is replaced by one that only counts.
+// programs and textures are made; then every GL function is replaced by one that only counts. With
+// --driver it stays: the driver's share, if its device is idle or left out (GALLIUM_NOOP=1 of
+// Mesa).
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -114,8 +116,8 @@ std::vector<double> times_of(const Run& run, int repeats) {
     return times;
 }
 
-void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame frame,
-             int repeats) {
+void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame frame, int repeats,
+             bool driver) {
     auto info = pc::create_info();
     info.state = state;
     const pc::Instance guest = pc::create(info);
@@ -128,7 +130,7 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
     kind.change(frame, chain.chain.get(), 0);
     if (pc_prepare(guest.get(), chain.chain.get(), &frame, 1) != PC_OK)
         fail(pc_last_error(guest.get()));
-    silence_gl(true);
+    silence_gl(!driver);
     for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
 
     const pc_counters before = counters_of(guest);
@@ -183,17 +185,19 @@ void measure_plan(const NamedChain& chain, const Kind& kind, pc_frame frame, int
 
 int main(int argc, char** argv) {
     using namespace postchain::test;
-    postchain::bench::Arguments arguments(argc, argv, "guest_bench [--repeats=200]");
+    postchain::bench::Arguments arguments(argc, argv, "guest_bench [--repeats=200] [--driver]");
     const int repeats = arguments.count("--repeats", 200);
+    const bool driver = arguments.flag("--driver");
     arguments.none();
     const auto context = postchain::egl::Context::create();
     if (!context.ok()) fail(context.status().message());
     const pc_frame frame = make_frame(1920, 1080);
     std::printf(
-        "pc_run() on a GL that does nothing, and pc_plan_frame(), 1920x1080; microseconds of the "
-        "quickest and of "
-        "the median of %d repeats of %d frames\n",
-        repeats, kFramesOfARepeat);
+        "pc_run() on %s, and pc_plan_frame(), 1920x1080; microseconds of the quickest and of the "
+        "median of %d repeats "
+        "of %d frames\n",
+        driver ? (*context)->device().renderer.c_str() : "a GL that does nothing", repeats,
+        kFramesOfARepeat);
     std::printf("%-9s %-8s %-28s %8s %8s %9s %9s %9s %12s %12s\n", "chain", "state", "frame",
                 "least", "median", "GL calls", "steps", "barriers", "allocations", "textures, MB");
     for (const Kind& kind : kinds()) {
@@ -211,8 +215,8 @@ int main(int argc, char** argv) {
             make_chain("balanced", "joint_blur,fxaa",
                        {{0, "samples", "32"}, {1, "mode", "directional"}})};
         for (const NamedChain& chain : chains) {
-            measure(chain, PC_STATE_RESET, kind, frame, repeats);
-            measure(chain, PC_STATE_RESTORE, kind, frame, repeats);
+            measure(chain, PC_STATE_RESET, kind, frame, repeats, driver);
+            measure(chain, PC_STATE_RESTORE, kind, frame, repeats, driver);
             measure_plan(chain, kind, frame, repeats);
         }
     }

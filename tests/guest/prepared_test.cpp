@@ -220,7 +220,10 @@ TEST(Prepared, TheMessageNamesTheMember) {
         between.*member = &host.frame;
         expect_error(pc_run(guest.get(), own.get(), &between, nullptr), PC_ERROR_PREPARE,
                      concat(name, ": given, and not to pc_prepare(); call"));
-        prepare_and_run(guest, own, between);
+        pc_frame first = between;
+        first.flags |= PC_CAMERA_CUT;
+        prepare(guest, own, first);
+        run(guest, own, between);
     }
     // Also if a frame with a flag was prepared later.
     pc_frame flagged = host.frame;

@@ -81,11 +81,14 @@ TEST_F(Pixels, NeighborsGiveTheCommandsBits) {
     expect_equal(filtered(made, frame), with_both);
     EXPECT_THAT(pc::explain(guest().get()), ::testing::HasSubstr("import_after"));
 
-    // The output may be a plane of a neighbor, which is then read before.
-    HostNeighbor overwritten = neighbor_of(host(), Neighbor::before);
+    // The output may be a plane of a neighbor, which is then read before. The last step of this
+    // pass reads it.
+    const HostNeighbor overwritten = neighbor_of(host(), Neighbor::before);
+    frame = host().frame;
     frame.before = &overwritten.frame;
-    frame.output = overwritten.frame.color;
-    expect_equal(filtered(made, frame), with_both);
+    frame.output = overwritten.color;
+    expect_equal(filtered(chain("motion_blur"), frame),
+                 by_executor(with_neighbor(host().test, before, Neighbor::before), "motion_blur"));
 }
 
 // At cuts, with another size, at half resolution and under a mask.

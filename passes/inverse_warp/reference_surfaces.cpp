@@ -186,10 +186,15 @@ class PlaneSurfaces {
     int width_, height_;
 };
 
+// Difference between the paths of two surfaces, px^2.
+double apart_by_motion(const Surface& s, const Surface& t) {
+    const Vec a = s.a - t.a, b = s.b - t.b;
+    return dot(a, a) + dot(b, b);
+}
+
 // Do the displacements of two surfaces differ by more than px of motion, or kLensPartPx of radius?
 bool part(const Surface& s, const Surface& t, double px, const Settings& settings) {
-    const Vec a = s.a - t.a, b = s.b - t.b;
-    return (settings.shutter && dot(a, a) + dot(b, b) > px * px) ||
+    return (settings.shutter && apart_by_motion(s, t) > px * px) ||
            std::abs(s.radius - t.radius) > kLensPartPx;
 }
 
@@ -228,7 +233,13 @@ class MixedPixels {
         const bool thin = others.empty();
         if (same.empty() || (thin && !mixed_depth)) return own;
         const double other_depth = thin ? *mixed_depth : depth(x, y, others.front());
-        if (other_depth <= own.inverse_depth) return own;  // the outline of the one in front
+        if (other_depth <= own.inverse_depth) {  // the outline of the one in front
+            if (thin) return own;
+            const Offset mine = closest(x, y, same, c), theirs = closest(x, y, others, c);
+            const Surface& front = surface(x + mine.first, y + mine.second);
+            const Surface& back = surface(x + theirs.first, y + theirs.second);
+            return mixes_motion(own, front, back) ? shown(front, {}) : own;
+        }
         Offset mine, theirs;
         if (thin) {
             // The one in front shows nowhere alone: its color is the one that goes farthest from
@@ -243,19 +254,12 @@ class MixedPixels {
             theirs = closest(x, y, others, c);
         }
         const auto share = share_of(c, pixel(x, y, mine), pixel(x, y, theirs));
-        const Surface& other = surface(x + theirs.first, y + theirs.second);
-        if (!share || !part(surface(x + mine.first, y + mine.second), other, kPartPx, settings_))
-            return own;
-        const double most_still = settings_.shutter ? kMostStill : kMostStillLens;
-        const bool takes = *share < (leaves(other, kPartPx, settings_) ? kMostLeaving : most_still);
+        const Surface& front = surface(x + theirs.first, y + theirs.second);
+        const Surface& back = surface(x + mine.first, y + mine.second);
+        if (!share || !part(back, front, kPartPx, settings_)) return own;
         if (*share < (thin ? kLeastShareThin : kLeastShare) || *share > kMostShare) return own;
-        if (!takes && split_ == Split::in_front) return own;
-        const Offset place = takes ? Offset() : mine;
-        Surface result = takes ? other : own;
-        result.edge = true;
-        result.color_from = Vec{double(place.first), double(place.second)};
-        result.a.x = without_last(8, result.a.x);
-        return result;
+        if (*share < most_own(front, back)) return shown(front, {});
+        return split_ == Split::in_front ? own : shown(own, mine);
     }
 
   private:
@@ -265,6 +269,29 @@ class MixedPixels {
         {{-1, 0},  {1, 0},  {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1},
          {-2, 0},  {2, 0},  {0, -2}, {0, 2}, {-2, -1}, {2, -1}, {-2, 1}, {2, 1},
          {-1, -2}, {1, -2}, {-1, 2}, {1, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
+
+    // A pixel at an edge that shows this surface, with the color from there.
+    static Surface shown(Surface surface, Offset color_from) {
+        surface.edge = true;
+        surface.color_from = Vec{double(color_from.first), double(color_from.second)};
+        surface.a.x = without_last(8, surface.a.x);
+        return surface;
+    }
+    // A pixel with less of its own surface shows the one in front.
+    double most_own(const Surface& front, const Surface& back) const {
+        if (std::abs(front.radius) > kLensPartPx) return kMostLeaving;
+        if (!settings_.shutter) return kMostStillLens;
+        const double px = std::sqrt(apart(front, back, settings_));
+        const double slow = std::clamp((kFastPx - px) / kSlowerPx, 0.0, 1.0);
+        const double most = kMostLeaving * (1 - slow) + kMostSlow * slow;
+        return front.path() > kPartPx ? most : std::max(most, kMostStill);
+    }
+    // Does an outline's pixel move as a mixture of its own surface and of the one behind?
+    bool mixes_motion(const Surface& own, const Surface& front, const Surface& back) const {
+        const double between = apart_by_motion(front, back);
+        return settings_.shutter && between > kPartPx * kPartPx &&
+               apart_by_motion(own, front) > kRest * kRest * between;
+    }
 
     bool inside(int x, int y) const {
         return x >= 0 && y >= 0 && x < color_.width && y < color_.height;
@@ -383,7 +410,6 @@ class BrightEdges {
                 const Surface own = mixed.split(x, y);
                 split[index(x, y)] = own;
                 // A pixel that takes the surface in front is an edge to the pixels around it.
-                if (one_depth(own.inverse_depth, result[index(x, y)].inverse_depth)) continue;
                 for (const auto& [i, j] : kAround)
                     if (inside(x + i, y + j) &&
                         !one_depth(own.inverse_depth, result[index(x + i, y + j)].inverse_depth) &&

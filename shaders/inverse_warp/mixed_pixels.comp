@@ -20,10 +20,11 @@ layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform uimage2D mixed;
 
 // A pixel is a mixture if its color differs from one by at most kRest, and the colors of both surfaces by
-// more than kContrast. It shows the surface in front if it has less than kMostLeaving of its own, less than
-// kMostInPlace if the one in front stays in place. A surface has the color of the pixel that shows it alone
-// and is closest to the pixel's color, among those up to kSlackPx2 farther than the nearest.
-const float kMostInPlace = kShutter ? kMostStill : kMostStillLens;
+// more than kContrast. It shows the surface in front if it has less than most_own() of its own. A surface has
+// the color of the pixel that shows it alone and is closest to the pixel's color, among those up to kSlackPx2
+// farther than the nearest.
+//
+// A pixel of the surface in front whose motion is a mixture takes the surface of the pixel that shows it alone.
 const int kNone = 1000;
 
 // The pixels around, nearest first.
@@ -102,6 +103,23 @@ bool find_thin(ivec2 p, vec3 own, inout Side front, inout Side back) {
     return most >= 0.0;
 }
 
+// A pixel with less of its own surface shows the one in front.
+float most_own(Surface front, Surface back) {
+    if (abs(front.radius) > kLensPartPx) return kMostLeaving;
+    if (!kShutter) return kMostStillLens;
+    const float px = sqrt(apart(front, back));
+    precise const float slow = clamp((kFastPx - px) / kSlowerPx, 0.0, 1.0);
+    const float most = precise_mix(kMostLeaving, kMostSlow, slow);
+    return path_of(front) > kPartPx ? most : max(most, kMostStill);
+}
+
+// Does an outline's pixel move as a mixture of its own surface and of the one behind?
+bool mixes_motion(Surface own, Surface front, Surface back) {
+    const float between = apart_by_motion(front, back);
+    precise const float least = kRest * kRest * between;
+    return kShutter && between > kPartPx * kPartPx && apart_by_motion(own, front) > least;
+}
+
 // The word of pixel p.
 uint word_of(ivec2 p) {
     const Surface own = surface_at(p);
@@ -122,7 +140,12 @@ uint word_of(ivec2 p) {
 
     const bool thin = other.reach == kNone;
     if (thin) other.inverse_depth = mixed_depth;
-    if (same.reach == kNone || other.inverse_depth <= own.inverse_depth) return 0u;
+    if (same.reach == kNone) return 0u;
+    if (other.inverse_depth <= own.inverse_depth) {
+        const bool mixes =
+            !thin && mixes_motion(own, surface_at(p + same.offset), surface_at(p + other.offset));
+        return mixes ? kMixed | kTakes | place_of(same.offset) : 0u;
+    }
     if (thin && !find_thin(p, c, other, same)) return 0u;
     precise const vec3 way = same.color - other.color;
     const float contrast = precise_dot(way, way);
@@ -133,10 +156,10 @@ uint word_of(ivec2 p) {
     precise const float share = precise_dot(c - other.color, way) / contrast;
     precise const vec3 rest = c - other.color - share * way;
     precise const float most_rest = kRest * kRest * contrast;
-    const Surface front = surface_at(p + other.offset);
-    const bool takes = share < (leaves(front, kPartPx) ? kMostLeaving : kMostInPlace);
+    const Surface front = surface_at(p + other.offset), back = surface_at(p + same.offset);
+    const bool takes = share < most_own(front, back);
     if (share < (thin ? kLeastShareThin : kLeastShare) || share > kMostShare ||
-        precise_dot(rest, rest) > most_rest || !part(surface_at(p + same.offset), front, kPartPx))
+        precise_dot(rest, rest) > most_rest || !part(back, front, kPartPx))
         return 0u;
     if (takes) return kMixed | kTakes | place_of(other.offset);
     return MOTION == 1 ? kMixed | place_of(same.offset) : 0u;  // a surface without motion holds no place

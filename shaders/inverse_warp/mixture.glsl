@@ -1,14 +1,17 @@
 // A pixel at a depth edge mixes the colors of two surfaces. It takes the color of its own surface from a
 // pixel that shows it alone, or the surface in front (mixed_pixels.comp, split_pixels.comp).
 
+// Difference between the paths of two surfaces, px^2.
+float apart_by_motion(Surface s, Surface t) {
+    const vec2 da = s.a - t.a, db = s.b - t.b;
+    precise const float squared = precise_dot(da, da) + precise_dot(db, db);
+    return squared;
+}
+
 // Do the displacements of two surfaces differ by more than px of motion, or kLensPartPx of radius?
 bool part(Surface s, Surface t, float px) {
     bool by_motion = false, by_lens = false;
-    if (kShutter) {
-        const vec2 da = s.a - t.a, db = s.b - t.b;
-        precise const float squared = precise_dot(da, da) + precise_dot(db, db);
-        by_motion = squared > px * px;
-    }
+    if (kShutter) by_motion = apart_by_motion(s, t) > px * px;
     if (kLens) {
         precise const float radii = s.radius - t.radius;
         by_lens = abs(radii) > kLensPartPx;

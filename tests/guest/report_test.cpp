@@ -296,11 +296,14 @@ TEST(Conventions, OfEngines) {
         auto frame = pc::make<pc_frame>();
         frame.width = 100;
         frame.height = 50;
-        frame.flags = PC_CAMERA_CUT | PC_MOTION_JITTERED;
+        frame.flags =
+            PC_CAMERA_CUT | PC_MOTION_JITTERED | (engine.y_up_rows ? PC_TOP_LEFT : PC_BOTTOM_LEFT);
         ASSERT_EQ(pc_use_conventions(engine.name, &frame), PC_OK);
         const float x = (engine.x - frame.motion_bias[0]) * frame.motion_scale[0];
         float y = (engine.y - frame.motion_bias[1]) * frame.motion_scale[1];
-        EXPECT_EQ((frame.flags & PC_TOP_LEFT) == 0, engine.y_up_rows) << engine.name;
+        EXPECT_EQ(frame.flags & (PC_TOP_LEFT | PC_BOTTOM_LEFT),
+                  uint32_t(engine.y_up_rows ? PC_BOTTOM_LEFT : PC_TOP_LEFT))
+            << engine.name;
         if (engine.y_up_rows) y = -y;
         EXPECT_NEAR(x, 4, 1e-3) << engine.name;
         EXPECT_NEAR(y, 2, 1e-3) << engine.name;

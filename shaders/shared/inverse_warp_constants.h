@@ -54,7 +54,7 @@ INVERSE_WARP_NUMBER kContrast = 0.05;  // least difference of both colors, in pa
 INVERSE_WARP_NUMBER kMostLeaving = 0.4;  // a pixel with less of its own surface shows the one in front
 // Chosen on edges_test.cpp and tuning (motion .04): a disc at 4 px a frame: .37 to .08, with mixed motion mended.
 INVERSE_WARP_NUMBER kMostSlow = 0.9;  // likewise if both surfaces part slowly:
-INVERSE_WARP_NUMBER kFastPx = 10.0, kSlowerPx = 8.0;  // px: from kFastPx on not at all, kSlowerPx less: fully
+INVERSE_WARP_NUMBER kFastPx = 6.0, kSlowerPx = 5.0;  // px: from kFastPx on not at all, kSlowerPx less: fully
 // Chosen on edges_test.cpp: a disc that a camera follows: .270 to .049.
 INVERSE_WARP_NUMBER kMostStill = 0.8, kMostStillLens = 0.65;  // likewise if the one in front stays in place
 // Chosen on edges_test.cpp. kLeastShareThin: slanted lines .100 to .018.

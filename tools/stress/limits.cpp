@@ -86,7 +86,6 @@ const KnownLimits& known_limits() {
            "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}},
         {"joint_blur",
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
-          {"motion", "starts=6", "/paths/apart, nothing found/fp32", 5.3, kApart},
           {"depth", "starts=5", "/paths/apart, nothing found/fp32", 142, kApart},
           {"depth", "starts=8", "/paths/apart, nothing found/fp32", 142, kApart},
           {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},

@@ -10,9 +10,9 @@ tools/build_command.sh lab blender
 postchain=$PWD/build/tools/apps/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/balanced" "$folder/paper"
-echo "== rendering 4 frames of wheels and their ground truth"
-"$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --truth-samples 64 \
-    --on-existing overwrite
+echo "== rendering 8 frames of wheels and their ground truth"
+"$postchain" scene wheels -o "$folder/wheels" --frames 1-8 --size 400x225 --truth both \
+    --truth-samples 200 --on-existing overwrite
 for chain in balanced paper; do
     echo "== filtering with $chain"
     "$postchain" run "$chain" -i "$folder/wheels/sharp.####.exr" \
@@ -32,8 +32,8 @@ echo "== comparing both with the ground truth"
     -o "$folder/report" --on-existing overwrite
 
 echo
-echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.0004.png"
-echo "filtered, inverse warp:        $folder/balanced/wheels.0001.png ... wheels.0004.png"
-echo "filtered, the 2013 report:     $folder/paper/wheels.0001.png ... wheels.0004.png"
+echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.0008.png"
+echo "filtered, inverse warp:        $folder/balanced/wheels.0001.png ... wheels.0008.png"
+echo "filtered, the 2013 report:     $folder/paper/wheels.0001.png ... wheels.0008.png"
 echo "report on the two:             $folder/report/index.html   (open it in a browser)"
 echo "Each EXR file is beside its PNG, with a JSON sidecar that records the run."

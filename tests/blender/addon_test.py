@@ -56,7 +56,7 @@ class Addon(Case):
         script = re.search(r"<!-- farm -->\n+```sh\n(.*?)```", DOCUMENT.read_text("utf8"), re.S)[1]
         self.assertEqual(len(script.splitlines()), 3, script)
         expression = re.search(r'--python-expr "(.*?)"', script, re.S)[1].replace("\\\n", "")
-        expression = re.sub(r"/\S*(?=/postchain_blender.zip)", os.path.dirname(ZIP), expression)
+        expression = re.sub(r"[^'\s]+(?=/postchain_blender.zip)", os.path.dirname(ZIP), expression)
         shutil.rmtree(pathlib.Path(self.folder, "blender"))
         self.blender("-b", "shot.blend", "--python-expr", expression)
         camera = json.loads(pathlib.Path(self.folder, "camera.json").read_text("utf8"))

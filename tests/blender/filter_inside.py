@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import unittest.mock
 
 import bpy
 
@@ -108,6 +109,7 @@ class Filter(Case):
         own = bpy.context.preferences.addons[scenes.MODULE].preferences
         own.device = "auto"
         self.addCleanup(setattr, own, "device", "software")
+        self.enterContext(unittest.mock.patch.dict(os.environ, XDG_STATE_HOME=str(self.out("state"))))
         bpy.ops.postchain.filter()
         if "CPU" not in outcome():
             self.skipTest("a GPU")

@@ -79,7 +79,7 @@ class Transcript(unittest.TestCase):
         """As docs/blender.md says, and a user's file shot.blend."""
         page = (ROOT / "docs/blender.md").read_text(encoding="utf8")
         script = re.search(r"<!-- install -->\n+```sh\n(.*?)```", page, re.S)[1]
-        self.run_script(script.replace("/usr/share/postchain/postchain_blender.zip", ZIP))
+        self.run_script(script.replace("$HOME/.local/share/postchain/postchain_blender.zip", ZIP))
         self.run_script(f"""blender -b --python-exit-code 1 --python-expr "import sys; \
             sys.path.insert(0, '{ROOT}/tests/blender'); import bpy, scene; scene.make('{self.work}'); \
             bpy.context.scene.postchain.output = '//filtered'; \
@@ -92,7 +92,7 @@ class Transcript(unittest.TestCase):
         self.assertTrue((self.work / "out/wheels.0004.exr.json").exists())
         self.assertTrue((self.work / "report/index.html").exists())
         # "The second value is lower"
-        figures = re.findall(r"^  flip +([0-9.]+)(?: .*)?$", printed, re.M)
+        figures = re.findall(r"^  hdr_flip +([0-9.]+)(?: .*)?$", printed, re.M)
         self.assertEqual(len(figures), 2)
         self.assertGreater(float(figures[0]), float(figures[1]))
 

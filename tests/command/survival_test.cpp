@@ -183,14 +183,24 @@ TEST_F(SurvivalTest, TheCpuIsNotTakenForAGpu) {
     const std::string warning = "no GPU with OpenGL 4.5";
     write_sequence(at(""), {1});
     const auto overwrite = [&](const Arguments& more) {
-        return filter("fxaa", joined(more, {"--on-existing", "overwrite"}));
+        return filter("fxaa", joined(more, {"--on-existing", "overwrite"}),
+                      {.environment = {{"XDG_STATE_HOME", at("state")}}});
     };
     expect_ends(filter("fxaa", {"--device", "gpu"}), 6, {renderer, "--device auto or software"});
     EXPECT_TRUE(outputs().empty());
     const auto automatic = overwrite({});
     expect_ends(automatic, 0, {warning, renderer, "--device software"});
     EXPECT_EQ(automatic.err.find(warning), automatic.err.rfind(warning)) << "said twice";
+    // Said today already.
+    EXPECT_FALSE(contains(overwrite({}).err, warning));
+    EXPECT_TRUE(contains(overwrite({"-v"}).err, warning));
+    const std::string stamp = at("state/postchain/computing_on_the_cpu");
+    for (const auto& [hours, said] : {std::pair{-23, false}, {-25, true}, {1, true}}) {
+        fs::last_write_time(stamp, fs::file_time_type::clock::now() + std::chrono::hours(hours));
+        EXPECT_EQ(contains(overwrite({}).err, warning), said) << hours;
+    }
     // Chosen, or not to be heard.
+    fs::remove(stamp);
     for (const Arguments& chosen : {Arguments{"--device", "software"}, {"-q"}}) {
         const auto silent = overwrite(chosen);
         EXPECT_EQ(silent.code, 0) << silent.text();

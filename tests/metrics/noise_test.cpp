@@ -88,7 +88,7 @@ ImageF rgb_of(const ImageF& gray, const F& scene_value) {
 // column: h^2/16 + h^2/4 + h^2/16 of gradient energy), the same in input and ground truth. The
 // noise adds s^2 to every pixel's energy.
 TEST(Noise, WhatAPictureWithoutErrorWouldHave) {
-    const double h = 0.3, s = 0.02;
+    const double h = 0.3, s = 0.012;
     const auto gray = [=](int x, int) {
         const int at = x % 16;
         return 0.3 + (at == 0 ? h / 2 : at < 8 ? h : at == 8 ? h / 2 : 0);

@@ -66,6 +66,21 @@ TEST(Sharpness, WhatTheGroundTruthSharpensIsNotInFocus) {
     EXPECT_FALSE(s.edges_in_blurred);
 }
 
+// A lamp out of focus has a rim elsewhere: as many edges as before, at other places.
+TEST(Sharpness, WhatTheGroundTruthShowsElsewhereIsNotInFocus) {
+    for (const int shift : {-2, 2}) {
+        const auto input = make_image(120, 40, [](int x, int) {
+            const double v = shown_as(x >= 60 ? 0.6 : 0.2);
+            return Rgb{v, v, v};
+        });
+        const auto truth = make_image(120, 40, [=](int x, int) {
+            const double v = shown_as(x >= 60 + shift ? 0.6 : 0.2);
+            return Rgb{v, v, v};
+        });
+        EXPECT_EQ(measure(truth, truth, input).sharp_pixels, 0u) << shift;
+    }
+}
+
 TEST(Sharpness, RegionsDoNotDependOnTheTest) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
     const Sharpness a = measure(truth, truth, input), b = measure(gray(120, 40, 9), truth, input);
@@ -86,6 +101,24 @@ TEST(Sharpness, WithoutRegionsThereIsNoValue) {
     const Sharpness all_sharp = measure(input, input, input);
     EXPECT_FALSE(all_sharp.edges_in_blurred);
     EXPECT_TRUE(all_sharp.sharpness_in_focus);
+}
+
+// One edge in a picture that grows beside it.
+TEST(Sharpness, ARegionOfAFewPixelsHasNoValue) {
+    const auto one_edge = [](int width) {
+        return make_image(width, 20, [](int x, int) {
+            const double v = shown_as(x < 10 ? 0.2 : 0.6);
+            return Rgb{v, v, v};
+        });
+    };
+    const size_t region = measure(one_edge(100), one_edge(100), one_edge(100)).sharp_pixels;
+    ASSERT_GT(region, 100u);
+    for (const int side : {-1, 1}) {
+        const ImageF image = one_edge(int(region * 10) + side);
+        const Sharpness s = measure(image, image, image);
+        EXPECT_EQ(s.sharp_pixels, region);
+        EXPECT_EQ(s.sharpness_in_focus.has_value(), side < 0) << side;
+    }
 }
 
 TEST(Sharpness, RefusesAnInputOfAnotherSize) {

@@ -96,6 +96,15 @@ TEST_F(Files, OfATruthHoldColorOnlyAndThoseOfTheLayerBehindAreWrittenIfAskedFor)
     EXPECT_EQ(channels("behind.0001.exr"), channels("sharp.0001.exr"));
 }
 
+TEST_F(Files, OnlyTheTruthsThatAreAskedForAreWritten) {
+    request_.truth_samples = 2;
+    request_.truths = {Picture::both, Picture::dof};
+    write();
+    EXPECT_THAT(names(), testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr",
+                                                       "dof.0001.exr", "both.0001.exr",
+                                                       "camera.json"));
+}
+
 TEST_F(Files, AreTheSameBytesHoweverTheSequenceIsSplit) {
     request_.frames = {1, 2};
     request_.truth_samples = 20;  // not a multiple of a dispatch

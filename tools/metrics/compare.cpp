@@ -163,7 +163,8 @@ std::vector<std::pair<std::string, double>> metric_constants() {
             {"region_sigma_px", kRegionSigma},
             {"min_energy", kMinEnergy},
             {"blurred_part", kBlurredPart},
-            {"sharp_part", kSharpPart},
+            {"other_part", kOtherPart},
+            {"least_region", kLeastRegion},
             {"energy_epsilon", kEnergyEpsilon},
             {"least_change", kLeastChange}};
 }

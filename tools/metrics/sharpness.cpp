@@ -8,8 +8,7 @@
 namespace postchain::metrics {
 namespace {
 
-ImageF gradient_energy(const RgbImage& image) {
-    const ImageF luma = display_luma(image);
+ImageF gradient_energy(const ImageF& luma) {
     ImageF energy(luma.width, luma.height, 1);
     for (int y = 0; y < luma.height; ++y)
         for (int x = 0; x < luma.width; ++x) {
@@ -44,16 +43,16 @@ ImageF smoothed_transposed(const ImageF& image) {
     return out;
 }
 
-ImageF energy_around(const RgbImage& image) {
-    return smoothed_transposed(smoothed_transposed(gradient_energy(image)));
+ImageF energy_around(const ImageF& luma) {
+    return smoothed_transposed(smoothed_transposed(gradient_energy(luma)));
 }
 
 struct Region {
     double test = 0, truth = 0;
     size_t pixels = 0;
 
-    std::optional<double> ratio() const {
-        if (pixels == 0) return std::nullopt;
+    std::optional<double> ratio(size_t of_pixels) const {
+        if (pixels == 0 || double(pixels) < kLeastRegion * double(of_pixels)) return std::nullopt;
         const double floor = double(pixels) * kEnergyEpsilon;
         return (test + floor) / (truth + floor);
     }
@@ -68,38 +67,40 @@ Status check_sizes(const RgbImage& truth, const RgbImage& input) {
 
 // `test_energy(i, e)`: e of the test at pixel i, given the ground truth's e.
 template <class TestEnergy>
-Sharpness over_regions(const RgbImage& truth_image, const RgbImage& input,
-                       const TestEnergy& test_energy) {
-    const ImageF truth = energy_around(truth_image);
-    const ImageF unblurred = energy_around(input);
+Sharpness over_regions(ImageF truth_luma, const RgbImage& input, const TestEnergy& test_energy) {
+    const ImageF input_luma = display_luma(input);
+    const ImageF truth = energy_around(truth_luma), unblurred = energy_around(input_luma);
+    for (size_t i = 0; i < truth_luma.data.size(); ++i) truth_luma.data[i] -= input_luma.data[i];
+    const ImageF difference = energy_around(truth_luma);
     Region blurred, sharp;
     for (size_t i = 0; i < truth.data.size(); ++i) {
         const double before = double(unblurred.data[i]), after = double(truth.data[i]);
         if (before < kMinEnergy) continue;
         Region* region = nullptr;
         if (after <= kBlurredPart * before) region = &blurred;
-        if (after >= kSharpPart * before && after * kSharpPart <= before) region = &sharp;
+        if (double(difference.data[i]) <= kOtherPart * before) region = &sharp;
         if (!region) continue;
         region->test += test_energy(i, after);
         region->truth += after;
         ++region->pixels;
     }
-    return Sharpness{blurred.ratio(), sharp.ratio(), blurred.pixels, sharp.pixels};
+    const size_t all = truth.data.size();
+    return Sharpness{blurred.ratio(all), sharp.ratio(all), blurred.pixels, sharp.pixels};
 }
 
 }  // namespace
 
 Result<Sharpness> sharpness(const Pair& truth_pair, const RgbImage& input) {
     RETURN_IF_ERROR(check_sizes(truth_pair.reference, input));
-    const ImageF test = energy_around(truth_pair.test);
-    return over_regions(truth_pair.reference, input,
+    const ImageF test = energy_around(display_luma(truth_pair.test));
+    return over_regions(display_luma(truth_pair.reference), input,
                         [&](size_t i, double) { return double(test.data[i]); });
 }
 
 Result<Sharpness> sharpness_without_error(const RgbImage& truth, const ImageF& variance,
                                           const RgbImage& input) {
     RETURN_IF_ERROR(check_sizes(truth, input));
-    return over_regions(truth, input, [&](size_t i, double energy) {
+    return over_regions(display_luma(truth), input, [&](size_t i, double energy) {
         return std::max(0.0, energy - double(variance.data[i]));
     });
 }

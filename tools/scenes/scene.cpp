@@ -273,8 +273,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
     if (request.behind) pictures.push_back(Picture::behind);
     if (request.deep) pictures.push_back(Picture::deep);
     if (request.truth_samples > 0)
-        for (const Picture truth : {Picture::mb, Picture::dof, Picture::both})
-            pictures.push_back(truth);
+        pictures.insert(pictures.end(), request.truths.begin(), request.truths.end());
     const io::OutputFiles files = files_of(request, pictures);
     RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();

@@ -21,23 +21,6 @@
 
 namespace postchain::scenes {
 
-struct SceneRequest {
-    std::string name;    // a name from scenes()
-    std::string folder;  // created if it does not exist; its parent must exist
-    int width = 640;
-    int height = 360;
-    std::vector<int> frames = {1};
-    int truth_samples = 0;   // per pixel of each ground truth; 0 = none
-    int sharp_samples = 16;  // per pixel of `sharp`
-    bool behind = false;     // also `behind`, of as many
-    bool deep = false;       // also `deep`, of both
-    // f_stop, aperture, sensor_width_mm, near_clip, far_clip and shutter_frames replace the scene's
-    // values; focal_length_mm and focus_distance do so in every frame. Scenes are in meters:
-    // another meters_per_unit is a usage error. An aperture image must already be loaded.
-    Camera camera;
-    io::OnExisting on_existing = io::OnExisting::fail;  // or overwrite
-};
-
 enum class Picture {
     gbuf,    // one sample at the pixel center, with depth and motion vectors
     sharp,   // mean over the pixel: color and vectors; depth at the center, aliased
@@ -49,6 +32,24 @@ enum class Picture {
 };
 const char* name_of(Picture picture);  // "gbuf"
 bool is_truth(Picture picture);
+
+struct SceneRequest {
+    std::string name;    // a name from scenes()
+    std::string folder;  // created if it does not exist; its parent must exist
+    int width = 640;
+    int height = 360;
+    std::vector<int> frames = {1};
+    int truth_samples = 0;   // per pixel of each ground truth; 0 = none
+    std::vector<Picture> truths = {Picture::mb, Picture::dof, Picture::both};
+    int sharp_samples = 16;  // per pixel of `sharp`
+    bool behind = false;     // also `behind`, of as many
+    bool deep = false;       // also `deep`, of both
+    // f_stop, aperture, sensor_width_mm, near_clip, far_clip and shutter_frames replace the scene's
+    // values; focal_length_mm and focus_distance do so in every frame. Scenes are in meters:
+    // another meters_per_unit is a usage error. An aperture image must already be loaded.
+    Camera camera;
+    io::OnExisting on_existing = io::OnExisting::fail;  // or overwrite
+};
 
 // The scene with the request's camera. Errors (usage): unknown scene (the message lists the known
 // ones), camera values not above 0 (shutter_frames: below 0), blades together with an aperture

@@ -185,13 +185,12 @@ TEST(Verdict, IsDecidedByTheIntervalOfEightFrames) {
         {"seven frames", Better::lower, seven(kBase), seven(gain), Finding::too_few_frames,
          "too few frames to decide (n = 7)", "Too few frames to decide (n = 7"},
         {"gain", Better::lower, kBase, gain, Finding::b_better, "second is lower by 0.0105",
-         "second is closer to the ground truth by hdr_flip"},
-        {"the values of both", Better::lower, kBase, gain, Finding::b_better, "",
-         "HDR-FLIP: first 0.115, second 0.1045"},
+         "second is closer to the ground truth by HDR-FLIP: first 0.115, second 0.1045, B - A "},
         {"loss", Better::lower, gain, kBase, Finding::a_better, "", "first is closer"},
         {"more is better", Better::higher, kBase, gain, Finding::a_better, "", ""},
         {"scatter", Better::lower, kBase, shifted(kBase, kScatter),
-         Finding::no_measurable_difference, "", "No measurable difference in any metric (n = 8)"},
+         Finding::no_measurable_difference, "",
+         "No measurable difference by HDR-FLIP: first 0.115, second "},
         {"equal", Better::lower, kBase, kBase, Finding::no_measurable_difference,
          "equal in all 8 frames", "every metric is equal in all 8 frames"},
         {"equal in one frame", Better::lower, one, one, Finding::too_few_frames, "",
@@ -202,6 +201,25 @@ TEST(Verdict, IsDecidedByTheIntervalOfEightFrames) {
         EXPECT_EQ(comparison.metrics[0].finding, row.finding);
         EXPECT_THAT(comparison.metrics[0].words, HasSubstr(row.words));
         EXPECT_THAT(comparison.verdict, HasSubstr(row.verdict));
+    }
+}
+
+TEST(Verdict, OtherMetricsAreNamedOrIfManyCounted) {
+    const Values gain = shifted(kBase, kConstantGain);
+    for (const bool second : {false, true}) {
+        auto report = fabricate("hdr_flip", Better::lower, kBase, gain);
+        std::string names;
+        for (const char* name : {"mse", "smape", "tde", "grid"}) {
+            report.metrics.push_back({name, "", Better::lower});
+            fill(report.variants[0].metrics, name, second ? kBase : gain);
+            fill(report.variants[1].metrics, name, second ? gain : kBase);
+            names += (names.empty() ? "" : ", ") + std::string(name);
+            const bool many = report.metrics.size() > 4;
+            EXPECT_THAT(
+                compare_variants(report, {}).verdict,
+                testing::EndsWith(concat(" frames). ", second ? "second" : "first",
+                                         " is better by ", many ? "4 other metrics" : names, ".")));
+        }
     }
 }
 

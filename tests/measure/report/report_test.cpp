@@ -204,13 +204,17 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
          {"Too few.", "bad failed: frame 10: no",
           "| flip | lower is better | 1 | 0.1 |  | -1 .. 1 | too few frames to decide |",
           "| flip | lower is better | 0.25 |  | 0.625 |", "| 11 | input | 0.75 |",
-          "\n- **Warning:** a warning\n", "\nbad has won.\n",
+          "\n- **Warning:** a warning\n",
           "standard deviation 0.015 of the displayed luma; a picture without any error would have "
           "flip 0.2 |",
           "| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |", "\n- what a split has to say\n", "- a note",
           "| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |"})
         EXPECT_THAT(text, HasSubstr(part));
     EXPECT_THAT(text, Not(HasSubstr("without a measurable difference")));
+    EXPECT_THAT(text, Not(HasSubstr("bad has won")));
+    Report scored = filled();
+    scored.comparison.reset();
+    EXPECT_THAT(report_as_markdown(scored), HasSubstr("\nbad has won.\n"));
     Report alike = filled();
     alike.reference = "a";
     EXPECT_THAT(report_as_markdown(alike),

@@ -8,6 +8,7 @@
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/common/log.h"
+#include "tools/apps/common/state.h"
 #include "tools/sequence/exr/pixel_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
@@ -210,7 +211,9 @@ Result<sequence::RunSettings> run_settings_of(const Options& options) {
 }
 
 Result<egl::ContextOptions> choose_device(const Options& options) {
-    const auto warn = [](const std::string& text) { log::warning(text); };
+    const auto warn = [](const std::string& text) {
+        first_today("computing_on_the_cpu") ? log::warning(text) : log::detail(text);
+    };
     auto context = sequence::choose_device(options.device, options.threads, warn);
     if (!context.ok()) return context;
     context->debug = options.verbose;

@@ -455,7 +455,7 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
         }
         exceeded |= exceeds(work, summary, diff.b);
     }
-    if (!options.json) print_settings(settings);
+    if (options.verbose && !options.json) print_settings(settings);
     if (!work.maps.empty()) {
         const auto& row = *metrics::find_map(work.compare.map);
         log::info(concat("error maps of ", row.name, ": magma over 0..", row.shown_max,

@@ -173,7 +173,11 @@ void print_frame(const sequence::InspectedFrame& found, int frame) {
     if (!found.status.ok()) return;
     std::fputs(printable(found.source->header.match.text() + "\n", Lines::keep).c_str(), stdout);
     print_attributes(found.source->header.camera_attributes);
-    for (const char* key : {"frame", "bounds", "health"}) print_values(found.json[key]);
+    for (const char* key : {"frame", "bounds"}) print_values(found.json[key]);
+    // Counts of what was found (input_...) are warnings where they matter.
+    for (const auto& [key, value] : found.json["health"].items())
+        if (!key.starts_with("input_") && value != 0)
+            std::printf("%s: %s\n", key.c_str(), io::json_text(value).c_str());
     if (found.signs && found.signs->ok()) print_signs(**found.signs, frame + 1);
 }
 

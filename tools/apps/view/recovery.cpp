@@ -4,10 +4,10 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "config/chain_file.h"
+#include "tools/apps/common/state.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 
@@ -54,10 +54,8 @@ Result<DocumentState> state_of_recovery(const std::string& text, const PassRegis
 }
 
 std::string recovery_folder() {
-    const char* state = std::getenv("XDG_STATE_HOME");
-    if (state && *state) return std::string(state) + "/postchain/view";
-    const char* home = std::getenv("HOME");
-    return home && *home ? std::string(home) + "/.local/state/postchain/view" : "";
+    const std::string state = state_folder();
+    return state.empty() ? "" : state + "/view";
 }
 
 Recovery::Recovery(const std::string& folder, const std::string& chain_name) {

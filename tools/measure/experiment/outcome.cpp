@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "chain/base/parameter.h"
+#include "chain/base/text.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/report/report.h"
 #include "tools/measure/report/words.h"
@@ -283,13 +284,14 @@ class Judge {
         return text.empty() ? "The ground truth has no blurred or sharp regions to measure." : text;
     }
 
-    std::string listed(const std::vector<report::MetricComparison>& metrics,
-                       report::Finding finding) const {
-        std::string text;
+    // Metrics beside the one that decides: their names, or if there are many, their number.
+    static std::string listed(const std::vector<report::MetricComparison>& metrics,
+                              report::Finding finding) {
+        std::vector<std::string> names;
         for (const auto& metric : metrics)
-            if (metric.finding == finding && metric.n > 0)
-                text += (text.empty() ? "" : ", ") + metric.metric;
-        return text;
+            if (metric.finding == finding && metric.n > 0 && metric.metric != kDecidingMetric)
+                names.push_back(metric.metric);
+        return names.size() <= 3 ? joined(names) : concat(names.size(), " other metrics");
     }
 
     std::string failures() const {
@@ -301,7 +303,8 @@ class Judge {
     }
 
     std::string verdict(const std::vector<report::MetricComparison>& metrics) const {
-        const auto main = std::ranges::find(metrics, "hdr_flip", &report::MetricComparison::metric);
+        const auto main =
+            std::ranges::find(metrics, kDecidingMetric, &report::MetricComparison::metric);
         if (main == metrics.end() || main->n == 0)
             return "No frame was filtered by both chains." + failures();
         bool equal = true;
@@ -330,22 +333,18 @@ class Judge {
                               " is closer to the ground truth (bootstrap over tiles: B - A is in ",
                               range(*main->bootstrap), "); this need not hold for other frames.");
         } else {
+            const bool decided = main->finding == report::Finding::a_better ||
+                                 main->finding == report::Finding::b_better;
+            text = !decided ? "No measurable difference by HDR-FLIP: "
+                            : (main->finding == report::Finding::a_better ? a() : b()) +
+                                  " is closer to the ground truth by HDR-FLIP: ";
+            text += concat(a(), " ", report::figure(*mean(0, "hdr_flip")), ", ", b(), " ",
+                           report::figure(*mean(1, "hdr_flip")), ", B - A ",
+                           range(*main->t_interval), " (95 %, paired over ", main->n, " frames).");
             const std::string for_a = listed(metrics, report::Finding::a_better);
             const std::string for_b = listed(metrics, report::Finding::b_better);
-            const std::string open = listed(metrics, report::Finding::no_measurable_difference);
-            if (for_a.empty() && for_b.empty())
-                text = concat("No measurable difference in any metric (n = ", main->n, ").");
-            if (!for_a.empty()) text += a() + " is closer to the ground truth by " + for_a + ".";
-            if (!for_b.empty())
-                text += (text.empty() ? "" : " ") + b() + " is closer to the ground truth by " +
-                        for_b + ".";
-            if (!open.empty() && !(for_a.empty() && for_b.empty()))
-                text += " No measurable difference: " + open + ".";
-            text += concat(" HDR-FLIP: ", a(), " ", report::figure(*mean(0, "hdr_flip")), ", ", b(),
-                           " ", report::figure(*mean(1, "hdr_flip")), ", B - A ",
-                           range(*main->t_interval), ".");
-            text += concat(" Intervals are 95 %, paired over ", main->n,
-                           " frames, one metric at a time.");
+            if (!for_a.empty()) text += concat(" ", a(), " is better by ", for_a, ".");
+            if (!for_b.empty()) text += concat(" ", b(), " is better by ", for_b, ".");
         }
         return text + failures();
     }

@@ -20,6 +20,7 @@ struct SceneOptions {
     std::string size = "640x360";
     std::string frames = "1-8";
     int truth_samples = 0;
+    std::string truth = "all";
     bool behind = false;
     bool deep = false;
     io::OnExisting on_existing = io::OnExisting::fail;
@@ -39,6 +40,9 @@ Result<int> scene_subcommand(const Options& options, const SceneOptions& scene) 
     request.name = scene.name;
     request.folder = scene.folder;
     request.truth_samples = scene.truth_samples;
+    if (scene.truth != "all")
+        std::erase_if(request.truths,
+                      [&](scenes::Picture truth) { return scene.truth != scenes::name_of(truth); });
     request.behind = scene.behind;
     request.deep = scene.deep;
     request.camera = scene.camera;
@@ -94,8 +98,16 @@ RunSubcommand add_scene(CLI::App& subcommand, Options& options) {
     subcommand.add_option("--frames", scene->frames, "frames to render")->capture_default_str();
     subcommand
         .add_option("--truth-samples", scene->truth_samples,
-                    "samples over shutter and lens for mb, dof and both; 0 = none")
+                    "samples over shutter and lens of each ground truth; 0 = none")
         ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    std::vector<std::string> truths = {"all"};
+    for (const scenes::Picture truth : scenes::SceneRequest().truths)
+        truths.push_back(scenes::name_of(truth));
+    subcommand
+        .add_option("--truth", scene->truth,
+                    "ground truth that is written: mb of the shutter, dof of the lens, both")
+        ->check(CLI::IsMember(truths))
         ->capture_default_str();
     subcommand.add_flag("--behind", scene->behind,
                         "also render the layer behind, for run --behind");

@@ -62,8 +62,8 @@ class Markdown {
             out_ += markdown_text(report_.comparison->verdict) + "\n\n";
             if (!report_.comparison->claims.empty())
                 out_ += markdown_text(report_.comparison->claims) + "\n\n";
-        }
-        if (report_.winner) out_ += markdown_text(report_.winner->words) + ".\n\n";
+        } else if (report_.winner)
+            out_ += markdown_text(report_.winner->words) + ".\n\n";
         list(report_.under);
         list(report_.warnings, "**Warning:** ");
         conditions();

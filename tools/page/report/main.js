@@ -50,7 +50,7 @@ function start() {
     const verdict = [model.comparison?.verdict, ...model.under.map((line) => `${line}.`),
         model.reference_kind === "converged" && "Without a truth every variant is measured " +
             `against its own filter converged, and there is no model error: ${model.no_truth}.`,
-        model.winner && `Shown first: ${model.winner.words}.`,
+        model.winner && !model.comparison && `Shown first: ${model.winner.words}.`,
     ].filter(Boolean).join(" ");
     by_id("verdict").hidden = !verdict;
     by_id("verdict").textContent = verdict;

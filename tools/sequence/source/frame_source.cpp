@@ -207,8 +207,8 @@ void FrameFindings::add(const FrameFindings& next) {
     convert_ms += next.convert_ms;
 }
 
-Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
-                                      RoleSet present, io::Keep keep, int first, int end) try {
+Result<SourceStrip> read_source_strip(const FrameHeader& header, RoleSet present, io::Keep keep,
+                                      int first, int end) try {
     const int height = header.window.height();
     // Edges are those of depth and motion.
     const int context =
@@ -381,7 +381,7 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
                                  frame_bytes(header, present, keep, header.window.height()),
                                  settings.max_memory));
     ASSIGN_OR_RETURN(auto strip,
-                     read_source_strip(settings, header, present, keep, 0, header.window.height()));
+                     read_source_strip(header, present, keep, 0, header.window.height()));
     SourceFrame frame;
     frame.planes = shared(std::move(strip.planes));
     conclude(frame, settings, std::move(header), std::move(strip));

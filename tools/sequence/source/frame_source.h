@@ -92,8 +92,8 @@ struct SourceStrip {
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted);
 
 // Layers and mattes are read only if all rows are. Errors: those of read_source_frame().
-Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
-                                      RoleSet present, io::Keep keep, int first, int end);
+Result<SourceStrip> read_source_strip(const FrameHeader& header, RoleSet present, io::Keep keep,
+                                      int first, int end);
 
 // Adds the bounds of more rows.
 void add_rows(const FrameBounds& more, FrameBounds& bounds);

@@ -64,7 +64,7 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
         settings.max_memory));
     for (int first = 0; first < height; first += rows) {
         const int end = std::min(height, first + rows);
-        ASSIGN_OR_RETURN(auto strip, read_source_strip(settings, header, planes_of(header, wanted),
+        ASSIGN_OR_RETURN(auto strip, read_source_strip(header, planes_of(header, wanted),
                                                        io::Keep::nothing, first, end));
         if (observer) observer(strip.planes, first);
         if (first == 0) {
@@ -108,11 +108,11 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
     double fastest_px = 0;
     for (int first = 0; first < window.height(); first += rows) {
         const int end = std::min(window.height(), first + rows);
-        ASSIGN_OR_RETURN(auto strip,
-                         read_source_strip(settings, stored,
-                                           planes_of(stored, {Role::inverse_depth, Role::motion,
-                                                              Role::motion_back}),
-                                           io::Keep::nothing, first, end));
+        ASSIGN_OR_RETURN(
+            auto strip,
+            read_source_strip(
+                stored, planes_of(stored, {Role::inverse_depth, Role::motion, Role::motion_back}),
+                io::Keep::nothing, first, end));
         io::Window around = window;
         around.min_y = window.min_y + std::max(0, first - margin);
         around.max_y = window.min_y + std::min(window.height(), end + margin) - 1;
@@ -120,7 +120,7 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
         ImageF color(around.width(), around.height(), 4);
         if (!there.empty()) {
             ASSIGN_OR_RETURN(auto rows_of_next,
-                             read_source_strip(settings, next, {Role::color}, io::Keep::nothing,
+                             read_source_strip(next, {Role::color}, io::Keep::nothing,
                                                there.min_y - next.window.min_y,
                                                there.max_y + 1 - next.window.min_y));
             io::Window read = next.window;

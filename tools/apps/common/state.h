@@ -1,0 +1,15 @@
+// What programs remember of a user between their runs.
+#pragma once
+
+#include <string>
+
+namespace postchain {
+
+// "$XDG_STATE_HOME/postchain", or in ~/.local/state; "" if neither variable is set.
+std::string state_folder();
+
+// True if no process of the user has asked for this name in the last 24 hours, and whenever the
+// state folder cannot be written. `name`: a file's name.
+bool first_today(const std::string& name);
+
+}  // namespace postchain

@@ -2,11 +2,13 @@
 """Measures the claims of the 2013 report: the figures of docs/reproduction.md.
 
     PYTHONPATH=build/python tests/bench/reproduction.py FOLDER [--data DATA] [--only 4.3] [--write FILE]
+                                                           [--pictures FOLDER]
 
 FOLDER gets the generated scenes and results.json. Interrupted, the same command continues: a measurement that
 results.json has for this commit of the filters is not repeated. DATA holds path-traced wheels, flagpole and
 crossing (docs/scenes.md). --only measures the rows whose name begins so; the others are printed if they are
-there. --write puts the tables between the two marks of a Markdown file.
+there. --write puts the tables between the two marks of a Markdown file. --pictures FOLDER writes strips instead
+(needs python3-openimageio).
 
 A gain is that of B over A, positive where B is closer to ground truth. Means, 95 % intervals and p (Holm, over
 all comparisons of the page) are over families of scenes, as in a study (docs/studies.md). Switches that the
@@ -109,13 +111,13 @@ def displayed(image):
 def scenes_of(folder, data):
     found = []
     for name, family in SCENES:
-        path, camera = folder / "scenes" / name, {"shutter_frames": 1.0}
+        path = folder / "scenes" / name
         if not (path / "mb.0002.exr").exists():
             path.mkdir(parents=True, exist_ok=True)
-            postchain.scene(name, path, size=(WIDTH, HEIGHT), frames="2", truth_samples=256, camera=camera,
-                            on_existing="overwrite")
+            postchain.scene(name, path, size=(WIDTH, HEIGHT), frames="2", truth_samples=256,
+                            camera={"shutter_frames": 1.0}, on_existing="overwrite")
         found.append(Scene(f"generated {name}", family, 1.0,
-                           *(postchain.read(path / f"{kind}.0002.exr", camera=camera)
+                           *(postchain.read(path / f"{kind}.0002.exr", camera=path / "camera.json")
                              for kind in ("sharp", "gbuf", "mb"))))
     for name, family in SHOTS if data else ():
         path = data / name
@@ -384,6 +386,34 @@ def steadiness(measurer, data):
     return found
 
 
+STRIPS = {  # scene, input, first row and column; settings, then ground truth
+    "directions": ("crossing", "sharp", 20, 70, [SINGLE, REPORT]),
+    "pole": ("flagpole", "sharp", 20, 70, [product(blur(samples=17, center_weight=17)),
+                                           product(blur(samples=45, center_weight=45)),
+                                           product(blur(samples=17)), product(blur(samples=45))]),
+    "fxaa": ("wheels", "gbuf", 20, 70, [REPORT, product(blur(), FXAA), product(blur(), CHECKERBOARD),
+                                        product(blur(samples=51))]),
+}
+
+
+def write_pictures(measurer, folder):
+    """reproduction-NAME.jpg: the input, each setting and ground truth, twice as large."""
+    import OpenImageIO as oiio
+    scenes = {scene.name: scene for scene in measurer.scenes}
+    for name, (scene, kind, top, left, settings) in STRIPS.items():
+        scene = scenes[scene]
+        images = [scene.planes[kind][0], *(measurer.run(scene, kind, one) for one in settings), scene.truth]
+        strip = np.concatenate([np.pad(displayed(one)[top:top + 90, left:left + 100].repeat(2, 0).repeat(2, 1),
+                                       ((0, 0), (0, 4), (0, 0)), constant_values=1) for one in images], 1)
+        spec = oiio.ImageSpec(strip.shape[1], strip.shape[0], 3, oiio.UINT8)
+        spec.attribute("compression", "jpeg:88")
+        path = str(folder / f"reproduction-{name}.jpg")
+        out = oiio.ImageOutput.create(path)
+        out.open(path, spec)
+        out.write_image(np.ascontiguousarray(strip, np.float32))
+        out.close()
+
+
 # ------------------------------------------------------------------------------------------- the tables
 def number(value):
     return "-" if value is None else f"{value:+.4f}".replace("+0.", "+.").replace("-0.", "−.").replace("-", "−")
@@ -434,9 +464,13 @@ def main():
     parser.add_argument("--data", type=pathlib.Path)
     parser.add_argument("--only", default="")
     parser.add_argument("--write", type=pathlib.Path)
+    parser.add_argument("--pictures", type=pathlib.Path)
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     measurer = Measurer(options.folder, scenes_of(options.folder, options.data))
+    if options.pictures:
+        write_pictures(measurer, options.pictures)
+        return
     measure_rows(measurer, options)
     measurer.measuring = False
     text = io.StringIO()

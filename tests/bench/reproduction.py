@@ -22,6 +22,7 @@ import math
 import pathlib
 import subprocess
 import sys
+import textwrap
 
 import numpy as np
 import postchain
@@ -137,6 +138,7 @@ class Measurer:
 
     def __init__(self, folder, scenes):
         self.path, self.scenes, self.chains, self.measuring = folder / "results.json", scenes, {}, True
+        self.device = postchain.Device("auto")
         git = ["git", "-C", str(ROOT)]
         def answer(*words):
             return subprocess.run([*git, *words, "--", *FILTERS], capture_output=True, text=True).stdout.strip()
@@ -152,16 +154,17 @@ class Measurer:
         key = json.dumps(passes)
         if key not in self.chains:
             self.chains[key] = postchain.Chain({"postchain": 1, "passes": passes})
-        return self.chains[key].run(scene.frame(kind, depth_scale))[..., :3]
+        return self.chains[key].run(scene.frame(kind, depth_scale), device=self.device)[..., :3]
 
     def _kept(self, key, measure):
         key = json.dumps(key)
         kept = self.store.get(key)
-        if kept and kept["commit"] == self.commit:
+        now = {"commit": self.commit, "device": self.device.renderer}
+        if kept and kept.items() >= now.items():
             return kept["value"]
         if not self.measuring:
             return None
-        self.store[key] = {"commit": self.commit, "value": measure()}
+        self.store[key] = {**now, "value": measure()}
         partial = self.path.with_suffix(".part")
         partial.write_text(json.dumps(self.store))
         partial.replace(self.path)
@@ -249,6 +252,19 @@ def drift(kappa):
     return measure
 
 
+def perpendicular(measurer, scene):
+    """Share of slow pixels that differ by more than .01 from those with the dominant direction alone, and how many
+    of these are closer to ground truth."""
+    mask = scene.masks["slow"]
+    other, own = (displayed(measurer.run(scene, "sharp", product(blur(static_direction=one))))[mask]
+                  for one in ("dominant", "perpendicular"))
+    truth, changed = scene.displayed[mask], np.abs(own - other).max(-1) > 0.01
+    if not changed.any():
+        return None
+    closer = ((own - truth) ** 2).sum(-1) < ((other - truth) ** 2).sum(-1)
+    return {"changed": float(changed.mean()), "closer": float(closer[changed].mean())}
+
+
 def scaled(measurer, scene):
     base = measurer.run(scene, "sharp", REPORT)
     return {str(scale): float(np.abs(measurer.run(scene, "sharp", REPORT, depth_scale=scale) - base).max())
@@ -323,6 +339,7 @@ COMPARISONS = [  # row, words, deciding metric, input, A, B
 ]
 SPECIALS = [  # row, words, function, unit
     ("0 port", "port, not product, without jitter: difference", against_port),
+    ("4.1 directions", "slow pixels, perpendicular and not dominant", perpendicular),
     ("4.1 u", "u of the least error in each tile, not 1/2: gain", oracle),
     ("4.3 center", "change of slow pixels from N = 17 to 45, report's weight", drift(40)),
     ("4.3 center", "the same, older weight", drift(None)),
@@ -330,9 +347,19 @@ SPECIALS = [  # row, words, function, unit
 ]
 
 
-def equal_rates(measurer, kind, fxaa):
-    """By metric: the N without FXAA that has the value of N = 25 with it, by interpolation in log N of the
-    means over families."""
+def pole():
+    """Light that a still pole 3 px wide keeps before a background that moves by 20 px and is 1.1 times as far, by N
+    and weight. Ground truth keeps all."""
+    color, q, motion = np.zeros((80, 80, 3)), np.full((80, 80), 1 / 1.1), np.zeros((80, 80, 2))
+    color[:, 39:42], q[:, 39:42], motion[..., 0] = 1, 1, 40
+    motion[:, 39:42] = 0
+    return {words: [float(guertin.blur(color, q, motion, shutter=1.0, samples=n, kappa=kappa or n)[:, 39:42].mean())
+                    for n in (17, 25, 45)] for words, kappa in (("report's", 40), ("older", None))}
+
+
+def equal_rates(measurer, kind, setting):
+    """By metric: the N of the report's filter that has the value of the setting, by interpolation in log N of
+    the means over families."""
     def mean(setting, metric):
         values = [(measurer.noise if metric == "noise" else measurer.errors)(scene, kind, setting)
                   for scene in measurer.scenes]
@@ -342,7 +369,7 @@ def equal_rates(measurer, kind, fxaa):
         return sum(families.values()) / len(families)
     found = {}
     for metric in ("noise", "hdr_flip", "all"):
-        goal = mean(product(blur(), fxaa), metric)
+        goal = mean(setting, metric)
         curve = [mean(product(blur(samples=n)), metric) for n in RATES]
         if goal is None or None in curve:
             return None
@@ -370,7 +397,8 @@ def steadiness(measurer, data):
                              for n in range(10, 14)] for kind in ("sharp", "mb")}
             truth = [cropped_image(one.planes()["color"]) for one in frames["mb"]]
             result = {}
-            for words, setting in (("`single`", SINGLE), ("report", REPORT)):
+            for words, setting in (("`single`", SINGLE), ("report", REPORT),
+                                   ("taps by variance", product(blur(sample_split="variance")))):
                 images = []
                 for frame in frames["sharp"]:
                     color, q, motion = cropped(frame)
@@ -378,11 +406,12 @@ def steadiness(measurer, data):
                         depth = np.where(q > 0, 1 / q, 0).astype(np.float32)
                     chain = postchain.Chain({"postchain": 1, "passes": setting[1:]})
                     images.append(chain.run(postchain.Frame(color, depth, motion,
-                                                            camera={"shutter_frames": 0.5}))[..., :3].copy())
+                                                            camera={"shutter_frames": 0.5}),
+                                            device=measurer.device)[..., :3].copy())
                 found = postchain.diff(truth, images, metrics=["temporal_error"])
                 result[words] = found["summary"]["temporal_error"]
             return result
-        found[name] = measurer._kept(["steady", name], measure)
+        found[name] = measurer._kept(["steady", name, 3], measure)
     return found
 
 
@@ -427,8 +456,9 @@ def print_tables(measurer, data):
         if len(families) > 1:
             rows.append((row, words, metric, tested(list(families.values())), families))
     corrected = recompute.holm([one[3][2] for one in rows])
-    print(f"Commit of the filters {measurer.commit}, {WIDTH}x{HEIGHT}, {len(measurer.scenes)} scenes: "
-          f"{', '.join(scene.name for scene in measurer.scenes)}.\n")
+    print(textwrap.fill(
+        f"Commit of the filters {measurer.commit}, {measurer.device.renderer}, {WIDTH}x{HEIGHT}, scenes: "
+        f"{', '.join(scene.name for scene in measurer.scenes)}.", 118) + "\n")
     print("| row | B, not A | by | gain (95 %) | families closer | p | p, Holm |\n|---|---|---|---|---|---|---|")
     names = {"hdr_flip": "HDR-FLIP", "all": "PSNR", "noise": "noise"}
     for (row, words, metric, (mean, half, p, up, n), _), holm in zip(rows, corrected):
@@ -446,10 +476,20 @@ def print_tables(measurer, data):
                          f"{max(families.values()):.2g} |")
     for kind in ("gbuf", "sharp"):
         for words, fxaa in (("FXAA", FXAA), ("FXAA, checkerboard", CHECKERBOARD)):
-            found = equal_rates(measurer, kind, fxaa)
+            found = equal_rates(measurer, kind, product(blur(), fxaa))
             if found:
                 lines.append(f"| 4.5 FXAA {kind} | N = 25 with {words}, as N without | noise {found['noise']}; "
                              f"HDR-FLIP {found['hdr_flip']}; PSNR {found['all']} |")
+    found = equal_rates(measurer, "sharp", SINGLE)
+    if found:
+        lines.append(f"| 4.1 directions | N = 25 of `single`, as N of the report | noise {found['noise']} |")
+    gains = [measurer.gain("hdr_flip", scene, "sharp", SINGLE, REPORT) for scene in measurer.scenes]
+    if None not in gains:
+        lines.append("| 4.1 directions | two directions, not `single`, HDR-FLIP | "
+                     + ", ".join(f"{scene.name} {number(gain)}" for scene, gain in zip(measurer.scenes, gains)) + " |")
+    for words, kept in pole().items():
+        lines.append(f"| 4.3 center | light that a thin pole keeps, N = 17, 25, 45, {words} weight | "
+                     + ", ".join(f"{one:.3f}" for one in kept) + " |")
     for name, one in (steadiness(measurer, data) if data else {}).items():
         if one:
             lines.append(f"| 6 coherence | temporal error, {name} 10 to 13 | "
@@ -495,7 +535,7 @@ def measure_rows(measurer, options):
     for kind in ("gbuf", "sharp"):
         if f"4.5 FXAA {kind}".startswith(options.only):
             for fxaa in (FXAA, CHECKERBOARD):
-                equal_rates(measurer, kind, fxaa)
+                equal_rates(measurer, kind, product(blur(), fxaa))
     if options.data and "6 coherence".startswith(options.only):
         steadiness(measurer, options.data)
 

@@ -66,7 +66,7 @@ def encoded(v, r, encoding):
     return v
 
 
-def _tile_max(v, length, r):
+def tile_max(v, length, r):
     rows, columns = -(-v.shape[0] // r), -(-v.shape[1] // r)
     best, size = np.zeros((rows, columns, 2)), np.zeros((rows, columns))
     for y in range(rows):
@@ -84,7 +84,7 @@ def _neighbors(y, x, shape):
                 yield oy, ox
 
 
-def _neighbor_max(best, size, all_eight):
+def neighbor_max(best, size, all_eight):
     result = best.copy()
     for y, x in np.ndindex(size.shape):
         longest = size[y, x]
@@ -145,8 +145,8 @@ def blur(color, inverse_depth, motion, **changed):
     r, count = options["r"], options["samples"]
     v, length = half_velocity(motion, options["shutter"], r)
     v = encoded(v, r, options["encoding"])
-    best, size = _tile_max(v, length, r)
-    longest = _neighbor_max(best, size, options["single"] or not options["diagonal"])
+    best, size = tile_max(v, length, r)
+    longest = neighbor_max(best, size, options["single"] or not options["diagonal"])
 
     y, x = (part.ravel() for part in np.mgrid[:height, :width])
     tile_random, tap_random = (part.ravel() for part in _random(height, width, options))

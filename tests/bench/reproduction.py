@@ -80,7 +80,7 @@ class Scene:
         unblurred: pixels that ground truth does not blur, where the filter may."""
         color, _, motion = self.planes["sharp"]
         v, length = guertin.half_velocity(motion, self.shutter, 40)
-        longest = guertin._neighbor_max(*guertin._tile_max(v, length, 40), True)
+        longest = guertin.neighbor_max(*guertin.tile_max(v, length, 40), True)
         y, x = np.mgrid[:HEIGHT, :WIDTH]
         moving = np.hypot(*np.moveaxis(longest[y // 40, x // 40], -1, 0)) > 0.5
         near = np.zeros(moving.shape, bool)

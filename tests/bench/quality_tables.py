@@ -102,9 +102,9 @@ def print_exact(shots):
         print()
 
 
-def write_between_marks(path, text):
-    """Replaces what is between two lines MARK by text."""
-    parts = path.read_text("utf8").split(MARK)
+def write_between_marks(path, text, mark=MARK):
+    """Replaces what is between two lines of the mark by text."""
+    parts = path.read_text("utf8").split(mark)
     if len(parts) != 3:
-        sys.exit(f"{path}: needs two lines {MARK}, has {len(parts) - 1}")
-    path.write_text(f"{parts[0]}{MARK}\n\n{text.strip()}\n\n{MARK}{parts[2]}", "utf8")
+        sys.exit(f"{path}: needs two lines {mark}, has {len(parts) - 1}")
+    path.write_text(f"{parts[0]}{mark}\n\n{text.strip()}\n\n{mark}{parts[2]}", "utf8")

@@ -91,6 +91,9 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
         EXPECT_EQ(variant.failure, "");
         EXPECT_TRUE(variant.metrics.at("hdr_flip").mean);
         EXPECT_EQ(variant.timing->passes.size(), 2u);
+        EXPECT_FALSE(variant.timing->trustworthy);
+        EXPECT_EQ(variant.timing->why_not, "fewer than 5 repetitions");
+        EXPECT_FALSE(variant.pareto);
         const ErrorSplit& split = *variant.split;
         EXPECT_EQ(split.frames, std::vector<int>{1});
         // The split's total is the frame's metric.

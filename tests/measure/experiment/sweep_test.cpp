@@ -83,6 +83,7 @@ Report choices() {
         variant.chain_text = concat("chain ", i);
         variant.timing.emplace();
         variant.timing->total.median_ms = times[i];
+        variant.timing->total.n = 5;
         variant.metrics["flip"].mean = errors[i];
         if (i == 4) variant.failure = "frame 1: no";
         report.variants.push_back(variant);
@@ -105,6 +106,11 @@ TEST(Choices, ParetoSetLeavesOutWhatIsBeatenInBoth) {
     report.variants[2].metrics["flip"].mean = 0.51;
     mark_pareto(report, "flip");
     EXPECT_FALSE(report.variants[2].pareto);
+    // Measured too few times: neither in the set nor better than others.
+    report.variants[1].timing->total.n = 4;
+    mark_pareto(report, "flip");
+    EXPECT_FALSE(report.variants[1].pareto);
+    EXPECT_TRUE(report.variants[2].pareto);
 }
 
 TEST(Choices, CheapestUnderALimitIsWritten) {

@@ -385,6 +385,7 @@ void mark_pareto(report::Report& report, const std::string& metric) {
     report.pareto_metric = metric;
     const auto usable = [&](const report::Variant& variant) {
         return variant.failure.empty() && variant.timing &&
+               variant.timing->total.n >= report::kTrustedRepeats &&
                report::mean_of(variant.metrics, metric);
     };
     for (report::Variant& variant : report.variants) {

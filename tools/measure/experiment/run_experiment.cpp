@@ -557,9 +557,14 @@ class Run {
         auto plan = sequence::plan_source_frame(variants_[v]->chain, source, settings_.run.plan);
         auto timing = plan.ok() ? time_plan(executor_, *plan, source.planes, settings_.repeats)
                                 : Result<report::Timing>(plan.status());
-        if (timing.ok())
+        if (timing.ok()) {
             variant.timing = std::move(*timing);
-        else if (stopped())
+            report::Timing& found = *variant.timing;
+            if (found.total.n < report::kTrustedRepeats) {
+                found.trustworthy = false;
+                found.why_not = concat("fewer than ", report::kTrustedRepeats, " repetitions");
+            }
+        } else if (stopped())
             return timing.status();
         else
             variant.failure = "timing: " + timing.status().message();

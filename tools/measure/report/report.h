@@ -57,6 +57,7 @@ struct TimeFigure {
     double spread_ms = 0;  // upper minus lower quartile
     int n = 0;
 };
+inline constexpr int kTrustedRepeats = 5;  // the median of fewer says little
 struct PassCost {
     std::string pass;  // "0.motion_blur"
     bool elided = false;
@@ -67,7 +68,7 @@ struct Timing {
     std::vector<PassCost> passes;
     TimeFigure total;         // sum of the passes of one repetition; no transfers
     std::string source;       // "wall clock around glFinish", "GL_TIMESTAMP"
-    bool trustworthy = true;  // false: something else ran on this machine
+    bool trustworthy = true;  // false: few repetitions, or something else ran on this machine
     std::string why_not;
 };
 

@@ -100,9 +100,9 @@ TEST_F(Files, OnlyTheTruthsThatAreAskedForAreWritten) {
     request_.truth_samples = 2;
     request_.truths = {Picture::both, Picture::dof};
     write();
-    EXPECT_THAT(names(), testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr",
-                                                       "dof.0001.exr", "both.0001.exr",
-                                                       "camera.json"));
+    EXPECT_THAT(names(),
+                testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr", "dof.0001.exr",
+                                              "both.0001.exr", "camera.json"));
 }
 
 TEST_F(Files, AreTheSameBytesHoweverTheSequenceIsSplit) {

@@ -35,9 +35,11 @@ pc_vk_create_info info_with(const std::string& programs) {
 }
 
 TEST(NoCompiler, ProgramsOfTheSetAreEnough) {
-    const std::string programs = programs_of("--mask motion_blur,fxaa tier:fast");
+    const std::string programs = programs_of("--mask --before motion_blur,fxaa tier:fast");
     const auto vulkan = vk_instance(info_with(programs));
     const auto canonical = canonical_frame(kWidth, kHeight);
+    const HostNeighbor last = neighbor_of(canonical, Neighbor::before);
+    const VkFrame before(last.planes, last.frame);
     for (const auto& [name, focuses] :
          {std::pair("motion_blur,fxaa", false), {"tier:fast", false}, {"tier:fast", true}}) {
         const auto made = chain(name);
@@ -50,6 +52,9 @@ TEST(NoCompiler, ProgramsOfTheSetAreEnough) {
             HostImage mask(VK_FORMAT_R8G8B8A8_UNORM, kWidth, kHeight);
             mask.write(ImageF(kWidth, kHeight, 4, 0));
             EXPECT_FALSE(equal_bits(filtered(vulkan, made, frame), frame.color.read())) << name;
+            frame.vk.before = &before.vk;
+            EXPECT_FALSE(equal_bits(filtered(vulkan, made, frame), frame.color.read())) << name;
+            frame.vk.before = nullptr;
             frame.vk.mask = mask;
             EXPECT_FALSE(equal_bits(filtered(vulkan, made, frame), frame.color.read())) << name;
         }

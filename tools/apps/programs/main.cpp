@@ -1,6 +1,7 @@
 // postchain-programs: writes the programs of chains, as one set for pc_vk_create_info.programs
 // (docs/vulkan.md), or as files for an engine's own device (docs/programs.md).
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -39,6 +40,8 @@ chain file; default: every tier.
 Programs of frames with and without PC_HALF_PLANES are written; options add:
   --mask             frames with a mask
   --exposure         frames with an exposure
+  --before           frames with the frame before
+  --after            frames with the frame after
   --half-resolution  frames with PC_HALF_RESOLUTION
   --fast-math        frames with PC_FAST_MATH
 )";
@@ -48,7 +51,7 @@ constexpr std::string_view kTier = "tier:";
 // What frames may have, besides what all have.
 struct Kind {
     uint32_t flags = 0;
-    bool mask = false, exposure = false;
+    bool mask = false, exposure = false, before = false, after = false;
 };
 
 Status add(const Chain& chain, const Kind& kind, Programs& programs) {
@@ -67,6 +70,10 @@ Status add(const Chain& chain, const Kind& kind, Programs& programs) {
     values.motion = {3, VK_FORMAT_R16G16_SFLOAT, kWidth, kHeight, 0, 0};
     if (kind.mask) values.mask = {4, VK_FORMAT_R8_UNORM, kWidth, kHeight, 0, 0};
     if (kind.exposure) values.exposure = {5, VK_FORMAT_R32_SFLOAT, 1, 1, 0, 0};
+    const pc_frame neighbor = values;
+    std::array<pc_frame, kNeighbors.size()> neighbors;
+    guest::set_neighbors(
+        values, {kind.before ? &neighbor : nullptr, kind.after ? &neighbor : nullptr}, neighbors);
     values.output = {6, VK_FORMAT_R16G16B16A16_SFLOAT, kWidth, kHeight, 0, 0};
     guest::HostFrame frame;
     if (const auto failure = guest::check_frame(&values, frame, vk::find_format); !failure.ok())
@@ -156,6 +163,10 @@ int main(int argc, char** argv) {
             add_kinds(kinds, [](Kind& kind) { kind.mask = true; });
         else if (word == "--exposure")
             add_kinds(kinds, [](Kind& kind) { kind.exposure = true; });
+        else if (word == "--before")
+            add_kinds(kinds, [](Kind& kind) { kind.before = true; });
+        else if (word == "--after")
+            add_kinds(kinds, [](Kind& kind) { kind.after = true; });
         else if (word == "--half-resolution")
             add_kinds(kinds, [](Kind& kind) { kind.flags |= PC_HALF_RESOLUTION; });
         else if (word == "--fast-math")

@@ -39,7 +39,7 @@ struct SceneRequest {
     int width = 640;
     int height = 360;
     std::vector<int> frames = {1};
-    int truth_samples = 0;   // per pixel of each ground truth; 0 = none
+    int truth_samples = 0;  // per pixel of each ground truth; 0 = none
     std::vector<Picture> truths = {Picture::mb, Picture::dof, Picture::both};
     int sharp_samples = 16;  // per pixel of `sharp`
     bool behind = false;     // also `behind`, of as many

@@ -242,6 +242,7 @@ TEST_F(Bench, GoesOnWhereverItWasStopped) {
     constexpr size_t kUnits = 3 * 2 + 3;  // three variants, two frames, and a timing each
     BenchSettings whole = settings();
     whole.folder = folder_.path("whole");
+    whole.repeats = report::kTrustedRepeats;
     const Report straight = done(variants, whole);
     EXPECT_THAT(straight.variants[2].failure,
                 AllOf(HasSubstr("frame 1: "), HasSubstr("focal_length_mm")));

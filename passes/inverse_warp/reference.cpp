@@ -571,7 +571,7 @@ class Gather {
             (std::pow(disc_radius(pixel), 2) - variance(row)) / (variance(next) - variance(row));
         const double onset =
             s_.still_limit_px > 0
-                ? std::clamp(4 * (std::abs(pixel.surface->radius) / s_.still_limit_px - 1), 0.0,
+                ? std::clamp(2 * (std::abs(pixel.surface->radius) / s_.still_limit_px - 1), 0.0,
                              1.0)
                 : 1;
         const int reach = reach_of(pixel);

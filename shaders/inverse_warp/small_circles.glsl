@@ -93,9 +93,9 @@ vec4 sum_of_circle(Pixel pixel, Circle circle, Plane plane, out vec4 least, out 
 // Layers have the weights of color: none is negative if those lead beyond the colors that the circle
 // reaches, as beside a lamp.
 void store_circle(Pixel pixel, Circle circle) {
-    // From 0 at the limit to 1 at a quarter more.
+    // From 0 at the limit to 1 at half more.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
-    precise const float onset = clamp(4.0 * (abs(circle.radius) / limit_px - 1.0), 0.0, 1.0);
+    precise const float onset = clamp(2.0 * (abs(circle.radius) / limit_px - 1.0), 0.0, 1.0);
     if (onset == 0.0) {
         imageStore(blurred, pixel.at, fetch(WIDE(color, layers), kColor, pixel.at));
         store_unchanged_layers(pixel);

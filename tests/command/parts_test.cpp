@@ -47,7 +47,7 @@ using PartsCompletion = Completion;
 
 TEST_F(PartsCompletion, IsThatOfTheirPrograms) {
     EXPECT_EQ(offered({"postchain", "scene", "whe"}), Words{"wheels"});
-    EXPECT_EQ(offered({"postchain", "scene", "--tru"}), Words{"--truth-samples"});
+    EXPECT_EQ(offered({"postchain", "scene", "--tru"}), (Words{"--truth", "--truth-samples"}));
     EXPECT_EQ(offered({"postchain", "ab", "paper", "--on-existing", ""}),
               (Words{"fail", "overwrite"}));
     EXPECT_EQ(offered({"postchain", "serve", "--farm-fo"}), Words{"--farm-folder"});

@@ -30,7 +30,7 @@ class ExperimentCommand : public test::MeasureCommand {
     const std::string& log() const { return log_; }
 
     test::Arguments bench(const test::Arguments& more = {}) const {
-        return measured({"bench", at("chain.yaml"), "-o", at("report"), "--repeats", "2"}, more);
+        return measured({"bench", at("chain.yaml"), "-o", at("report"), "--repeats", "5"}, more);
     }
     test::Arguments ab(const test::Arguments& more = {}) const {
         return measured(

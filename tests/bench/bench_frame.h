@@ -38,7 +38,7 @@ struct BenchFrame {
 // px a frame at its rim. The camera's pan adds `pan_px` to x of all vectors.
 BenchFrame make_frame(int width, int height, double pan_px = 0);
 
-// What games show most of the time, with no known bounds. Motion scales with the width.
+// The frames that games show most of the time, with no known bounds. Motion scales with the width.
 enum class Scene {
     third_person,  // the camera pans slowly; a figure in focus, far blur of 2 px radius
     race,          // the camera drives forward, fast; no lens

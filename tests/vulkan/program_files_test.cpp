@@ -1,4 +1,4 @@
-// What postchain-programs writes into a folder.
+// Tests of the folder that postchain-programs writes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -5,15 +5,13 @@
 //   g  = ((L(x+1,y) - L(x-1,y))/2)^2 + ((L(x,y+1) - L(x,y-1))/2)^2, edges replicated
 //   e  = g smoothed by a Gaussian of kRegionSigma pixels
 //   blurred: e(input) >= kMinEnergy and e(truth) <= kBlurredPart e(input)
-//   sharp:   e(input) >= kMinEnergy and e(truth - input) <= kOtherPart e(input), e of the
-//   difference
-//            of both L. A limit on e(truth) alone would count the rims of highlights out of focus
+//   sharp:   e(input) >= kMinEnergy and e(d) <= kOtherPart e(input), with the L of truth - input
+//            in e(d). A limit on e(truth) alone counts the rims of highlights out of focus
 //   value = (sum of e(test) + n kEnergyEpsilon) / (sum of e(truth) + n kEnergyEpsilon), over the n
 //           pixels of a region, if these are at least kLeastRegion of the image
 // The regions use the same e, so that the input itself reads at least 1 / kBlurredPart where the
-// ground truth is blurred, and 0.6 .. 1.7 where it is sharp (except for the
-// epsilon). The regions depend only on ground truth and input, so they are equal for all
-// variants.
+// ground truth is blurred, and 0.6 .. 1.7 where it is sharp (except for the epsilon). The regions
+// depend only on ground truth and input, so they are equal for all variants.
 #pragma once
 
 #include <optional>

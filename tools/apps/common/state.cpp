@@ -26,7 +26,7 @@ bool first_today(const std::string& name) {
     // A time that is still to come is that of a clock which was set back.
     if (!error && last <= now && now - last < std::chrono::hours(24)) return false;
     fs::create_directories(folder, error);
-    std::ofstream(stamp) << "";
+    std::ofstream file(stamp);
     fs::last_write_time(stamp, now, error);
     return true;
 }

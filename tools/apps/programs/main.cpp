@@ -25,7 +25,6 @@
 namespace {
 
 using namespace postchain;
-
 using namespace programs;
 
 constexpr const char* kUsage =
@@ -48,7 +47,7 @@ Programs of frames with and without PC_HALF_PLANES are written; options add:
 
 constexpr std::string_view kTier = "tier:";
 
-// What frames may have, besides what all have.
+// A kind of frame: the flags and optional members that it has.
 struct Kind {
     uint32_t flags = 0;
     bool mask = false, exposure = false, before = false, after = false;

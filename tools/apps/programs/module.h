@@ -1,4 +1,5 @@
-// What a host must know of a program in SPIR-V: its work group, its units and its uniform block.
+// The facts about a program in SPIR-V that a host needs: its work group, its units and its uniform
+// block.
 #pragma once
 
 #include <array>
@@ -43,8 +44,8 @@ struct Interface {
     uint32_t precise = 0;      // operations that may not be contracted
 };
 
-// Of a module whose bindings are those of vk::with_units(). StatusCode::internal: it is none of the
-// compiler's.
+// The facts of a module whose bindings are those of vk::with_units(). StatusCode::internal: it is
+// none of the compiler's.
 Result<Interface> interface_of(const vk::Spirv& spirv);
 
 // A module in which each atomic operation on a variable of the work group follows a load of it.

@@ -133,7 +133,7 @@ JsonValue first_group_json(const Interface& interface, Language language) {
     return json;
 }
 
-// What a device needs for this program beyond the least that its interface promises, and what the
+// Needs of this program beyond the least that its interface promises, and what the
 // language says otherwise than GLSL.
 std::vector<std::string> notes_of(const Interface& interface, Language language) {
     std::vector<std::string> notes;

@@ -15,7 +15,7 @@ struct Program {
     std::string source;
     std::vector<uint32_t> words;  // as vk::compile() makes them
 };
-using Programs = std::map<uint64_t, Program>;  // by vk::program_key()
+using Programs = std::map<uint64_t, Program>;  // by program_key()
 
 struct FilesWritten {
     size_t files = 0, bytes = 0;

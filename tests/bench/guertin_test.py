@@ -14,6 +14,10 @@ import guertin
 
 POSTCHAIN = sys.argv.pop(1)
 CHAIN = "postchain: 1\npasses:\n  - motion_blur: {mode: %s, noise: none, max_blur_px: 16%s}\n"
+SWITCHES = (("", {}), (", samples: 9, center_weight: 10", {"samples": 9, "kappa": 10.0}),
+            (", sample_split: variance", {"u": "variance"}), (", depth_softness: 20", {"softness": 20.0}),
+            (", variance_threshold_px: 4", {"gamma": 4.0}),
+            (", velocity_storage: unorm8", {"encoding": "report"}), ("single", {"single": True}))
 
 
 def channels(path, *names):
@@ -39,19 +43,14 @@ class Guertin(unittest.TestCase):
         subprocess.run([POSTCHAIN, *map(str, words), "-q"], check=True)
 
     def test_every_switch_that_both_have(self):
-        for text, switches in (("", {}), (", samples: 9, center_weight: 10", {"samples": 9, "kappa": 10.0}),
-                               (", sample_split: variance", {"u": "variance"}),
-                               (", depth_softness: 20", {"softness": 20.0}),
-                               (", variance_threshold_px: 4", {"gamma": 4.0}),
-                               (", velocity_storage: unorm8", {"encoding": "report"}),
-                               ("single", {"single": True})):
+        for number, (text, switches) in enumerate(SWITCHES):
             with self.subTest(text):
                 mode, more = ("single", "") if text == "single" else ("guertin", text)
                 (self.folder / "chain.yaml").write_text(CHAIN % (mode, more))
                 self.call("run", self.folder / "chain.yaml", "-i", self.folder / "sharp.####.exr", "--camera",
-                          self.folder / "camera.json", "-o", self.folder / "out.####.exr", "--on-existing",
-                          "overwrite")
-                expected = channels(self.folder / "out.0001.exr", "ViewLayer.Combined.R",
+                          self.folder / "camera.json", "-o", self.folder / f"{number}.####.exr")
+                # A name of its own for each picture: OpenImageIO keeps what it has read.
+                expected = channels(self.folder / f"{number}.0001.exr", "ViewLayer.Combined.R",
                                     "ViewLayer.Combined.G", "ViewLayer.Combined.B")
                 found = guertin.blur(self.color, self.inverse_depth, self.motion, r=16, noise="none", **switches)
                 self.assertGreater(np.abs(expected - self.color).mean(), 0.01)

@@ -6,7 +6,7 @@
 
 FOLDER gets the generated scenes and results.json. Interrupted, the same command continues: a measurement that
 results.json has for this commit of the filters is not repeated. DATA holds path-traced wheels, flagpole and
-crossing (docs/scenes.md). The ten scenes of cards.py are always measured. --only measures the rows whose name begins so; the others are printed if they are
+crossing (docs/scenes.md). The scenes of cards.py are measured for QUESTIONS alone. --only measures the rows whose name begins so; the others are printed if they are
 there. --write puts the tables between the two marks of a Markdown file. --pictures FOLDER writes strips instead
 (needs python3-openimageio).
 
@@ -153,7 +153,8 @@ class Measurer:
     """Runs filters on scenes, and remembers what it measured in results.json."""
 
     def __init__(self, folder, scenes):
-        self.path, self.scenes, self.chains, self.measuring = folder / "results.json", scenes, {}, True
+        self.path, self.chains, self.measuring = folder / "results.json", {}, True
+        self.every_scene, self.scenes = scenes, [one for one in scenes if not one.family.startswith("cards")]
         self.device = postchain.Device("auto")
         git = ["git", "-C", str(ROOT)]
         def answer(*words):
@@ -208,6 +209,9 @@ class Measurer:
 
     def special(self, scene, name, measure):
         return self._kept(["special", scene.name, name], lambda: measure(self, scene))
+
+    def scenes_for(self, comparison):
+        return self.every_scene if measurement(comparison) in ASKED else self.scenes
 
     def gain(self, metric, scene, kind, a, b):
         """Of B over A: lower error or noise, higher PSNR."""
@@ -377,6 +381,15 @@ QUESTIONS = [  # one for each claim, named before cards.py was measured: what Ho
     ("5 storage", "8 bits as the report, not float"),
     ("5 storage", "8 bits as the report, not as McGuire 2012"),
 ]
+
+
+def measurement(comparison):
+    """What must be measured for it."""
+    _, _, metric, kind, a, b = comparison
+    return ["noise" if metric == "noise" or metric.startswith("mean ") else "errors", kind, a, b]
+
+
+ASKED = [measurement(one) for one in COMPARISONS if one[:2] in QUESTIONS]
 SPECIALS = [  # row, words, function, unit
     ("0 port", "port, not product, without jitter: difference", against_port),
     ("4.1 directions", "slow pixels, perpendicular and not dominant", perpendicular),
@@ -490,9 +503,10 @@ def number(value):
 
 def print_comparisons(measurer):
     rows = []
-    for row, words, metric, kind, a, b in COMPARISONS:
-        families = over_families(measurer.scenes,
-                                 [measurer.gain(metric, scene, kind, a, b) for scene in measurer.scenes])
+    for comparison in COMPARISONS:
+        row, words, metric, kind, a, b = comparison
+        scenes = measurer.scenes_for(comparison)
+        families = over_families(scenes, [measurer.gain(metric, scene, kind, a, b) for scene in scenes])
         if len(families) > 1:
             new = [gain for family, gain in families.items() if family.startswith("cards")]
             asked = (row, words) in QUESTIONS and len(new) > 1
@@ -511,7 +525,7 @@ def print_comparisons(measurer):
 def print_tables(measurer, data):
     print(textwrap.fill(
         f"Commit of the filters {measurer.commit}, {measurer.device.renderer}, scenes: "
-        f"{', '.join(scene.name for scene in measurer.scenes)}.", 118) + "\n")
+        f"{', '.join(scene.name for scene in measurer.every_scene)}.", 118) + "\n")
     print_comparisons(measurer)
     lines = []
     for row, words, function in SPECIALS:
@@ -570,9 +584,10 @@ def main():
 
 
 def measure_rows(measurer, options):
-    for row, words, metric, kind, a, b in COMPARISONS:
+    for comparison in COMPARISONS:
+        row, words, metric, kind, a, b = comparison
         if row.startswith(options.only):
-            for scene in measurer.scenes:
+            for scene in measurer.scenes_for(comparison):
                 measurer.gain(metric, scene, kind, a, b)
             print(row, words, file=sys.stderr)
     for row, words, function in SPECIALS:

@@ -24,11 +24,12 @@ struct Rates {
     double instructions, texels, bytes;
     double schedulers;
 };
-inline constexpr std::array<Rates, 4> kRates = {{
+inline constexpr std::array<Rates, 5> kRates = {{
     {"RTX 3060", 199e9, 199e9, 360e9, 112},   // 28 SM x 4 x 1.78 GHz; 112 texture units
     {"RX 6700 XT", 206e9, 413e9, 384e9, 80},  // 40 CU x 2 x 2.58 GHz; 160 texture units
     {"Iris Xe", 32e9, 65e9, 68e9, 96 * 7},    // 96 EU x 1.35 GHz x 8 of 32 lanes; 48 units
     {"H200", 1045e9, 1045e9, 4800e9, 528},    // 132 SM x 4 x 1.98 GHz; 528 units
+    {"GTX 480", 21e9, 42e9, 177e9, 30},       // the report's: 15 SM x 32 lanes x 1.4 GHz; 60 units
 }};
 
 struct StepCost {

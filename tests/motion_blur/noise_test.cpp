@@ -3,7 +3,9 @@
 
 #include "passes/common/noise.h"
 
+#include <array>
 #include <cmath>
+#include <set>
 
 #include "tests/motion_blur/support.h"
 
@@ -88,6 +90,26 @@ TEST(Noise, ShiftsWithSeedAndFrame) {
     p.seed = 1;
     EXPECT_NE(noise::shift_of(p, 7), (std::array<int, 2>{0, 0}));
     EXPECT_EQ(noise::shift_of(p, 7), noise::shift_of(p, 8));
+}
+
+// Neither a float's 24 bits nor the sign decide: 10,000 frames anywhere have as many patterns as
+// 10,000 random choices of the 16,384, and none stays for two frames.
+TEST(Noise, LongRunsDoNotRepeat) {
+    noise::Parameters p;
+    p.animate_noise = true;
+    for (const int64_t first :
+         {int64_t(0), (int64_t(1) << 24) - 5000, (int64_t(1) << 31) - 10000}) {
+        std::set<std::array<int, 2>> found;
+        size_t kept = 0;
+        for (int64_t frame = first; frame < first + 10000; ++frame) {
+            const auto shift = noise::shift_of(p, int(frame));
+            found.insert(shift);
+            kept += frame > first && shift == noise::shift_of(p, int(frame - 1));
+        }
+        // 16384 (1 - exp(-10000/16384)); five standard deviations are 225.
+        EXPECT_NEAR(double(found.size()), 7485, 225) << first;
+        EXPECT_LE(kept, 5u) << first;
+    }
 }
 
 }  // namespace

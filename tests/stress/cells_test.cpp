@@ -30,6 +30,11 @@ TEST(Stress, CellsHoldTheScalesTheyName) {
     EXPECT_EQ(sky.max_inverse_depth, 10);
     EXPECT_EQ(find_cell("f/0.1, focus at infinity").frame.camera.f_stop, 0.1);
     EXPECT_EQ(find_cell("16384x3").frame.width, 16384);
+    const FramePlanes& tiny = find_cell("motion and inverse depth of 1e-40").planes;
+    EXPECT_EQ(std::fpclassify(tiny.at(Role::motion).at(0, 0)), FP_SUBNORMAL);
+    EXPECT_EQ(std::fpclassify(tiny.at(Role::inverse_depth).at(0, 0)), FP_SUBNORMAL);
+    EXPECT_EQ(std::fpclassify(find_cell("color of 5e-39").planes.at(Role::color).at(0, 0)),
+              FP_SUBNORMAL);
     // A tenth of 80x40 pixels, starting with the fourth.
     EXPECT_EQ(find_cell("nan in motion_back").nonfinite_placed, 320u);
     EXPECT_EQ(find_cell("nan in every plane").nonfinite_placed, 4 * 320u);

@@ -60,7 +60,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     }
     std::set<std::string> all_rows;
     for (const MatrixCell& cell : make_cells(40, false)) all_rows.insert(cell.row);
-    EXPECT_EQ(all_rows.size(), 9u);
+    EXPECT_EQ(all_rows.size(), 10u);
     for (const auto& subject : subjects) {
         EXPECT_EQ(rows[subject.name], all_rows) << subject.name;
         EXPECT_EQ(checks[subject.name], guaranteed_checks(subject.chain)) << subject.name;
@@ -81,6 +81,9 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
     EXPECT_EQ(find_check(found, "identity").verdict, Verdict::failed);
     EXPECT_GT(find_check(found, "identity").value, 0.1);
     EXPECT_EQ(find_check(found, "constant").verdict, Verdict::ok);
+    // Still ground beside an object that moves takes its blur as soon as it has a direction.
+    EXPECT_GT(find_check(found, "noise").value, 2);
+    EXPECT_EQ(find_check(checks(find_cell("still, in focus")), "noise").value, 0);
     // Wrong facts: the elided run skips the blur, the complete one does not.
     MatrixCell slow = cell;
     slow.frame.bounds.max_speed_px = 0;
@@ -142,6 +145,27 @@ TEST(Stress, TableShowsTheWorstAndEveryFailureAndLimit) {
           "limit mirror 3 times, worst 7 (bound 10) in a/speed/y/fp16: known",
           "3 cells, 6 checks: 1 ok, 3 known limits, 2 failed"})
         EXPECT_NE(text.find(part), std::string::npos) << part << text;
+}
+
+TEST(Stress, TableShowsErrorsAndConditionNumbersByPrecision) {
+    Matrix matrix;
+    const auto add = [&](Precision precision, const char* check, double value) {
+        CellResult cell;
+        cell.subject = "a";
+        cell.precision = precision;
+        cell.measured = {{check, Verdict::ok, value, 1, {}}};
+        matrix.cells.push_back(std::move(cell));
+    };
+    for (double value : {3e-6, 1e-6, 2e-6}) add(Precision::fp32, "reference", value);
+    add(Precision::fp16, "reference", 4e-4);
+    add(Precision::fp16, "noise", 0.5);
+    const std::string text = matrix_as_text(matrix);
+    const auto line = [&](const char* precision) {
+        const size_t at = text.find(concat("a      ", precision));
+        return at == std::string::npos ? text : text.substr(at, text.find('\n', at) - at);
+    };
+    EXPECT_EQ(line("fp16"), "a      fp16       0.0004 to 0.0004  -      -       -      0.5 to 0.5");
+    EXPECT_EQ(line("fp32"), "a      fp32       2e-06 to 3e-06    -      -       -      -");
 }
 
 // 0.004 of 0.005 is worse than 5e-5 of 1e-4, although the absolute margin is larger.

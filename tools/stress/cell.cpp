@@ -132,6 +132,7 @@ class Builder {
         lenses();
         sizes();
         nonfinite();
+        denormals();
         crossed();
         return std::move(cells_);
     }
@@ -389,6 +390,22 @@ class Builder {
                       true);
         add_nonfinite("nonfinite", "inf in color, clamped", {}, {Role::color}, kInf,
                       NonfiniteColor::clamp, true);
+    }
+
+    // Numbers below 1.2e-38, which devices may read as 0.
+    void denormals() {
+        constexpr double kTiny = 1e-40;
+        const auto with = [&](std::string name, const Scene& scene, double color, bool reduced) {
+            FramePlanes planes = planes_of(scene);
+            scale_color(planes[Role::color], color, 0);
+            cells_.push_back(cell_of("denormal", std::move(name), std::move(planes), reduced));
+        };
+        with("color of 5e-39", base_, 5e-39, true);  // 22 bits are left
+        Scene scene = base_;
+        scene.ground = slant(kTiny);
+        with("motion of 1e-40 px", scene, 1, false);
+        scene.ground_w = float(kTiny);
+        with("motion and inverse depth of 1e-40", scene, 1, true);
     }
 
     // Depth is given as linear distance here, as in files; a tenth of all pixels are bad. `moves`:

@@ -71,6 +71,7 @@ const std::vector<CheckRow>& check_rows() {
         {"color", "Mean relative change of the output per relative change of the color."},
         {"motion", "As color, per change of the motion."},
         {"depth", "As color, per change of the depth."},
+        {"noise", "As color, per pixel of noise on vectors that are 0."},
         {"counted", "Non-finite input pixels that were not counted."}};
     return rows;
 }

@@ -18,12 +18,17 @@
 //   color        relative mean change of the output per change of the color     4
 //   motion       as color, per change of the motion                             r/4
 //   depth        as color, per change of the depth                              4
+//   noise        as color, per pixel of noise on vectors that are 0             1
 //   counted      non-finite input pixels that were not counted                  0
 //
 // mirror, flip, turn and reference average relative errors. They exclude pixels with an error above
 // the tolerance (fp32 1e-3, fp16 2e-2) if these are at most 1 %: taps and ties that round
 // differently. A relative error is |a - b| divided by the maximum of |a|, |b| and 1e-4 of the
 // largest color; it is at most 2. grid is the sum of |a - b| divided by the larger sum of colors.
+//
+// color, motion and depth are relative condition numbers: |change of the output| / |output| over
+// |change of the input| / |input|, in the norm of the mean. noise is one at 0, where the input's
+// change has no relative size: it adds 1e-3 px, in cells with vectors that are 0.
 //
 // range to dot are checked only for chains that guarantee them (chain/pass/guarantees.h). If a pass
 // lacks a guarantee with its settings, its first variant with the guarantee is used; without one
@@ -39,10 +44,10 @@
 // by a quarter of a pixel: a larger one exchanges a sharp pixel for a blurred one, and then the
 // value is 1/eps, not a slope.
 //
-// color, motion and depth measure continuity as a mean over all pixels, without the pixels that
-// jump if these are at most 1 %: a decision or tap that rounds differently changes a pixel by more
-// than any multiple of eps. The note of a failed check states the largest jump, relative to the
-// largest color.
+// color, motion, depth and noise measure continuity as a mean over all pixels, without the pixels
+// that jump if these are at most 1 %: a decision or tap that rounds differently changes a pixel by
+// more than any multiple of eps. The note of a failed check states the largest jump, relative to
+// the largest color.
 #pragma once
 
 #include <set>

@@ -14,6 +14,7 @@ constexpr double kJump = 20;
 // A change of depth is small only if it changes the circle of confusion of a surface in focus by at
 // most this.
 constexpr double kMaxRadiusChangePx = 0.25;
+constexpr double kNoisePx = 1e-3;  // on vectors that are 0
 // Uniform in [-1, 1], a function of the index.
 double noise(size_t index) {
     uint64_t state = (uint64_t(index) + 1) * 0x9e3779b97f4a7c15ull;
@@ -38,6 +39,47 @@ double lens_slope_px(const FrameDescription& frame) {
     return focal_px * aperture_m / (2 * camera.focus_distance.value_or(1));
 }
 
+// Puts uniform noise of up to kNoisePx on vectors that are 0. Returns whether there are any.
+bool add_noise(FramePlanes& planes) {
+    bool any = false;
+    for (Role role : {Role::motion, Role::motion_back}) {
+        const auto found = planes.find(role);
+        if (found == planes.end()) continue;
+        std::vector<float>& data = found->second.data;
+        for (size_t i = 0; i < data.size(); i += 2) {
+            if (data[i] != 0 || data[i + 1] != 0) continue;
+            any = true;
+            for (size_t k = i; k < i + 2; ++k) data[k] = float(kNoisePx * noise(k));
+        }
+    }
+    return any;
+}
+
+struct Change {
+    double mean;  // of all values, without the pixels that jump if they are few
+    double jump;  // largest of a pixel
+};
+
+// A pixel jumps if it changes by more than `limit`.
+Change change_of(const ImageF& before, const ImageF& after, double limit, double fraction) {
+    double change = 0, jumped = 0, jump = 0;
+    size_t jumps = 0;
+    for (size_t pixel = 0; pixel < before.pixels(); ++pixel) {
+        double sum = 0, worst = 0;
+        for (size_t i = 4 * pixel; i < 4 * pixel + 4; ++i) {
+            const double d = std::abs(double(after.data[i]) - double(before.data[i]));
+            sum += d;
+            worst = std::max(worst, d);
+        }
+        const bool jumps_here = worst > limit;
+        (jumps_here ? jumped : change) += sum;
+        jumps += jumps_here;
+        jump = std::max(jump, worst);
+    }
+    if (double(jumps) > fraction * double(before.pixels())) change += jumped;
+    return {change / double(before.data.size()), jump};
+}
+
 }  // namespace
 
 // Color and depth change per pixel, motion as a whole: equal speeds stay equal.
@@ -57,41 +99,34 @@ Status check_continuity(Measurement& measured) {
             std::min(eps_of_depth,
                      kMaxRadiusChangePx / std::max(lens_slope_px(measured.cell().frame), 1e-30));
     struct Row {
-        Role role;
         const char* check;
+        double eps;
         double bound;
+        FramePlanes planes;
         const char* compared_is;
     };
-    const Row rows[] = {
-        {Role::color, "color", measured.bounds().color, "result with the color changed by eps"},
-        {Role::motion, "motion", measured.bounds().motion, "result with the motion changed by eps"},
-        {Role::inverse_depth, "depth", measured.bounds().depth,
-         "result with the depth changed by eps"}};
-    for (const auto& [role, check, bound, compared_is] : rows) {
-        if (!measured.wants(check)) continue;
-        const double eps = role == Role::inverse_depth ? eps_of_depth : measured.bounds().eps;
-        ASSIGN_OR_RETURN(auto out, measured.filter_anew(measured.chain(), changed(role, eps)));
-        // Pixels that jump are excluded if they are few; otherwise they are part of the change.
-        double change = 0, jumped = 0, jump = 0;
-        size_t jumps = 0;
-        for (size_t pixel = 0; pixel < measured.result().pixels(); ++pixel) {
-            double sum = 0, worst = 0;
-            for (size_t i = 4 * pixel; i < 4 * pixel + 4; ++i) {
-                const double d = std::abs(double(out.data[i]) - double(measured.result().data[i]));
-                sum += d;
-                worst = std::max(worst, d);
-            }
-            const bool jumps_here = worst > kJump * eps * most;
-            (jumps_here ? jumped : change) += sum;
-            jumps += jumps_here;
-            jump = std::max(jump, worst);
-        }
-        if (double(jumps) > measured.bounds().fraction * double(measured.result().pixels()))
-            change += jumped;
-        change /= double(measured.result().data.size());
-        measured.add(check, mean > 0 ? change / (eps * mean) : change, bound,
-                     concat("times the input's change of ", eps, ", largest jump ", jump / most,
-                            " of the largest color"));
+    const Bounds& bounds = measured.bounds();
+    std::vector<Row> rows;
+    const auto add = [&](const char* check, Role role, double eps, double bound,
+                         const char* compared_is) {
+        if (measured.wants(check))
+            rows.push_back({check, eps, bound, changed(role, eps), compared_is});
+    };
+    add("color", Role::color, bounds.eps, bounds.color, "result with the color changed by eps");
+    add("motion", Role::motion, bounds.eps, bounds.motion, "result with the motion changed by eps");
+    add("depth", Role::inverse_depth, eps_of_depth, bounds.depth,
+        "result with the depth changed by eps");
+    FramePlanes noisy = measured.cell().planes;
+    if (measured.wants("noise") && add_noise(noisy))
+        rows.push_back({"noise", kNoisePx, bounds.noise, std::move(noisy),
+                        "result with noise on vectors that are 0"});
+    for (auto& [check, eps, bound, planes, compared_is] : rows) {
+        ASSIGN_OR_RETURN(auto out, measured.filter_anew(measured.chain(), std::move(planes)));
+        const Change change =
+            change_of(measured.result(), out, kJump * eps * most, measured.bounds().fraction);
+        measured.add(check, mean > 0 ? change.mean / (eps * mean) : change.mean, bound,
+                     concat("times the input's change of ", eps, ", largest jump ",
+                            change.jump / most, " of the largest color"));
         measured.add_images(measured.color(), measured.result(), out,
                             changes_of(measured.result(), out, most), compared_is,
                             "change relative to the largest color");

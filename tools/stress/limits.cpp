@@ -39,6 +39,13 @@ constexpr const char* kTiedSample =
     "a sample that ties: where another rounding decides for another surface, one sample of a pixel "
     "differs, and denoising spreads that over 25 of the cell's 512 pixels";
 
+// Guertin.
+constexpr const char* kShortVector =
+    "vectors below 1e-19 px: their squares are 0 in fp32, so they have no direction; in double "
+    "precision they have one, and are weighed by it";
+constexpr const char* kStillNoise =
+    "noise on still vectors: w_B of a vector of length 0 is 0, of any other length up to 1";
+
 // Depth of field, gilham.
 constexpr const char* kOrder =
     "rows before columns: with a leak test the second pass weighs what the first has mixed";
@@ -64,6 +71,8 @@ const KnownLimits& known_limits() {
           {"depth", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 140, kApart},
           {"motion", "mode=inverse_warp", "/speed/object 0.5 px, ground 1*px across/fp32", 16,
            kSplit},
+          {"reference", "mode=guertin", "/denormal/motion", 0.009, kShortVector},
+          {"noise", "mode=guertin", "", 4.8, kStillNoise},
           {"motion", "", "/radiance/firefly*fp16", 26,
            "few taps: a single pixel's streak is no more than the taps that meet it, and after a "
            "change of 1 % some round the other way"}}},

@@ -150,6 +150,48 @@ std::vector<LimitUse> limits_met(const Matrix& matrix) {
     return uses;
 }
 
+namespace {
+
+std::string aligned(const std::vector<std::vector<std::string>>& table) {
+    std::vector<size_t> widths(table[0].size());
+    for (const auto& line : table)
+        for (size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], line[i].size());
+    std::string text;
+    for (const auto& line : table) {
+        std::string row;
+        for (size_t i = 0; i < line.size(); ++i) row += padded(line[i], widths[i]);
+        text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
+    }
+    return text;
+}
+
+// Median and largest value over the cells of each chain and precision.
+std::string numbers_text(const Matrix& matrix) {
+    const std::vector<const char*> checks = {"reference", "color", "motion", "depth", "noise"};
+    std::map<std::pair<std::string, std::string>, std::map<std::string, std::vector<double>>> found;
+    for (const auto& cell : matrix.cells)
+        for (const auto& one : cell.measured)
+            found[{cell.subject, postchain::name_of(cell.precision)}][one.check].push_back(
+                one.value);
+    std::vector<std::vector<std::string>> table = {{"chain", "precision"}};
+    table[0].insert(table[0].end(), checks.begin(), checks.end());
+    for (auto& [name, values_of] : found) {
+        table.push_back({name.first, name.second});
+        for (const char* check : checks) {
+            std::vector<double>& values = values_of[check];
+            std::ranges::sort(values);
+            table.back().push_back(values.empty() ? "-"
+                                                  : concat(number_text(values[values.size() / 2]),
+                                                           " to ", number_text(values.back())));
+        }
+    }
+    return "\nerror against the double-precision reference, and condition numbers: median to "
+           "largest of the cells\n" +
+           aligned(table);
+}
+
+}  // namespace
+
 std::string matrix_as_text(const Matrix& matrix) {
     std::vector<std::vector<std::string>> table = {{"row", "chain"}};
     for (const auto& check : check_names()) table[0].push_back(check);
@@ -167,15 +209,7 @@ std::string matrix_as_text(const Matrix& matrix) {
             table.back().push_back(word);
         }
     }
-    std::vector<size_t> widths(table[0].size());
-    for (const auto& line : table)
-        for (size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], line[i].size());
-    std::string text;
-    for (const auto& line : table) {
-        std::string row;
-        for (size_t i = 0; i < line.size(); ++i) row += padded(line[i], widths[i]);
-        text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
-    }
+    std::string text = aligned(table) + numbers_text(matrix);
     for (const auto& cell : matrix.cells)
         for (const auto& one : cell.measured)
             if (one.verdict == Verdict::failed)

@@ -76,8 +76,9 @@ std::vector<LimitUse> limits_met(const Matrix& matrix);
 // Three digits, enough to compare a value with its bound.
 std::string number_text(double value);
 
-// The worst result of each row, subject and check, followed by every failed check and every known
-// limit in use, with its number of uses and worst value.
+// The worst result of each row, subject and check, followed by errors and condition numbers of each
+// subject at each precision, every failed check and every known limit in use, with its number of
+// uses and worst value.
 std::string matrix_as_text(const Matrix& matrix);
 
 // The reduced matrix of one subject, as a line of `postchain selftest` and of tests/bench/gpu.sh.

@@ -26,6 +26,7 @@ struct Bounds {
     double color = 4;   // factors
     double motion = 0;  // share of r px: a streak of that length crosses many edges
     double depth = 4;
+    double noise = 1;  // per pixel: at most a hard edge of the whole range
 };
 
 // One cell with one chain at one precision.

@@ -19,7 +19,7 @@ class ExportTest : public SessionTest {
         ExportJob job;
         job.kind = kind;
         job.path = path(name);
-        job.frames = session_->frames();
+        job.frames = session_->playback().frames();
         for (const int frame : job.frames)
             job.chains[frame] = std::make_shared<const Chain>(session_->document().chain_at(frame));
         job.run = session_->settings().run;
@@ -58,11 +58,12 @@ TEST_F(ExportTest, MessagesNameWhatTheWindowHas) {
     for (const Status& status : {write(job_of(ExportKind::frames, "out/o.####.exr")),
                                  write(job_of(ExportKind::png, "out/o.png")),
                                  write(job_of(ExportKind::frames, "in.####.exr")),
-                                 session_->save_chain(path("other.yaml"), false)}) {
-        session_->clear_messages();
-        session_->say(status.message(), true);
-        ASSERT_EQ(session_->messages().size(), 1u);
-        EXPECT_THAT(session_->messages()[0].text, testing::Not(testing::ContainsRegex("[ (]--")));
+                                 session_->open_chain().save(path("other.yaml"), false)}) {
+        session_->messages().clear();
+        session_->messages().say(status.message(), true);
+        ASSERT_EQ(session_->messages().list().size(), 1u);
+        EXPECT_THAT(session_->messages().list()[0].text,
+                    testing::Not(testing::ContainsRegex("[ (]--")));
     }
 }
 

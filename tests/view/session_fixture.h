@@ -35,10 +35,10 @@ class SessionTest : public testing::Test {
         SessionSettings settings;
         settings.run.input = frames_of("in.####.exr");
         settings.run.version = "test";
-        settings.chain_name = path("chain.yaml");
-        settings.chain_is_file = true;
-        settings.chain_text = kJoint;
-        settings.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
+        settings.open.name = path("chain.yaml");
+        settings.open.is_file = true;
+        settings.open.text = kJoint;
+        settings.open.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
         settings.context.device = egl::ContextOptions::kSoftware;
         return settings;
     }
@@ -77,7 +77,7 @@ class SessionTest : public testing::Test {
         EXPECT_EQ(session_->shown().color->data, as_run(frame).data) << when;
     }
     bool says(const std::string& text) const {
-        for (const Message& message : session_->messages())
+        for (const Message& message : session_->messages().list())
             if (message.text.find(text) != std::string::npos) return true;
         return false;
     }

@@ -62,26 +62,26 @@ TEST_F(SessionTest, PlaysEachFrameInTurn) {
     settings_.result_memory = 0;  // each frame is filtered
     open();
     settle();
-    EXPECT_EQ(session_->missing_frames(), (std::vector<int>{5, 6}));
+    EXPECT_EQ(session_->playback().missing_frames(), (std::vector<int>{5, 6}));
     const auto played = [&](int direction, size_t count) {
-        std::vector<int> frames{session_->frame()};
-        session_->play(direction);
+        std::vector<int> frames{session_->playback().frame()};
+        session_->playback().play(direction);
         EXPECT_TRUE(wait_for([&] {
-            if (session_->frame() != frames.back()) {
+            if (session_->playback().frame() != frames.back()) {
                 EXPECT_EQ(session_->shown().frame, frames.back()) << "stays until it is shown";
-                frames.push_back(session_->frame());
+                frames.push_back(session_->playback().frame());
             }
             return frames.size() == count;
         }));
-        session_->play(0);
+        session_->playback().play(0);
         return frames;
     };
     EXPECT_EQ(played(1, 6), (std::vector<int>{1, 2, 3, 4, 7, 1}));
-    EXPECT_EQ(session_->frames_played(), 5);
+    EXPECT_EQ(session_->playback().frames_played(), 5);
     session_->tick(Clock::now() + std::chrono::seconds(10));
-    EXPECT_EQ(session_->frame(), 1) << "stands";
-    session_->set_range({{4, 2}});
-    session_->go_to(7);
+    EXPECT_EQ(session_->playback().frame(), 1) << "stands";
+    session_->playback().set_range({{4, 2}});
+    session_->playback().go_to(7);
     settle();
     EXPECT_EQ(played(-1, 6), (std::vector<int>{7, 4, 3, 2, 4, 3}));
     EXPECT_EQ(played(1, 4), (std::vector<int>{3, 4, 2, 3}));
@@ -90,14 +90,14 @@ TEST_F(SessionTest, PlaysEachFrameInTurn) {
 TEST_F(SessionTest, FilteredFramesAreKept) {
     open();
     settle();
-    session_->fill_results(true);
-    ASSERT_TRUE(wait_for([&] { return !session_->filling(); }));
+    session_->playback().fill_results(true);
+    ASSERT_TRUE(wait_for([&] { return !session_->playback().filling(); }));
     settle();
-    EXPECT_EQ(session_->frame(), 1) << "back where it began";
+    EXPECT_EQ(session_->playback().frame(), 1) << "back where it began";
     EXPECT_EQ(session_->frames_with_result(), (std::set<int>{1, 2, 3}));
     // Each is shown at once, and is what run writes.
     for (const int frame : {2, 3, 1}) {
-        session_->go_to(frame);
+        session_->playback().go_to(frame);
         ASSERT_TRUE(wait_for([&] { return session_->source() != nullptr; }));
         session_->tick();
         EXPECT_EQ(session_->shown().frame, frame);
@@ -124,9 +124,9 @@ TEST_F(SessionTest, FilteredFramesKeepWithinMemory) {
     open();
     settle();
     for (const int frame : {2, 3, 1, 2}) {
-        session_->go_to(frame);
+        session_->playback().go_to(frame);
         settle();
-        EXPECT_LE(session_->result_bytes(), *session_->settings().result_memory);
+        EXPECT_LE(session_->results().bytes(), session_->results().budget());
     }
     EXPECT_FALSE(session_->frames_with_result().empty());
 }
@@ -285,13 +285,13 @@ TEST_F(SessionTest, ASequenceThatGrowsAndLosesFrames) {
     open();
     settle();
     write_frames({4});
-    ASSERT_TRUE(wait_for([&] { return session_->frames().size() == 4; }));
-    session_->step(-1);
+    ASSERT_TRUE(wait_for([&] { return session_->playback().frames().size() == 4; }));
+    session_->playback().step(-1);
     expect_run_of(4);
-    session_->go_to(3);
+    session_->playback().go_to(3);
     expect_run_of(3, "with the frame after it");
     fs::remove(path("in.0002.exr"));
-    ASSERT_TRUE(wait_for([&] { return session_->frames().size() == 3; }));
+    ASSERT_TRUE(wait_for([&] { return session_->playback().frames().size() == 3; }));
     expect_run_of(3, "without the frame before it");
     const SharedFrame former = session_->source();
     write_frames({4}, {.convention = "nuke"});
@@ -300,7 +300,7 @@ TEST_F(SessionTest, ASequenceThatGrowsAndLosesFrames) {
     // The frame that is shown is removed.
     fs::remove(path("in.0003.exr"));
     expect_trouble("in.0003.exr: frame is not on disk");
-    session_->go_to(4);
+    session_->playback().go_to(4);
     settle();
     EXPECT_EQ(session_->trouble(), "");
 }
@@ -310,11 +310,11 @@ TEST_F(SessionTest, AnUnreadableFrameDoesNotEndTheSession) {
     open();
     settle();
     EXPECT_EQ(session_->picture_state(), "refined");
-    session_->go_to(2);
+    session_->playback().go_to(2);
     expect_trouble("in.0002.exr");
     settle();
     EXPECT_EQ(session_->picture_state(), "of frame 1");
-    session_->go_to(3);
+    session_->playback().go_to(3);
     settle();
     EXPECT_EQ(session_->trouble(), "");
     EXPECT_TRUE(session_->shown().color);
@@ -327,7 +327,7 @@ TEST_F(SessionTest, AnEmptyFolderIsOpenedWhenItsFirstFrameIsThere) {
     EXPECT_TRUE(says("later.####.exr"));
     fs::copy_file(path("in.0002.exr"), path("later.0007.exr"));
     ASSERT_TRUE(wait_for([&] { return session_->shown().color != nullptr; }));
-    EXPECT_EQ(session_->frame(), 7);
+    EXPECT_EQ(session_->playback().frame(), 7);
 }
 
 TEST_F(SessionTest, AFrameLargerThanMemorySaysSo) {
@@ -364,15 +364,15 @@ TEST_F(SessionTest, TheChainFileIsReloaded) {
     EXPECT_FALSE(document().changed());
     expect_run_of(1);
     EXPECT_TRUE(document().set(0, "samples", int64_t(4)).ok());
-    ASSERT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    ASSERT_TRUE(session_->open_chain().save(path("chain.yaml"), false).ok());
     EXPECT_EQ(test::read_text(path("chain.yaml")), joint_with_samples("4"));
-    EXPECT_EQ(session_->save_chain(path("in.0001.exr"), true).code(), StatusCode::usage)
+    EXPECT_EQ(session_->open_chain().save(path("in.0001.exr"), true).code(), StatusCode::usage)
         << "an input is never replaced";
-    EXPECT_EQ(session_->save_chain(path("chain.json"), true).code(), StatusCode::output);
+    EXPECT_EQ(session_->open_chain().save(path("chain.json"), true).code(), StatusCode::output);
 }
 
 TEST_F(SessionTest, AReloadedChainKeepsTheValuesOfSet) {
-    settings_.sets = {"fxaa.mode=directional"};
+    settings_.open.sets = {"fxaa.mode=directional"};
     open();
     write_text(path("chain.yaml"), joint_with_samples("16"));
     ASSERT_TRUE(wait_for([&] { return document().can_undo(); }));
@@ -385,16 +385,16 @@ TEST_F(SessionTest, AChangeOfTheFileByOthersIsNotOverwritten) {
     const std::string text = std::string(kJoint) + "# by others\n";
     write_text(path("chain.yaml"), text);
     EXPECT_TRUE(document().set(0, "samples", int64_t(4)).ok());
-    EXPECT_EQ(session_->save_chain(path("chain.yaml"), false).code(), StatusCode::output);
+    EXPECT_EQ(session_->open_chain().save(path("chain.yaml"), false).code(), StatusCode::output);
     EXPECT_EQ(test::read_text(path("chain.yaml")), text);
-    EXPECT_TRUE(session_->save_chain(path("chain.yaml"), true).ok());
+    EXPECT_TRUE(session_->open_chain().save(path("chain.yaml"), true).ok());
 }
 
 TEST_F(SessionTest, EditsOfAViewerThatWasKilledComeBack) {
     const std::string edits = path("state/view");
     const auto open_again = [&] {
         settings_ = given_settings();
-        settings_.recovery_folder = edits;
+        settings_.open.recovery_folder = edits;
         open();
     };
     open_again();
@@ -424,7 +424,7 @@ TEST_F(SessionTest, EditsOfAViewerThatWasKilledComeBack) {
     document().undo();
     EXPECT_FALSE(document().changed()) << "one step leads back to the file";
     document().redo();
-    EXPECT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    EXPECT_TRUE(session_->open_chain().save(path("chain.yaml"), false).ok());
     EXPECT_TRUE(save_camera(*session_, path("keys.json"), false).ok());
     session_.reset();
     open_again();
@@ -439,7 +439,7 @@ TEST_F(SessionTest, OnlyTheirOwnFilesAreReplaced) {
     settings_.run.source.camera = *load_camera(path("own.json"));
     open();
     settle();
-    EXPECT_EQ(session_->save_chain(path("profile.yaml"), true).code(), StatusCode::usage);
+    EXPECT_EQ(session_->open_chain().save(path("profile.yaml"), true).code(), StatusCode::usage);
     EXPECT_TRUE(document().set_focus_key(1, 2).ok());
     EXPECT_EQ(save_camera(*session_, path("profile.yaml"), true).code(), StatusCode::usage);
     EXPECT_EQ(save_camera(*session_, path("own.json"), false).code(), StatusCode::usage);
@@ -457,7 +457,7 @@ TEST_F(SessionTest, ChangesLeakNoTextures) {
     const auto least_alive = [&](int frames, uint64_t enough) {
         uint64_t least = UINT64_MAX;
         for (int i = 0; i < frames && least > enough; ++i) {
-            session_->step(1);
+            session_->playback().step(1);
             settle();
             least = std::min(least, session_->shown().counters.textures_alive);
         }
@@ -466,7 +466,7 @@ TEST_F(SessionTest, ChangesLeakNoTextures) {
     const uint64_t before = least_alive(16, 0);
     for (int i = 12; i >= 0; --i) {
         EXPECT_TRUE(document().set_camera("f_stop", 1.4 + 0.1 * i).ok());
-        session_->step(1);
+        session_->playback().step(1);
         settle();
     }
     EXPECT_LE(least_alive(200, before), before);
@@ -490,7 +490,7 @@ TEST_F(SessionTest, ShadersAreCompiledAgain) {
     EXPECT_TRUE(says(std::to_string(line))) << "line " << line;
     settle();
     EXPECT_EQ(session_->shown().color->data, good->data) << "by the last good program";
-    session_->clear_messages();
+    session_->messages().clear();
     write_text(file, text);
     ASSERT_TRUE(wait_for([&] { return says("shaders changed"); }));
     settle();

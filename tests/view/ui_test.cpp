@@ -37,7 +37,7 @@ TEST_F(UiTest, NumbersAreSavedWithTheDigitsThatAreShown) {
     button(true);
     move_to("shutter_frames", 0.317);
     button(false);
-    ASSERT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    ASSERT_TRUE(session_->open_chain().save(path("chain.yaml"), false).ok());
     const std::string text = test::read_text(path("chain.yaml"));
     EXPECT_NE(text, kJoint);
     EXPECT_FALSE(std::regex_search(text, std::regex(R"(\d\.\d{7})"))) << text;
@@ -61,7 +61,7 @@ TEST_F(UiTest, ClosingNeverLosesEditsByAccident) {
 }
 
 TEST_F(UiTest, ClosingWithoutSavingLeavesTheFile) {
-    settings_.recovery_folder = path("state");
+    settings_.open.recovery_folder = path("state");
     start();
     EXPECT_TRUE(document().set_camera("f_stop", 4.0).ok());
     ASSERT_TRUE(wait_for([&] { return std::filesystem::exists(path("state")); }));
@@ -79,7 +79,7 @@ TEST_F(UiTest, KeysMoveThroughTheFrames) {
     start();
     const auto frame_after = [&](int number) {
         key(number);
-        return session_->frame();
+        return session_->playback().frame();
     };
     EXPECT_EQ(frame_after(kEnd), 5);
     EXPECT_EQ(frame_after(kLeft), 4);
@@ -87,22 +87,23 @@ TEST_F(UiTest, KeysMoveThroughTheFrames) {
     EXPECT_EQ(frame_after(kLeft), 3);
     EXPECT_EQ(frame_after(kLeft), 2);
     key('I');
-    EXPECT_EQ(session_->range(), (std::array<int, 2>{2, 4}));
+    EXPECT_EQ(session_->playback().range(), (std::array<int, 2>{2, 4}));
     EXPECT_EQ(frame_after(kEnd), 4);
     EXPECT_EQ(frame_after(kHome), 2);
     key('I');
-    EXPECT_EQ(session_->range(), (std::array<int, 2>{1, 4})) << "again: from the first frame";
+    EXPECT_EQ(session_->playback().range(), (std::array<int, 2>{1, 4}))
+        << "again: from the first frame";
     for (const auto& [number, direction] :
          {std::pair('J', -1), {'L', 1}, {'K', 0}, {' ', 1}, {' ', 0}}) {
         key(number);
-        EXPECT_EQ(session_->playing(), direction) << number;
+        EXPECT_EQ(session_->playback().playing(), direction) << number;
     }
     // The bar of frames.
-    session_->set_range({});
+    session_->playback().set_range({});
     click("frame", 0.9);
-    EXPECT_EQ(session_->frame(), 5);
+    EXPECT_EQ(session_->playback().frame(), 5);
     click("frame", 0.5);
-    EXPECT_EQ(session_->frame(), 3);
+    EXPECT_EQ(session_->playback().frame(), 3);
 }
 
 TEST_F(UiTest, KeysChangeTheView) {
@@ -263,7 +264,7 @@ TEST(Fonts, EveryScriptHasAFont) {
 TEST_F(UiTest, AMonkeyEndsNothing) {
     constexpr int kActions = 5000;
     test::write_sequence(folder_.path(), {5, 6}, 64, 48);
-    settings_.recovery_folder = path("state");
+    settings_.open.recovery_folder = path("state");
     start();
     std::mt19937 random(57);
     const auto below = [&](int n) { return int(random() % uint32_t(n)); };
@@ -336,12 +337,12 @@ TEST_F(UiTest, AMonkeyEndsNothing) {
             ui_ = std::make_unique<Ui>(*session_, [] {});
             io.MouseDown[0] = false;
         }
-        session_->clear_messages();
+        session_->messages().clear();
     }
     EXPECT_GT(asked, 5);
     io.MouseDown[0] = io.MouseDown[1] = false;
-    session_->play(0);
-    session_->fill_results(false);
+    session_->playback().play(0);
+    session_->playback().fill_results(false);
     document().end_gesture();
     draw(3);
     settle();

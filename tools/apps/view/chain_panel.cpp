@@ -168,8 +168,8 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
     // With keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
         !ui_.session.document().state().focus_keys.empty())
-        return ui_.say(
-            ui_.session.document().set_focus_key(ui_.session.frame(), shortest_double(number)));
+        return ui_.say(ui_.session.document().set_focus_key(ui_.session.playback().frame(),
+                                                            shortest_double(number)));
     ui_.say(ui_.session.document().set_camera(key, shortest_double(number)));
 }
 

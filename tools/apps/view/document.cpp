@@ -138,6 +138,16 @@ Chain Document::chain_at(int frame) const {
     return chain;
 }
 
+uint64_t Document::hash_at(int frame) const {
+    if (std::exchange(hashed_revision_, revision_) != revision_) hashes_.clear();
+    // Without keys each frame has the same chain.
+    const int by = state().focus_keys.empty() ? 0 : frame;
+    const auto found = hashes_.find(by);
+    if (found != hashes_.end()) return found->second;
+    const Chain chain = chain_at(frame);
+    return hashes_[by] = hash_text(chain.text(), hash_text(write_chain(chain)));
+}
+
 Camera Document::camera_at(int frame) const {
     Camera camera = chain().camera;
     if (!state().focus_keys.empty()) camera.focus_distance = focus_at(state().focus_keys, frame);

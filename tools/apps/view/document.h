@@ -43,6 +43,8 @@ class Document {
 
     // The chain that filters a frame: without passes that are off, with the keys' focus.
     Chain chain_at(int frame) const;
+    // Of that chain.
+    uint64_t hash_at(int frame) const;
     // Its camera alone.
     Camera camera_at(int frame) const;
     // The chain that a file gets: without passes that are off and, if there are keys, without a
@@ -101,6 +103,7 @@ class Document {
 
     // There are focus keys, and they are in no camera file.
     bool keys_changed() const;
+    bool unsaved() const { return changed() || keys_changed(); }
     void keys_saved() { saved_keys_ = state().focus_keys; }
 
   private:
@@ -119,6 +122,8 @@ class Document {
     bool gesture_ = false;
     bool gesture_pushed_ = false;
     uint64_t revision_ = 1;
+    mutable std::map<int, uint64_t> hashes_;  // hash_at(), at `hashed_revision_`
+    mutable uint64_t hashed_revision_ = 0;
 };
 
 // The focus distance at a frame between keys: linear in 1/distance; outside, that of the nearest

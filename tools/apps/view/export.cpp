@@ -4,6 +4,7 @@
 
 #include "chain/gl/executor.h"
 #include "tools/apps/view/frame_store.h"
+#include "tools/apps/view/messages.h"
 #include "tools/apps/view/movie.h"
 #include "tools/apps/view/save.h"
 #include "tools/sequence/image/contact_sheet.h"

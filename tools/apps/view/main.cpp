@@ -70,17 +70,17 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     session.context = context;
     ASSIGN_OR_RETURN(auto text, find_chain(options.chain));
     ASSIGN_OR_RETURN(auto chain, load_chain_of(options));
-    session.chain_name = options.chain;
-    session.chain_text = text.text;
-    session.chain_is_file = !text.shipped;
-    session.sets = options.sets;
-    session.chain = std::move(chain.chain);
+    session.open = {.name = options.chain,
+                    .text = text.text,
+                    .is_file = !text.shipped,
+                    .sets = options.sets,
+                    .chain = std::move(chain.chain),
+                    .recovery_folder = ""};
     Options with_view = options;
     with_view.job.preview = true;  // uses the view of previews
     ASSIGN_OR_RETURN(session.run, run_settings_of(with_view));
     session.run.preview = false;
-    if (session.chain_is_file)
-        session.run.other_inputs.push_back({options.chain, "the chain file"});
+    if (session.open.is_file) session.run.other_inputs.push_back({options.chain, "the chain file"});
     if (session.run.source.max_memory == 0)
         session.run.source.max_memory = sequence::default_memory_limit();
     if (!view.truth.empty()) {
@@ -106,7 +106,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     }
     session.frame = view.frame;
     if (const std::string state = state_folder(); !state.empty())
-        session.recovery_folder = state + "/view";
+        session.open.recovery_folder = state + "/view";
     return session;
 }
 

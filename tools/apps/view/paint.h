@@ -51,6 +51,7 @@ struct PaintJob {
     // The limits of sharpness, drawn over an image with these depths.
     SharedImage inverse_depth;
     double sharp_from = 0, sharp_to = 0;  // scene units; infinite: no limit
+    bool operator==(const PaintJob&) const = default;
 };
 
 struct Painted {

@@ -1,8 +1,6 @@
 #include "tools/apps/view/save.h"
 
-#include <regex>
 #include <utility>
-#include <vector>
 
 #include "tools/sequence/files/json.h"
 
@@ -10,17 +8,6 @@ namespace postchain::view {
 
 io::OnExisting on_existing(bool replace) {
     return replace ? io::OnExisting::overwrite : io::OnExisting::fail;
-}
-
-std::string in_words_of_window(std::string message) {
-    static const std::vector<std::pair<std::regex, std::string>> words = {
-        {std::regex("choose --on-existing [a-z ]+, or "), "check \"replace existing files\", or "},
-        {std::regex("go without it \\(--no-sidecar\\), or "), ""},
-        {std::regex("name another (output|folder) with --[a-z-]+"), "name another $1"},
-    };
-    for (const auto& [command, window] : words)
-        message = std::regex_replace(message, command, window);
-    return message;
 }
 
 Result<NewFile> new_file(const sequence::RunSettings& settings, const std::string& path,

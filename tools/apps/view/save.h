@@ -11,10 +11,6 @@ namespace postchain::view {
 // The user's choice.
 io::OnExisting on_existing(bool replace);
 
-// A message of the code that the command shares, with the remedies that the window has: the box
-// "replace existing files" in place of --on-existing, and no option of `run`.
-std::string in_words_of_window(std::string message);
-
 // A file that is not a frame of a run, and what its commit() may do. Errors (usage, output): it is
 // an input, or exists and `replace` is not set.
 struct NewFile {

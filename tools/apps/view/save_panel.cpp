@@ -8,12 +8,12 @@ namespace postchain::view {
 
 SavePanel::SavePanel(UiContext& ui, FileDialog& dialog, std::function<void()> wake)
     : ui_(ui), dialog_(dialog), exporter_(std::move(wake)) {
-    const SessionSettings& settings = ui.session.settings();
-    chain_path_ = settings.chain_is_file ? settings.chain_name : settings.chain_name + ".yaml";
+    const OpenChain& chain = ui.session.open_chain();
+    chain_path_ = chain.is_file() ? chain.name() : chain.name() + ".yaml";
 }
 
 bool SavePanel::save_chain() {
-    const Status status = ui_.session.save_chain(chain_path_, replace_);
+    const Status status = ui_.session.open_chain().save(chain_path_, replace_);
     ui_.say(status);
     return status.ok();
 }
@@ -21,7 +21,7 @@ bool SavePanel::save_chain() {
 bool SavePanel::save_keys() {
     const Status status = save_camera(ui_.session, camera_path_, replace_);
     ui_.say(status);
-    if (status.ok()) ui_.session.say(camera_path_ + ": saved");
+    if (status.ok()) ui_.session.messages().say(camera_path_ + ": saved");
     return status.ok();
 }
 
@@ -57,14 +57,16 @@ void SavePanel::start_export(ExportKind kind, const std::string& path) {
     const auto pattern = io::PathPattern::parse(path);
     const bool all = kind == ExportKind::sheet || kind == ExportKind::movie ||
                      (pattern.ok() && pattern->has_token());
-    job.frames = all ? ui_.session.frames() : std::vector<int>{ui_.session.frame()};
+    job.frames =
+        all ? ui_.session.playback().frames() : std::vector<int>{ui_.session.playback().frame()};
     for (const int frame : job.frames)
         job.chains[frame] = std::make_shared<const Chain>(ui_.session.document().chain_at(frame));
     job.run = ui_.session.settings().run;
     job.display = ui_.session.view().display;
-    job.fps = ui_.session.fps();
+    job.fps = ui_.session.playback().fps();
     job.context = ui_.session.settings().context;
-    if (!exporter_.start(std::move(job))) ui_.session.say("another file is being written", true);
+    if (!exporter_.start(std::move(job)))
+        ui_.session.messages().say("another file is being written", true);
 }
 
 void SavePanel::draw() {
@@ -100,10 +102,10 @@ void SavePanel::draw() {
                 [&](const std::string& path) { start_export(ExportKind::png, path); });
     save_button("sheet", "contact sheet of all frames", sheet_path_, FileKind::frames, "a PNG",
                 [&](const std::string& path) { start_export(ExportKind::sheet, path); });
-    auto fps = float(ui_.session.fps());
+    auto fps = float(ui_.session.playback().fps());
     ImGui::SetNextItemWidth(-58 * ui_.scale);
     if (ImGui::SliderFloat("##fps", &fps, 1, 120, "%.3g frames per second"))
-        ui_.session.set_fps(shortest_double(fps));
+        ui_.session.playback().set_fps(shortest_double(fps));
     save_button("movie", "movie of all frames", movie_path_, FileKind::frames,
                 "an MP4, by the command ffmpeg",
                 [&](const std::string& path) { start_export(ExportKind::movie, path); });

@@ -51,7 +51,7 @@ std::vector<std::pair<std::string, std::string>> values_at(const Session& sessio
         const int at_y = y * image.height / source->description.height;
         values.emplace_back(name, numbers_text(image.pixel(at_x, at_y), image.channels));
     };
-    if (session.shown().color && session.shown().frame == session.frame())
+    if (session.shown().color && session.shown().frame == session.playback().frame())
         add(session.shown().draft ? "result (draft)" : "result", *session.shown().color);
     for (const auto& [role, plane] : source->planes) {
         if (!is_own(role)) continue;
@@ -78,7 +78,7 @@ std::vector<std::string> planes_of(const Session& session) {
 }
 
 Camera camera_of(const Session& session) {
-    const Camera camera = session.document().camera_at(session.frame());
+    const Camera camera = session.document().camera_at(session.playback().frame());
     const SharedFrame source = session.source();
     return source ? source->description.camera.overlaid_by(camera) : camera;
 }
@@ -172,14 +172,14 @@ Status focus_at_pixel(Session& session, int x, int y) {
             concat("pixel ", x, ", ", y,
                    " has no distance: it is the sky, or the frame has no depth; choose a surface"));
     if (!session.document().state().focus_keys.empty())
-        return session.document().set_focus_key(session.frame(), *distance);
+        return session.document().set_focus_key(session.playback().frame(), *distance);
     return session.document().set_camera("focus_distance", *distance);
 }
 
 Status focus_pull(Session& session, std::array<int, 2> from, std::array<int, 2> to) {
     const auto first = distance_at(session, from[0], from[1]),
                last = distance_at(session, to[0], to[1]);
-    const auto list = session.frames();
+    const auto list = session.playback().frames();
     if (!first || !last || list.size() < 2)
         return Status(StatusCode::input,
                       "a focus pull needs two frames, and two pixels with a distance");
@@ -227,7 +227,7 @@ Status save_camera(Session& session, const std::string& path, bool replace) {
         return Status(StatusCode::usage,
                       "there are no focus keys to save; set one, or drag a focus pull");
     std::map<int, double> focus;
-    for (const int frame : session.frames())
+    for (const int frame : session.playback().frames())
         focus[frame] = focus_at(session.document().state().focus_keys, frame);
     std::string text;
     if (const auto& file = session.settings().run.source.camera; file && !file->file_name.empty()) {
@@ -240,7 +240,7 @@ Status save_camera(Session& session, const std::string& path, bool replace) {
                       [&](const io::InputFile& input) { return input.path == path; });
     RETURN_IF_ERROR(save_text(settings, path, json, "the camera file", replace));
     session.document().keys_saved();
-    if (!session.document().changed()) session.discard_edits();
+    if (!session.document().changed()) session.open_chain().discard_edits();
     return Status();
 }
 

@@ -98,12 +98,12 @@ Ui::Ui(Session& session, std::function<void()> wake)
       save_(ui_, dialog_, std::move(wake)),
       timeline_(ui_) {
     const SessionSettings& settings = session.settings();
-    ui_.needs(settings.chain_name);
+    ui_.needs(session.open_chain().name());
     ui_.needs(settings.run.input.color().text());
 }
 
 bool Ui::has_unsaved_edits() const {
-    return ui_.session.document().changed() || ui_.session.document().keys_changed();
+    return ui_.session.document().unsaved();
 }
 
 void Ui::ask_to_close() {
@@ -125,17 +125,19 @@ std::optional<OpenRequest> Ui::take_request() {
 }
 
 void Ui::set_range_end(size_t end) {
-    const auto list = ui_.session.frames();
+    const auto list = ui_.session.playback().frames();
     if (list.empty()) return;
-    auto range = ui_.session.range().value_or(std::array<int, 2>{list.front(), list.back()});
-    const bool is_here = ui_.session.range() && range[end] == ui_.session.frame();
-    range[end] = is_here ? (end == 0 ? list.front() : list.back()) : ui_.session.frame();
+    auto range =
+        ui_.session.playback().range().value_or(std::array<int, 2>{list.front(), list.back()});
+    const bool is_here =
+        ui_.session.playback().range() && range[end] == ui_.session.playback().frame();
+    range[end] = is_here ? (end == 0 ? list.front() : list.back()) : ui_.session.playback().frame();
     // The other end stays behind or before this one.
     if (range[0] > range[1]) range[1 - end] = end == 0 ? list.back() : list.front();
     if (range == std::array<int, 2>{list.front(), list.back()})
-        ui_.session.set_range({});
+        ui_.session.playback().set_range({});
     else
-        ui_.session.set_range(range);
+        ui_.session.playback().set_range(range);
 }
 
 std::vector<KeyAction> Ui::key_actions() {
@@ -143,8 +145,8 @@ std::vector<KeyAction> Ui::key_actions() {
     ViewChoice& view = session.view();
     const auto index = [](ImGuiKey key) { return ImGui::GetKeyIndex(key); };
     const auto go_to_end = [&session](bool last) {
-        const auto list = session.frames_in_range();
-        if (!list.empty()) session.go_to(last ? list.back() : list.front());
+        const auto list = session.playback().frames_in_range();
+        if (!list.empty()) session.playback().go_to(last ? list.back() : list.front());
     };
     const auto channel = [&view](Channel one) {
         return [&view, one] { view.channel = view.channel == one ? Channel::color : one; };
@@ -157,19 +159,19 @@ std::vector<KeyAction> Ui::key_actions() {
     };
     return {
         {"Space", "play, or stop", ' ',
-         [&session] { session.play(session.playing() == 0 ? 1 : 0); }},
-        {"J", "play backward", 'J', [&session] { session.play(-1); }},
-        {"K", "stop", 'K', [&session] { session.play(0); }},
-        {"L", "play forward", 'L', [&session] { session.play(1); }},
+         [&session] { session.playback().play(session.playback().playing() == 0 ? 1 : 0); }},
+        {"J", "play backward", 'J', [&session] { session.playback().play(-1); }},
+        {"K", "stop", 'K', [&session] { session.playback().play(0); }},
+        {"L", "play forward", 'L', [&session] { session.playback().play(1); }},
         {.name = "Left",
          .what = "a frame back",
          .key = index(ImGuiKey_LeftArrow),
-         .act = [&session] { session.step(-1); },
+         .act = [&session] { session.playback().step(-1); },
          .repeats = true},
         {.name = "Right",
          .what = "a frame forward",
          .key = index(ImGuiKey_RightArrow),
-         .act = [&session] { session.step(1); },
+         .act = [&session] { session.playback().step(1); },
          .repeats = true},
         {"Home", "first frame of the range", index(ImGuiKey_Home),
          [go_to_end] { go_to_end(false); }},
@@ -238,8 +240,8 @@ std::vector<KeyAction> Ui::key_actions() {
 
 void Ui::ask_for(FileKind kind) {
     const SessionSettings& settings = ui_.session.settings();
-    const std::string beside = kind == FileKind::chain && settings.chain_is_file
-                                   ? settings.chain_name
+    const std::string beside = kind == FileKind::chain && ui_.session.open_chain().is_file()
+                                   ? ui_.session.open_chain().name()
                                    : settings.run.input.color().text();
     dialog_.ask(kind, false, beside, [this, kind](const std::string& path) {
         OpenRequest request;
@@ -317,7 +319,7 @@ void Ui::draw_side(float x, float y, float width, float height) {
     ui_.mark("save");
     ui_.tip("Ctrl+S: " + save_.chain_path());
     ImGui::SameLine();
-    const std::string& chain = ui_.session.settings().chain_name;
+    const std::string& chain = ui_.session.open_chain().name();
     ImGui::TextDisabled("%s", chain.substr(chain.rfind('/') + 1).c_str());
     ui_.tip(chain);
     if (ImGui::BeginTabBar("tabs")) {
@@ -342,13 +344,14 @@ void Ui::draw_side(float x, float y, float width, float height) {
 void Ui::draw_bottom(float x, float y, float width, float height) {
     begin_panel("bottom", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
     const bool narrow = width < 360 * ui_.scale;  // no room for what is on the right
-    if (ImGui::Button(ui_.session.playing() != 0 ? "Stop###play" : "Play###play"))
-        ui_.session.play(ui_.session.playing() == 0 ? 1 : 0);
+    if (ImGui::Button(ui_.session.playback().playing() != 0 ? "Stop###play" : "Play###play"))
+        ui_.session.playback().play(ui_.session.playback().playing() == 0 ? 1 : 0);
     ui_.mark("play");
     ui_.tip("Space; backward J, stop K, forward L");
     ImGui::SameLine();
-    if (ImGui::Button(ui_.session.filling() ? "Filtering ...###fill" : "Filter all###fill"))
-        ui_.session.fill_results(!ui_.session.filling());
+    if (ImGui::Button(ui_.session.playback().filling() ? "Filtering ...###fill"
+                                                       : "Filter all###fill"))
+        ui_.session.playback().fill_results(!ui_.session.playback().filling());
     ui_.mark("fill");
     ui_.tip("filters every frame of the range once, so that play shows it as it is written");
     ImGui::SameLine();
@@ -395,7 +398,7 @@ void Ui::draw_bottom(float x, float y, float width, float height) {
 }
 
 void Ui::draw_messages(float x, float y, float width) {
-    const auto& messages = ui_.session.messages();
+    const auto& messages = ui_.session.messages().list();
     for (const Message& message : messages) ui_.needs(message.text);
     const std::string trouble = ui_.session.trouble();
     if (messages.empty() && trouble.empty()) return;
@@ -414,7 +417,7 @@ void Ui::draw_messages(float x, float y, float width) {
     }
     ImGui::PopTextWrapPos();
     if (!messages.empty()) {
-        if (ImGui::SmallButton("Dismiss")) ui_.session.clear_messages();
+        if (ImGui::SmallButton("Dismiss")) ui_.session.messages().clear();
         ui_.mark("dismiss");
     }
     ImGui::End();
@@ -446,7 +449,7 @@ void Ui::draw_question(float width, float height) {
     ui_.tip("Enter");
     ImGui::SameLine();
     if (ImGui::Button(closes ? "Close without saving" : "Open without saving")) {
-        ui_.session.discard_edits();
+        ui_.session.open_chain().discard_edits();
         goes_on = true;
         asking_ = false;
     }

@@ -33,7 +33,7 @@ struct UiContext {
     // The text is shown: its letters need a font.
     void needs(const std::string& text) { new_letters = add_letters(text, letters) || new_letters; }
     void say(const Status& status) {
-        if (!status.ok()) session.say(status.message(), true);
+        if (!status.ok()) session.messages().say(status.message(), true);
     }
     // The edits while the last widget is held are one step of undo.
     void gesture() {

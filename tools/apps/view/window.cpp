@@ -185,14 +185,14 @@ std::string state_json(const Session& session, const Ui& ui, const DrawnInput& i
     json["presses"] = input.presses;
     json["mouse"] = input.mouse;
     json["window"] = input.window;
-    json["frame"] = session.frame();
-    json["playing"] = session.playing() != 0;
+    json["frame"] = session.playback().frame();
+    json["playing"] = session.playback().playing() != 0;
     json["frames_drawn"] = input.frames_drawn;
     json["asking"] = ui.is_asking();
     json["title"] = session.title();
     json["channel"] = int(session.view().channel);
-    json["frames_played"] = session.frames_played();
-    json["frames"] = session.frames();
+    json["frames_played"] = session.playback().frames_played();
+    json["frames"] = session.playback().frames();
     json["chain"] = write_chain(session.document().chain_to_save());
     json["changed"] = session.document().changed();
     json["focus_keys"] = io::Json::object();
@@ -204,7 +204,8 @@ std::string state_json(const Session& session, const Ui& ui, const DrawnInput& i
     json["filter_ms"] = session.shown().milliseconds;
     json["trouble"] = session.trouble();
     json["messages"] = io::Json::array();
-    for (const Message& message : session.messages()) json["messages"].push_back(message.text);
+    for (const Message& message : session.messages().list())
+        json["messages"].push_back(message.text);
     json["metrics"] = io::Json::object();
     for (const auto& [name, value] : session.painted().metrics)
         json["metrics"][name] = value ? io::Json(*value) : io::Json();
@@ -276,22 +277,22 @@ class Loop {
         if (request.ok())
             ui_->open(*request);
         else
-            session_->say(request.status().message(), true);
+            session_->messages().say(request.status().message(), true);
     }
 
     // Edits of the chain stay if another chain is not what is opened.
     void open(const OpenRequest& request) {
         draw_ = kFramesAfterEvent;
         auto settings = opener_(request);
-        if (!settings.ok()) return session_->say(settings.status().message(), true);
+        if (!settings.ok()) return session_->messages().say(settings.status().message(), true);
         auto next = Session::open(std::move(*settings), glfwPostEmptyEvent);
-        if (!next.ok()) return session_->say(next.status().message(), true);
+        if (!next.ok()) return session_->messages().say(next.status().message(), true);
         const Document& document = session_->document();
-        if (request.chain.empty() && (document.changed() || document.keys_changed()))
+        if (request.chain.empty() && document.unsaved())
             (*next)->document().restore(document.state().clone());
-        session_->discard_edits();
+        session_->open_chain().discard_edits();
         (*next)->view().display = session_->view().display;
-        if (request.input.empty()) (*next)->go_to(session_->frame());
+        if (request.input.empty()) (*next)->playback().go_to(session_->playback().frame());
         if (!request.truth.empty()) {
             (*next)->view().compare = Compare::wipe;
             (*next)->view().target = CompareTarget::truth;

@@ -20,6 +20,7 @@ struct PreviewOptions {
     OnExisting on_existing = OnExisting::fail;
     std::optional<DisplayView> view = {};  // replaces the curve
     std::string provenance = {};           // stored in the file; empty: none
+    bool operator==(const PreviewOptions&) const = default;
 };
 // The first three channels for display, 8 bits (gray for one channel without a view), composited
 // over black. Errors: those of ImageCalls::to_view, and if its module cannot be loaded.

@@ -1,0 +1,30 @@
+// What the viewer tells its user.
+#pragma once
+
+#include <deque>
+#include <string>
+
+namespace postchain::view {
+
+struct Message {
+    bool error = false;
+    std::string text;
+};
+
+// The newest last; errors until they are mended or dismissed.
+class Messages {
+  public:
+    // Of the code that the command shares: in words of the window.
+    void say(const std::string& words, bool error = false);
+    void clear() { list_.clear(); }
+    const std::deque<Message>& list() const { return list_; }
+
+  private:
+    std::deque<Message> list_;
+};
+
+// A message of the code that the command shares, with the remedies that the window has: the box
+// "replace existing files" in place of --on-existing, and no option of `run`.
+std::string in_words_of_window(std::string message);
+
+}  // namespace postchain::view

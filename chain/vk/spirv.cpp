@@ -1,36 +1,14 @@
 #include "chain/vk/spirv.h"
 
-#include <algorithm>
 #include <map>
 #include <set>
-#include <span>
+
+#include "chain/vk/spirv_words.h"
 
 namespace postchain::vk {
 namespace {
 
-constexpr uint32_t kMagic = 0x07230203;
-
-enum Op : uint32_t {
-    kTypeInt = 21,
-    kTypeFloat = 22,
-    kTypeImage = 25,
-    kTypeSampledImage = 27,
-    kTypePointer = 32,
-    kFunction = 54,
-    kFunctionCall = 57,
-    kVariable = 59,
-    kImageTexelPointer = 60,
-    kLoad = 61,
-    kAccessChain = 65,
-    kInBoundsAccessChain = 66,
-    kArrayLength = 68,
-    kDecorate = 71,
-};
-enum Decoration : uint32_t { kBufferBlock = 3, kBinding = 33 };
-enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
 constexpr uint32_t kSampled = 1;  // of an image: read as a texture, with a sampler or without
-
-using Words = std::span<const uint32_t>;
 
 // The declarations of a module.
 struct Module {
@@ -42,40 +20,40 @@ struct Module {
 
     // False if the words are no module.
     bool read(Words words) {
-        if (words.size() < 5 || words[0] != kMagic) return false;
         bool in_functions = false;
-        for (size_t at = 5; at < words.size();) {
-            const size_t size = words[at] >> 16;
-            const uint32_t op = words[at] & 0xffff;
-            if (size == 0 || at + size > words.size()) return false;
-            const Words one = words.subspan(at, size);
-            in_functions = in_functions || op == kFunction;
+        return visit_instructions(words, [&](Words one) {
+            const Op op = op_of(one);
+            in_functions = in_functions || op == Op::function;
             if (in_functions) use(op, one);
-            if (op >= kTypeInt && op <= kTypePointer && size > 2) types[one[1]] = one;
-            if (op == kVariable && size > 3 && !in_functions) variables.push_back(one);
-            if (op == kDecorate && size > 2 && one[2] == kBufferBlock) buffer_blocks.insert(one[1]);
-            if (op == kDecorate && size > 3 && one[2] == kBinding) bindings[one[1]] = at + 3;
-            at += size;
-        }
-        return true;
+            if (op >= Op::type_int && op <= Op::type_pointer && one.size() > 2) types[one[1]] = one;
+            if (op == Op::variable && one.size() > 3 && !in_functions) variables.push_back(one);
+            if (op != Op::decorate || one.size() < 3) return;
+            const Decoration what = Decoration(one[2]);
+            if (what == Decoration::buffer_block) buffer_blocks.insert(one[1]);
+            if (what == Decoration::binding && one.size() > 3)
+                bindings[one[1]] = size_t(&one[3] - words.data());
+        });
     }
 
-    void use(uint32_t op, Words one) {
-        if (op == kFunctionCall && one.size() > 4) used.insert(one.begin() + 4, one.end());
-        const bool follows = op == kLoad || op == kAccessChain || op == kInBoundsAccessChain ||
-                             op == kImageTexelPointer || op == kArrayLength;
+    void use(Op op, Words one) {
+        if (op == Op::function_call && one.size() > 4) used.insert(one.begin() + 4, one.end());
+        const bool follows = op == Op::load || op == Op::access_chain ||
+                             op == Op::in_bounds_access_chain || op == Op::image_texel_pointer ||
+                             op == Op::array_length;
         if (follows && one.size() > 3) used.insert(one[3]);
     }
 
     Unit unit_of(Words variable) const {
-        const uint32_t storage = variable[3], type = types.at(variable[1])[3];
-        if (storage == kStorageBuffer || buffer_blocks.contains(type)) return {Kind::list};
-        if (storage == kUniform) return {Kind::uniforms};
+        const StorageClass storage = storage_of(variable);
+        const uint32_t type = types.at(variable[1])[3];
+        if (storage == StorageClass::storage_buffer || buffer_blocks.contains(type))
+            return {Kind::list};
+        if (storage == StorageClass::uniform) return {Kind::uniforms};
         Words image = types.at(type);
-        if ((image[0] & 0xffff) == kTypeSampledImage) image = types.at(image[2]);
+        if (op_of(image) == Op::type_sampled_image) image = types.at(image[2]);
         const bool sampled = image[7] == kSampled;
-        const uint32_t component = types.at(image[2])[0] & 0xffff;
-        return {sampled ? Kind::texture : Kind::image, 0, component == kTypeFloat && image[5] == 0};
+        const bool floats = op_of(types.at(image[2])) == Op::type_float;
+        return {sampled ? Kind::texture : Kind::image, 0, floats && image[5] == 0};
     }
 };
 

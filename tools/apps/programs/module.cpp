@@ -6,62 +6,18 @@
 #include <string_view>
 #include <utility>
 
+#include "chain/vk/spirv_words.h"
+
 namespace postchain::programs {
 namespace {
 
-enum Op : uint32_t {
-    kName = 5,
-    kMemberName = 6,
-    kExecutionMode = 16,
-    kTypeBool = 20,
-    kTypeInt = 21,
-    kTypeFloat = 22,
-    kTypeVector = 23,
-    kTypeImage = 25,
-    kTypeSampledImage = 27,
-    kTypeArray = 28,
-    kTypeRuntimeArray = 29,
-    kTypeStruct = 30,
-    kTypePointer = 32,
-    kConstant = 43,
-    kFunction = 54,
-    kVariable = 59,
-    kLoad = 61,
-    kAccessChain = 65,
-    kDecorate = 71,
-    kMemberDecorate = 72,
-    kAtomicLoad = 227,
-    kAtomicExchange = 229,
-    kAtomicXor = 242,
-};
-enum Decoration : uint32_t {
-    kArrayStride = 6,
-    kNonWritable = 24,
-    kNonReadable = 25,
-    kBinding = 33,
-    kOffset = 35,
-    kNoContraction = 42
-};
-enum StorageClass : uint32_t { kWorkgroup = 4, kPushConstant = 9 };
-constexpr uint32_t kLocalSize = 17, kHeaderWords = 5, kBoundWord = 3;
+using vk::Decoration;
+using vk::Op;
+using vk::op_of;
+using vk::StorageClass;
+using vk::Words;
 
-using Words = std::span<const uint32_t>;
-
-uint32_t op_of(Words one) {
-    return one[0] & 0xffff;
-}
-
-// Calls visit(instruction) for each. False if the words are no module.
-template <class Visit>
-bool walk(Words words, Visit visit) {
-    for (size_t at = kHeaderWords; at < words.size();) {
-        const size_t size = words[at] >> 16;
-        if (size == 0 || at + size > words.size()) return false;
-        visit(words.subspan(at, size));
-        at += size;
-    }
-    return words.size() >= kHeaderWords;
-}
+constexpr uint32_t kLocalSize = 17, kBoundWord = 3;
 
 std::string text_of(Words words) {
     const std::string_view text(reinterpret_cast<const char*>(words.data()), 4 * words.size());
@@ -74,24 +30,25 @@ struct Module {
     std::map<uint32_t, Words> types;                                    // by id: the instruction
     std::map<uint32_t, uint32_t> constants;
     std::map<uint32_t, Words> variables;
-    std::map<uint32_t, std::map<uint32_t, uint32_t>> decorations;
-    std::map<std::pair<uint32_t, uint32_t>, std::map<uint32_t, uint32_t>> member_decorations;
+    std::map<uint32_t, std::map<Decoration, uint32_t>> decorations;
+    std::map<std::pair<uint32_t, uint32_t>, std::map<Decoration, uint32_t>> member_decorations;
     std::set<uint32_t> used;  // variables that functions refer to
     std::array<uint32_t, 3> group_size = {1, 1, 1};
 
     void add(Words one) {
-        const uint32_t op = op_of(one);
-        if (op == kName) names[one[1]] = text_of(one.subspan(2));
-        if (op == kMemberName) member_names[{one[1], one[2]}] = text_of(one.subspan(3));
-        if (op == kExecutionMode && one[2] == kLocalSize)
+        const Op op = op_of(one);
+        if (op == Op::name) names[one[1]] = text_of(one.subspan(2));
+        if (op == Op::member_name) member_names[{one[1], one[2]}] = text_of(one.subspan(3));
+        if (op == Op::execution_mode && one[2] == kLocalSize)
             std::copy_n(one.begin() + 3, 3, group_size.begin());
-        if (op >= kTypeBool && op <= kTypePointer) types[one[1]] = one;
-        if (op == kConstant) constants[one[2]] = one[3];
-        if (op == kDecorate) decorations[one[1]][one[2]] = one.size() > 3 ? one[3] : 0;
-        if (op == kMemberDecorate)
-            member_decorations[{one[1], one[2]}][one[3]] = one.size() > 4 ? one[4] : 0;
-        if (op == kVariable) variables[one[2]] = one;
-        if (op > kVariable && op != kDecorate && op != kMemberDecorate)
+        if (op >= Op::type_bool && op <= Op::type_pointer) types[one[1]] = one;
+        if (op == Op::constant) constants[one[2]] = one[3];
+        if (op == Op::decorate)
+            decorations[one[1]][Decoration(one[2])] = one.size() > 3 ? one[3] : 0;
+        if (op == Op::member_decorate)
+            member_decorations[{one[1], one[2]}][Decoration(one[3])] = one.size() > 4 ? one[4] : 0;
+        if (op == Op::variable) variables[one[2]] = one;
+        if (op > Op::variable && op != Op::decorate && op != Op::member_decorate)
             for (const uint32_t word : one.subspan(1))
                 if (variables.contains(word)) used.insert(word);
     }
@@ -114,11 +71,11 @@ struct Module {
 
     std::string name_of(Words type) const {
         switch (op_of(type)) {
-            case kTypeFloat:
+            case Op::type_float:
                 return "float";
-            case kTypeInt:
+            case Op::type_int:
                 return type[3] ? "int" : "uint";
-            case kTypeVector: {
+            case Op::type_vector: {
                 const std::string of = name_of(types.at(type[2]));
                 return concat(of == "float" ? "" : of.substr(0, 1), "vec", type[3]);
             }
@@ -130,11 +87,11 @@ struct Module {
     // In memory of a work group, where some languages give three components the room of four.
     uint32_t bytes_of(Words type) const {
         switch (op_of(type)) {
-            case kTypeVector:
+            case Op::type_vector:
                 return (type[3] == 3 ? 4 : type[3]) * bytes_of(types.at(type[2]));
-            case kTypeArray:
+            case Op::type_array:
                 return constants.at(type[3]) * bytes_of(types.at(type[2]));
-            case kTypeStruct: {
+            case Op::type_struct: {
                 uint32_t bytes = 0;
                 for (const uint32_t member : type.subspan(2)) bytes += bytes_of(types.at(member));
                 return bytes;
@@ -153,10 +110,10 @@ struct Module {
             Words of = types.at(type[2 + i]);
             BlockMember member;
             member.name = member_names.at({type[1], i});
-            member.offset = member_decorations.at({type[1], i}).at(kOffset);
-            if (op_of(of) == kTypeArray) {
+            member.offset = member_decorations.at({type[1], i}).at(Decoration::offset);
+            if (op_of(of) == Op::type_array) {
                 member.count = constants.at(of[3]);
-                member.stride = decorations.at(of[1]).at(kArrayStride);
+                member.stride = decorations.at(of[1]).at(Decoration::array_stride);
                 of = types.at(of[2]);
             }
             member.type = name_of(of);
@@ -175,15 +132,15 @@ struct Module {
         Words type = pointee_of(variable);
         if (unit.kind == vk::Kind::list) {
             if (out.name.empty()) out.name = names.at(type[1]);
-            out.reads = !all_members_have(type, kNonReadable);
-            out.writes = !all_members_have(type, kNonWritable);
+            out.reads = !all_members_have(type, Decoration::non_readable);
+            out.writes = !all_members_have(type, Decoration::non_writable);
             return out;
         }
-        if (op_of(type) == kTypeSampledImage) type = types.at(type[2]);
+        if (op_of(type) == Op::type_sampled_image) type = types.at(type[2]);
         out.array = type[5] != 0;
-        out.integer = op_of(types.at(type[2])) == kTypeInt;
-        out.writes = unit.kind == vk::Kind::image && !has(out.id, kNonWritable);
-        out.reads = unit.kind == vk::Kind::texture || !has(out.id, kNonReadable);
+        out.integer = op_of(types.at(type[2])) == Op::type_int;
+        out.writes = unit.kind == vk::Kind::image && !has(out.id, Decoration::non_writable);
+        out.reads = unit.kind == vk::Kind::texture || !has(out.id, Decoration::non_readable);
         return out;
     }
 };
@@ -192,17 +149,18 @@ struct Module {
 
 Result<Interface> interface_of(const vk::Spirv& spirv) {
     Module module;
-    if (!walk(spirv.words, [&](Words one) { module.add(one); }))
+    if (!vk::visit_instructions(spirv.words, [&](Words one) { module.add(one); }))
         return Status(StatusCode::internal, "a program's SPIR-V cannot be read");
     std::map<uint32_t, Words> by_binding;
     Interface found;
     found.group_size = module.group_size;
     for (const auto& [id, variable] : module.variables) {
-        if (module.has(id, kBinding)) by_binding[module.decorations.at(id).at(kBinding)] = variable;
+        if (module.has(id, Decoration::binding))
+            by_binding[module.decorations.at(id).at(Decoration::binding)] = variable;
         if (!module.used.contains(id)) continue;
-        if (variable[3] == kWorkgroup)
+        if (vk::storage_of(variable) == StorageClass::workgroup)
             found.shared_bytes += module.bytes_of(module.pointee_of(variable));
-        if (variable[3] == kPushConstant) found.first_group = true;
+        if (vk::storage_of(variable) == StorageClass::push_constant) found.first_group = true;
     }
     for (const vk::Unit& unit : spirv.units) {
         const Words variable = by_binding.at(vk::binding_of(unit.kind, unit.number));
@@ -212,23 +170,25 @@ Result<Interface> interface_of(const vk::Spirv& spirv) {
             found.units.push_back(module.unit_of(unit, variable));
     }
     for (const auto& [id, decorations] : module.decorations)
-        found.precise += uint32_t(decorations.contains(kNoContraction));
+        found.precise += uint32_t(decorations.contains(Decoration::no_contraction));
     return found;
 }
 
 std::vector<uint32_t> with_loads_before_atomics(Words words) {
     std::map<uint32_t, uint32_t> shared;        // variables: the type of their pointer
     std::map<uint32_t, uint32_t> type_pointed;  // by pointer type
-    std::vector<uint32_t> out(words.begin(), words.begin() + kHeaderWords);
-    walk(words, [&](Words one) {
-        const uint32_t op = op_of(one);
-        if (op == kTypePointer) type_pointed[one[1]] = one[3];
-        if (op == kVariable && one[3] == kWorkgroup) shared[one[2]] = one[1];
-        if (op >= kAtomicExchange && op <= kAtomicXor)
+    std::vector<uint32_t> out(words.begin(), words.begin() + vk::kSpirvHeaderWords);
+    vk::visit_instructions(words, [&](Words one) {
+        const Op op = op_of(one);
+        if (op == Op::type_pointer) type_pointed[one[1]] = one[3];
+        if (op == Op::variable && vk::storage_of(one) == StorageClass::workgroup)
+            shared[one[2]] = one[1];
+        if (op >= Op::atomic_exchange && op <= Op::atomic_xor)
             if (const auto variable = shared.find(one[3]); variable != shared.end()) {
                 constexpr uint32_t kLoadWords = 4;
-                out.insert(out.end(), {kLoadWords << 16 | kLoad, type_pointed.at(variable->second),
-                                       out[kBoundWord]++, one[3]});
+                out.insert(out.end(),
+                           {kLoadWords << 16 | uint32_t(Op::load),
+                            type_pointed.at(variable->second), out[kBoundWord]++, one[3]});
             }
         out.insert(out.end(), one.begin(), one.end());
     });

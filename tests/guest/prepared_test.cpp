@@ -1,5 +1,5 @@
 // Prepared means prepared: after pc_prepare() no frame of its kind is refused, whatever its members
-// hold. docs/integration.md lists what makes a kind.
+// hold. postchain.h (pc_prepare()) says what makes a kind.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 

@@ -97,9 +97,15 @@ class Reproduction(unittest.TestCase):
             reproduction.print_comparisons(one)
         rows = [line.split(" | ") for line in out.getvalue().splitlines()[2:]]
         self.assertEqual(len(rows), len(reproduction.COMPARISONS))
-        asked = [row for row in rows if row[7]]
+        asked = [row for row in rows if row[7].strip(" |")]
         self.assertEqual(len(asked), len(reproduction.QUESTIONS))
-        self.assertEqual({(row[5], row[7], row[8]) for row in asked}, {("3/4", "0.074", "1 |")})
+        self.assertEqual({(row[5], row[7]) for row in asked}, {("3/4", "1 |")})
+        # p is .0085 for 9, 10, 11: times 22.
+        gains.update({"cards x": 9.0, "cards y": 10.0, "cards z": 11.0})
+        p = 1 - math.sqrt(300 / 302)
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            reproduction.print_comparisons(one)
+        self.assertIn(f" | {p * len(reproduction.QUESTIONS):.2g} |", out.getvalue())
 
     def test_velocities_of_8_bits(self):
         reproduction.SPEEDS = (16,)

@@ -19,6 +19,12 @@ Failure read_frame(const pc_frame* given, FrameCopy& copy, const pc_frame*& read
 void set_neighbors(pc_frame& frame, std::array<const pc_frame*, kNeighbors.size()> given,
                    std::array<pc_frame, kNeighbors.size()>& copy);
 
+// Without a camera cut, if the frame has neighbors, which a cut would leave unused.
+inline pc_frame with_neighbors_in_use(pc_frame frame) {
+    if (frame.before || frame.after) frame.flags &= ~uint32_t(PC_CAMERA_CUT);
+    return frame;
+}
+
 // Errors name the member. PC_ERROR_INPUT: a texture. PC_ERROR_CHAIN: camera values that the depth
 // encoding needs, or a value that is not finite. Calls no GL, allocates nothing. `find`: the
 // formats of the textures.

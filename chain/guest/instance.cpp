@@ -134,12 +134,6 @@ Failure Instance::check_context() {
     return {};
 }
 
-void Instance::log(int level, const std::string& message) const {
-    if (!info_.log || message == logged_) return;  // not every frame again
-    logged_ = message;
-    info_.log(info_.user, level, message.c_str());
-}
-
 Failure Instance::check_size(const HostFrame& frame) const {
     const int limit = device_.limits.texture_px;
     if (frame.width <= limit && frame.height <= limit) return {};
@@ -147,8 +141,8 @@ Failure Instance::check_size(const HostFrame& frame) const {
                                    "; this device's limit is ", limit, " a side")};
 }
 
-Failure Instance::check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame) {
-    RETURN_IF_ERROR(check_frame(given, frame));
+Failure Instance::check(const ChainVersion& chain, const pc_frame& given, HostFrame& frame) {
+    RETURN_IF_ERROR(check_frame(&given, frame));
     RETURN_IF_ERROR(check_size(frame));
     RETURN_IF_ERROR(check_context());
     focused_.clear();
@@ -194,12 +188,11 @@ std::vector<ProgramKey> Instance::programs_to_prepare(const ChainVersion& chain,
     return programs;
 }
 
-Failure Instance::prepare(const ChainVersion& host_chain, const pc_frame* given, bool wait) {
+Failure Instance::prepare(const ChainVersion& host_chain, const pc_frame& given, bool wait) {
     const ChainVersion chain = budgets_.version(host_chain);
-    pc_frame first = *given;
-    if (given->before || given->after) first.flags &= ~uint32_t(PC_CAMERA_CUT);  // uses them
+    const pc_frame first = with_neighbors_in_use(given);
     HostFrame frame;
-    RETURN_IF_ERROR(check(chain, &first, frame));
+    RETURN_IF_ERROR(check(chain, first, frame));
     const size_t before = objects_->programs.compiled();
     const auto list = [&](const Plan& plan) {
         max_sizes_.restore(chain.id);
@@ -209,13 +202,10 @@ Failure Instance::prepare(const ChainVersion& host_chain, const pc_frame* given,
     if (!wait && objects_->programs.compiled() > before) return {PC_PENDING, ""};
     if (frame.focus && frame.depth.name) RETURN_IF_ERROR(ready_focus(frame));
     objects_->pool.begin_frame();
-    pc_frame cut = first;
-    cut.flags ^= PC_CAMERA_CUT;
-    HostFrame other;
     Entry* entry = nullptr;
-    const bool checked = check_frame(&cut, other).ok();
-    other.focus = frame.focus;
-    if (checked && find_or_make(chain, other, entry).ok() && !warm_up(*entry, other, wait))
+    const auto other = plans_.other_cut(frame);
+    if (other && find_or_make(chain, other->frame, entry).ok() &&
+        !warm_up(*entry, other->frame, wait))
         return {PC_PENDING, ""};
     RETURN_IF_ERROR(find_or_make(chain, frame, entry));
     return warm_up(*entry, frame, wait) ? Failure() : Failure(PC_PENDING, "");
@@ -298,12 +288,12 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
                       [&] { return entry.compiled->run(objects_->run, options); });
 }
 
-Failure Instance::needs_of(const ChainVersion& host_chain, const pc_frame* given,
+Failure Instance::needs_of(const ChainVersion& host_chain, const pc_frame& given,
                            pc_frame_needs& out) {
     const ChainVersion version = budgets_.version(host_chain);
     const Chain& chain = *version.chain;
     HostFrame frame;
-    RETURN_IF_ERROR(check_frame(given, frame));
+    RETURN_IF_ERROR(check_frame(&given, frame));
     RETURN_IF_ERROR(check_size(frame));
     Depths focused;
     RETURN_IF_ERROR(find_places(chain, focused));
@@ -314,7 +304,7 @@ Failure Instance::needs_of(const ChainVersion& host_chain, const pc_frame* given
     return {};
 }
 
-Failure Instance::run(const ChainVersion& host_chain, const pc_frame* given, pc_texture& result) {
+Failure Instance::run(const ChainVersion& host_chain, const pc_frame& given, pc_texture& result) {
     ChainVersion chain = budgets_.version(host_chain);
     HostFrame frame;
     RETURN_IF_ERROR(check(chain, given, frame));
@@ -349,7 +339,7 @@ Failure Instance::run(const ChainVersion& host_chain, const pc_frame* given, pc_
     }
     const TextureId id = entry->host.result;
     if (entry->host.writes_output) {
-        result = given->output;
+        result = given.output;
     } else if (id >= 0) {
         result = {};
         result.name = entry->compiled->name_of(id);

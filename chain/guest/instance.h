@@ -17,24 +17,21 @@
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/guest/budgets.h"
-#include "chain/guest/chain_handle.h"
 #include "chain/guest/current_context.h"
-#include "chain/guest/failure.h"
 #include "chain/guest/focus.h"
 #include "chain/guest/host_context.h"
 #include "chain/guest/host_frame.h"
+#include "chain/guest/instance_calls.h"
 #include "chain/guest/max_frame_sizes.h"
 #include "chain/guest/plan_cache.h"
 
 namespace postchain::guest {
 
-class Instance {
+class Instance : public InstanceBase<pc_create_info> {
   public:
     // On the current context, or on one of its own.
     static Failure create(const pc_create_info& info, std::unique_ptr<Instance>& instance);
     ~Instance();  // as abandon() if its context is not current
-    Instance(const Instance&) = delete;
-    Instance& operator=(const Instance&) = delete;
     // The GL names are forgotten, not deleted.
     void abandon();
 
@@ -42,8 +39,8 @@ class Instance {
     Failure check_context();
 
     // PC_PENDING while programs are left to compile.
-    Failure prepare(const ChainVersion& chain, const pc_frame* given, bool wait);
-    Failure run(const ChainVersion& chain, const pc_frame* given, pc_texture& result);
+    Failure prepare(const ChainVersion& chain, const pc_frame& given, bool wait);
+    Failure run(const ChainVersion& chain, const pc_frame& given, pc_texture& result);
 
     Failure set_budget(const ChainVersion& chain, const pc_budget& given) {
         plans_.forget_prepared();  // the budget's samples may be other programs
@@ -53,18 +50,18 @@ class Instance {
         budgets_.query(chain, state);
     }
 
-    void set_timing(int level) { timing_ = level; }
+    Failure set_timing(int level) {
+        timing_ = level;
+        return {};
+    }
     // Null if no frame is finished.
     const Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
     // Calls no GL.
-    Failure needs_of(const ChainVersion& chain, const pc_frame* given, pc_frame_needs& out);
+    Failure needs_of(const ChainVersion& chain, const pc_frame& given, pc_frame_needs& out);
     void count(pc_counters& out) const { plans_.count(objects_->programs, objects_->pool, out); }
-    std::string explain() const { return plans_.explain(find_format); }
+    std::string explain() const { return plans_.explain(); }
     const gl::Device& device() const { return device_; }
-    void log(int level, const std::string& message) const;
-
-    std::string error;  // of the last call
 
   private:
     using Plans = PlanCache<Instance, gl::CompiledPlan>;
@@ -86,10 +83,10 @@ class Instance {
         std::set<unsigned> warm;  // programs that were dispatched
     };
 
-    explicit Instance(const pc_create_info& info) : info_(info) {}
+    using InstanceBase::InstanceBase;
     Failure open();
     // check_frame(), the device's limits, check_context(), and the depths in focus so far.
-    Failure check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame);
+    Failure check(const ChainVersion& chain, const pc_frame& given, HostFrame& frame);
     // PC_ERROR_INPUT: larger than the device's textures.
     Failure check_size(const HostFrame& frame) const;
     // Programs of every frame of this kind, with the samples of every part of a budget.
@@ -117,7 +114,6 @@ class Instance {
     bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
     Failure dispatch(Entry& entry, const HostFrame& frame, bool timed);
 
-    pc_create_info info_;
     std::unique_ptr<egl::Context> own_context_;
     ContextId context_;
     bool tells_loss_ = false;
@@ -125,15 +121,13 @@ class Instance {
     uint32_t gl_version_ = 0;
     gl::Device device_;
     std::unique_ptr<Objects> objects_;
-    Plans plans_{*this, kMaxPlans, "pc_prepare()"};
+    Plans plans_{*this, kMaxPlans, "pc_prepare()", find_format};
     Depths focused_;  // the places of the last chain that was checked
     GlState state_;
     MaxFrameSizes max_sizes_;
     uint64_t forgot_ = 0;        // plans_.frames when a run found no memory beside other plans
     uint64_t newest_frame_ = 0;  // plans_.frames when a plan was looked for
-    int timing_ = 0;
     Budgets budgets_;
-    mutable std::string logged_;
 };
 
 }  // namespace postchain::guest

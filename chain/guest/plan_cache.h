@@ -43,9 +43,10 @@ class PlanCache {
     };
 
     // `most`: plans kept, for example for other chains, a cut, or the other eye. `prepare`: the
-    // host's function, for messages.
-    PlanCache(Instance& instance, size_t most, const char* prepare)
-        : instance_(instance), most_(most), prepare_(prepare) {}
+    // host's function, for messages. `find`: the formats of its textures.
+    PlanCache(Instance& instance, size_t most, const char* prepare,
+              const HostFormat* (*find)(unsigned))
+        : instance_(instance), most_(most), prepare_(prepare), find_(find) {}
 
     // The device that all plans are for; before the first one.
     void set_device(DeviceClass device) { device_ = device; }
@@ -199,13 +200,28 @@ class PlanCache {
         out.texture_bytes = pool.bytes();
         out.texture_bytes_peak = pool.bytes_peak();
     }
-    // Plans the last frame again; "" before the first frame. `find`: the formats of its textures.
-    std::string explain(const HostFormat* (*find)(unsigned)) const {
+    // The frame with a camera cut if it has none, and without one if it has: the plan of the first
+    // frame of a shot, which is prepared with those of the others. Empty: no valid frame.
+    struct OtherCut {
+        pc_frame given;
+        HostFrame frame;
+    };
+    std::unique_ptr<OtherCut> other_cut(const HostFrame& frame) const {
+        auto other = std::make_unique<OtherCut>();
+        other->given = *frame.given;
+        other->given.flags ^= PC_CAMERA_CUT;
+        if (!check_frame(&other->given, other->frame, find_).ok()) return nullptr;
+        other->frame.focus = frame.focus;
+        other->frame.focus_slot = frame.focus_slot;
+        return other;
+    }
+    // Plans the last frame again; "" before the first frame.
+    std::string explain() const {
         if (!last_.chain) return {};
         pc_frame given = last_.frame;
         given.debug_view = last_.debug_view.data();
         HostFrame frame;
-        if (!check_frame(&given, frame, find).ok()) return {};
+        if (!check_frame(&given, frame, find_).ok()) return {};
         frame.focus = &last_.focus;
         frame.focus_slot = last_.focus_slot;
         const auto host = make_host_plan(*last_.chain, frame, device_);
@@ -241,6 +257,7 @@ class PlanCache {
     Instance& instance_;
     const size_t most_;
     const char* const prepare_;
+    const HostFormat* (*const find_)(unsigned);
     DeviceClass device_ = DeviceClass::gpu;
     uint64_t kept_frames_ = 8;
     std::vector<std::unique_ptr<Entry>> entries_;

@@ -38,7 +38,7 @@ class Planner {
 
     const pc_plan_create_info info_;
     std::map<std::string, uint64_t> keys_;  // of programs, by ProgramKey::text()
-    Plans plans_{*this, kMaxPlans, "pc_plan_programs()"};
+    Plans plans_{*this, kMaxPlans, "pc_plan_programs()", find_neutral_format};
 };
 
 }  // namespace postchain::guest

@@ -42,7 +42,7 @@ HostMemory memory_of(const pc_vk_create_info& info) {
 
 }  // namespace
 
-Instance::Instance(const pc_vk_create_info& info) : info_(info) {
+Instance::Instance(const pc_vk_create_info& info) : InstanceBase(info) {
     if (info_.keep_frames) plans_.set_kept_frames(info_.keep_frames);
 }
 
@@ -86,12 +86,6 @@ Failure Instance::open() {
     return {};
 }
 
-void Instance::log(int level, const std::string& message) const {
-    if (!info_.log || message == logged_) return;  // not every frame again
-    logged_ = message;
-    info_.log(info_.user, level, message.c_str());
-}
-
 Failure Instance::check(const pc_vk_frame& given, HostImages& images) const {
     RETURN_IF_ERROR(check_images(given, images));
     const HostFrame& frame = images.frame;
@@ -126,10 +120,8 @@ Failure Instance::set_focus(const ChainVersion& chain, HostImages& images, bool 
 Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, bool wait) {
     HostImages images;
     RETURN_IF_ERROR(check(given, images));
-    if (given.before || given.after) {
-        images.values.flags &= ~uint32_t(PC_CAMERA_CUT);  // uses them
-        RETURN_IF_ERROR(check_frame(&images.values, images.frame, find_format));
-    }
+    images.values = guest::with_neighbors_in_use(images.values);
+    RETURN_IF_ERROR(check_frame(&images.values, images.frame, find_format));
     open_ = nullptr;
     RETURN_IF_ERROR(set_focus(chain, images, false));
     const HostFrame& frame = images.frame;
@@ -137,16 +129,9 @@ Failure Instance::prepare(const ChainVersion& chain, const pc_vk_frame& given, b
         return host_programs(*chain.chain, frame, plan, plans_.device());
     };
     RETURN_IF_ERROR(plans_.compile_programs(chain, frame, wait, list));
-    pc_frame values_of_cut = images.values;
-    values_of_cut.flags ^= PC_CAMERA_CUT;
-    HostFrame cut;
     Plans::Entry* entry = nullptr;
-    if (check_frame(&values_of_cut, cut, find_format).ok()) {
-        cut.focus = frame.focus;
-        cut.focus_slot = frame.focus_slot;
-        // If it fails, the frame is still prepared.
-        (void)find_or_make(chain, cut, entry);
-    }
+    // If it fails, the frame is still prepared.
+    if (const auto other = plans_.other_cut(frame)) (void)find_or_make(chain, other->frame, entry);
     return find_or_make(chain, frame, entry);
 }
 
@@ -294,8 +279,6 @@ void Instance::give_up() {
 }
 
 Failure Instance::set_timing(int level) {
-    if (level < 0 || level > 2)
-        return {PC_ERROR_ARGUMENT, concat("level: ", level, " is not 0, 1 or 2")};
     if (level > 0 && device_.timestamp_bits() == 0)
         return {PC_ERROR_GL, "queue_family has no timestamps (timestampValidBits is 0)"};
     timing_ = level;

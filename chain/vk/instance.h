@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "chain/guest/instance_calls.h"
 #include "chain/guest/plan_cache.h"
 #include "chain/vk/clock.h"
 #include "chain/vk/compiled_plan.h"
@@ -20,12 +21,10 @@
 
 namespace postchain::vk {
 
-class Instance {
+class Instance : public guest::InstanceBase<pc_vk_create_info> {
   public:
     static guest::Failure create(const pc_vk_create_info& info,
                                  std::unique_ptr<Instance>& instance);
-    Instance(const Instance&) = delete;
-    Instance& operator=(const Instance&) = delete;
 
     // PC_PENDING while programs are left to compile.
     guest::Failure prepare(const guest::ChainVersion& chain, const pc_vk_frame& given, bool wait);
@@ -42,10 +41,9 @@ class Instance {
     guest::Failure set_timing(int level);
     const Times* newest_times() const { return clock_->newest(); }
     void count(pc_counters& out) const { plans_.count(*programs_, *pool_, out); }
-    std::string explain() const { return plans_.explain(find_format); }
-    void log(int level, const std::string& message) const;
-
-    std::string error;  // of the last call
+    std::string explain() const { return plans_.explain(); }
+    // That of the device is the host's matter.
+    static guest::Failure check_context() { return {}; }
 
   private:
     using Plans = guest::PlanCache<Instance, CompiledPlan>;
@@ -81,7 +79,6 @@ class Instance {
         return plans_.frames > kept ? plans_.frames - kept - 1 : 0;
     }
 
-    const pc_vk_create_info info_;
     Device device_;
     Sampler sampler_;
     std::unique_ptr<Image> unused_;
@@ -91,15 +88,13 @@ class Instance {
     std::optional<Clock> clock_;
     std::optional<Focus> focus_;
     guest::Depths places_;  // of the last chain with places
-    int timing_ = 0;
     // The plan of the run that begin() began last; null: no run is open.
     CompiledPlan* open_ = nullptr;
     std::vector<pc_vk_resource> resources_;
     std::vector<pc_vk_use> uses_;
     std::vector<pc_vk_dispatch> dispatches_;
     std::vector<CompiledPlan::Use> found_;
-    Plans plans_{*this, kMaxPlans, "pc_vk_prepare()"};
-    mutable std::string logged_;
+    Plans plans_{*this, kMaxPlans, "pc_vk_prepare()", find_format};
 };
 
 }  // namespace postchain::vk

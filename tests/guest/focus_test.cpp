@@ -73,52 +73,6 @@ TEST(Focus, FirstFrameIsInFocus) {
     expect_focus(filtered(guest, made, up), at_distance(guest, up, 0.25));
 }
 
-// Frames of 0.1 s, with a time of 0.5 s, from an inverse depth of 0.25 towards 0.05.
-void expect_pull(const pc::Instance& guest, const pc::Chain& made, const pc_frame& frame) {
-    double w = 0.25;
-    for (int i = 0; i < 5; ++i) {
-        w += (double(0.05f) - w) * (1 - std::exp(-0.2));
-        const ImageF found = filtered(guest, made, frame);
-        if (i == 0 || i == 4) expect_focus(found, at_distance(guest, frame, w));
-    }
-}
-
-// After a change of depth, focus covers 1 - exp(-t/T) of the way, in inverse distance, and all of
-// it at a cut.
-TEST(Focus, FollowsOverTime) {
-    const Scene scene;
-    const HostTexture far = two_depths(0.05f, 0.05f);
-    const auto guest = instance();
-    const auto made = focused(0.2, 0.5);
-    pc_frame frame = scene.frame;
-    frame.focus_seconds = 0.5f;
-    frame.frame_seconds = 0.1f;
-    prepare(guest, made, frame);
-    filtered(guest, made, frame);
-    frame.depth = far;
-    // The depth of a frame is known when the next begins.
-    filtered(guest, made, frame);
-    expect_pull(guest, made, frame);
-    frame.depth = scene.depth;
-    frame.flags |= PC_CAMERA_CUT;
-    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
-}
-
-// A place that moves to another depth is followed from the depth before, like a depth that changes.
-TEST(Focus, IsPulledToAnotherPlace) {
-    const Scene scene;
-    const auto guest = instance();
-    const auto made = focused(0.2, 0.5);
-    pc_frame frame = scene.frame;
-    frame.focus_seconds = 0.5f;
-    frame.frame_seconds = 0.1f;
-    prepare(guest, made, frame);
-    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
-    ASSERT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.8, 0.5), PC_OK) << pc_error();
-    filtered(guest, made, frame);  // finds the depth there
-    expect_pull(guest, made, frame);
-}
-
 // The median of a disc: a thin near twig at the place itself does not count.
 TEST(Focus, RegionsTakeTheMedian) {
     const Scene scene;

@@ -5,15 +5,54 @@
 // outside the crop, the results of modes guertin and single (float RGB). A text header ends in a
 // line "end"; planes follow in the header's order, rows of little-endian numbers. N = 25, r = 40,
 // shutter 0.5, s = 1, kappa = 40, no jitter.
+#include <fstream>
+#include <glm/gtc/packing.hpp>
 
 #include "tests/motion_blur/support.h"
-#include "tests/support/wheels_crop.h"
 
 namespace postchain::test {
 namespace {
 
-constexpr int kSize = WheelsCrop::kSize, kInner = WheelsCrop::kInner;
+constexpr int kSize = 160, kInner = 80;  // pixels: of the planes, of the results
 constexpr int kMargin = (kSize - kInner) / 2;
+
+template <class T>
+std::vector<T> read(std::ifstream& in, size_t count) {
+    std::vector<T> values(count);
+    in.read(reinterpret_cast<char*>(values.data()), std::streamsize(count * sizeof(T)));
+    EXPECT_TRUE(in.good());
+    return values;
+}
+
+ImageF read_image(std::ifstream& in, int size, int channels) {
+    ImageF image(size, size, channels);
+    image.data = read<float>(in, image.data.size());
+    return image;
+}
+
+struct WheelsCrop {
+    FramePlanes planes;      // color, inverse_depth, motion
+    ImageF guertin, single;  // RGB of the inner pixels, by mode
+};
+
+WheelsCrop read_wheels_crop() {
+    std::ifstream in(POSTCHAIN_SOURCE_DIR "/tests/data/motion_blur/wheels_crop.bin",
+                     std::ios::binary);
+    std::string line;
+    while (std::getline(in, line) && line != "end") {
+    }
+    WheelsCrop crop;
+    ImageF color(kSize, kSize, 4, 1.0f);
+    const auto half = read<uint16_t>(in, 3 * color.pixels());
+    for (size_t i = 0; i < color.pixels(); ++i)
+        for (size_t c = 0; c < 3; ++c) color.data[4 * i + c] = glm::unpackHalf1x16(half[3 * i + c]);
+    crop.planes[Role::color] = std::move(color);
+    crop.planes[Role::inverse_depth] = read_image(in, kSize, 1);
+    crop.planes[Role::motion] = read_image(in, kSize, 2);
+    crop.guertin = read_image(in, kInner, 3);
+    crop.single = read_image(in, kInner, 3);
+    return crop;
+}
 
 ImageF inner_of(const ImageF& image) {
     ImageF inner(kInner, kInner, 3);

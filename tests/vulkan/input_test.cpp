@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <map>
-#include <thread>
 
 #include "tests/vulkan/frames.h"
 
@@ -281,28 +280,6 @@ TEST(Input, ValidationRefusesSingularMatrices) {
     subject.frame.frame.view_projection[0] = subject.frame.frame.other_view_projection[0] = 1;
     expect_error(pc_vk_prepare(strict.get(), subject.chain.get(), &subject.frame.vk, 1),
                  PC_ERROR_INPUT, "view_projection: is singular");
-}
-
-// Two threads on one instance: one of them is refused.
-TEST(Input, OneCallAtATime) {
-    Subject subject;
-    static pc_vk_instance* shared;
-    static pc_result other;
-    auto info = vk_info(kWidth, kHeight);
-    info.log = [](void*, int, const char*) {
-        std::thread([] {
-            auto counters = pc::make<pc_counters>();
-            other = pc_vk_count(shared, &counters);
-        }).join();
-        pc_vk_destroy(shared);  // within a call on it: refused
-    };
-    const auto logging = vk_instance(info);
-    shared = logging.get();
-    other = PC_OK;
-    EXPECT_EQ(pc_vk_run(shared, subject.chain.get(), &subject.frame.vk, nullptr),
-              PC_ERROR_ARGUMENT);
-    EXPECT_EQ(other, PC_ERROR_ARGUMENT);
-    EXPECT_EQ(count(logging).frames, 0u);
 }
 
 // Sizes of 1 and the device's limit.

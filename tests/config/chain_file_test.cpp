@@ -182,6 +182,8 @@ TEST(ChainFile, SaysWhatIsWrongAndTheNearestWord) {
         {"amount: -0.5", "-0.5 is out of range; amount is a number in 0..10"},
         {"factor: 3", "3 is not among them; factor is one of 1, 2, 4"},
         {"middle: 0.5", "middle is two numbers [x, y], each in 0..1"},
+        {"middle: [0.5, [0.5, 1]]", "is not a number"},
+        {"middle: [0.5, 0.5, 0.5]", "a list is two numbers, [x, y]"},
         {"sampels: 25", "unknown key 'sampels' (did you mean 'samples'?)"},
         {"zzzzzz: 1", "known are mode, samples, amount"},
         {"mode: narow", "did you mean 'narrow'?"},

@@ -250,6 +250,10 @@ TEST(Profiles, FindsLayersViewsAndParts) {
         {file_of("a: R G|b: B Z"), "", "", "generic: inverse_depth 1 Z"}};
     for (const Found& one : all)
         EXPECT_EQ(told(must(detect(one.file, one.layer, one.view))), one.told);
+    // Each of its parts names the view again.
+    EXPECT_THAT(must(detect(parts_of_views, "", kAllViews)).other_views, ElementsAre("right"));
+    EXPECT_THAT(must(detect(parts_of_views, "", "left")).text(),
+                HasSubstr("view left of left, right"));
     // Blender's compositor adds a layer "Composite" that has only color.
     const auto with_vectors = must(detect(with_layers({"ViewLayer", "Composite"}, false)));
     EXPECT_EQ(with_vectors.view_layer, "ViewLayer");

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -62,6 +64,41 @@ TEST(ContactSheet, FramesAreChosenEvenlyWithTheFirstAndTheLast) {
     EXPECT_THAT(evenly_chosen(3, 5), ElementsAre(0, 1, 2));
     EXPECT_THAT(evenly_chosen(5, 1), ElementsAre(0));
     EXPECT_THAT(evenly_chosen(0, 3), ElementsAre());
+}
+
+// The pixels of one gray: left, top, right, bottom, number.
+std::array<int, 5> pixels_of(const Image<uint8_t>& picture, uint8_t gray) {
+    std::array<int, 5> box = {picture.width, picture.height, -1, -1, 0};
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x) {
+            const uint8_t* pixel = picture.pixel(x, y);
+            if (std::ranges::count(pixel, pixel + 3, gray) != 3) continue;
+            box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x),
+                   std::max(box[3], y), box[4] + 1};
+        }
+    return box;
+}
+
+TEST(ContactSheet, EverythingHasItsPlace) {
+    // Five cells in two columns, each of two images of 6x4 pixels; 12 pixels between cells, and 24
+    // below each for its label.
+    ContactSheet sheet({.cells = 5, .columns = 2, .sides = 2, .width = 6, .height = 4});
+    const Image<uint8_t>& picture = sheet.picture();
+    EXPECT_EQ(picture.width, 12 + 2 * (2 * 6 + 12));
+    EXPECT_EQ(picture.height, 12 + 3 * (4 + 24) + 24);
+    using Box = std::array<int, 5>;
+    sheet.put(3, 1, Image<uint8_t>(4, 2, 3, 200));
+    sheet.put(4, 0, Image<uint8_t>(6, 4, 1, 100));
+    EXPECT_EQ(pixels_of(picture, 200), (Box{43, 41, 46, 42, 8}));
+    EXPECT_EQ(pixels_of(picture, 100), (Box{12, 68, 17, 71, 24}));
+    sheet.say(0, 1, ".");  // a character that is not drawn
+    EXPECT_EQ(pixels_of(picture, 48), (Box{18, 12, 23, 15, 24}));
+    EXPECT_EQ(pixels_of(picture, 150)[4], 0);
+    // The 10 dots of a 1, and the 5 of a minus, each of 2x2 pixels.
+    sheet.label(1, "1");
+    EXPECT_EQ(pixels_of(picture, 220), (Box{39, 21, 44, 34, 40}));
+    sheet.footer("-");
+    EXPECT_EQ(pixels_of(picture, 150), (Box{12, 103, 21, 104, 20}));
 }
 
 std::vector<int> shown(const ImageF& color, const PreviewOptions& options = {}) {

@@ -200,6 +200,8 @@ TEST(Chunk, ReadsIOfN) {
     const auto chunk = must(Chunk::parse("3/8"));
     EXPECT_EQ(chunk.index, 3);
     EXPECT_EQ(chunk.count, 8);
+    for (const char* text : {"1/1", "1/8", "8/8", "1000000/1000000"})
+        EXPECT_TRUE(Chunk::parse(text).ok()) << text;
     for (const char* text : {"", "3", "3/", "/8", "0/8", "9/8", "-1/8", "3/8 ", "3/8/1", "3/-8",
                              "a/b", "1/1000001", "99999999999/99999999999"}) {
         EXPECT_EQ(Chunk::parse(text).status().code(), StatusCode::usage) << text;

@@ -13,7 +13,6 @@
 namespace postchain::openfx::test {
 namespace {
 
-using postchain::test::make_planes;
 using postchain::test::Planes;
 using ::testing::HasSubstr;
 
@@ -37,6 +36,13 @@ ImageF scaled(ImageF image, float x, float y) {
     return image;
 }
 
+// Vectors from the frame before and to the next differ.
+Planes uneven_planes(int width, int height, int frame) {
+    Planes planes = postchain::test::make_planes(width, height, frame);
+    planes.back = scaled(planes.back, 0.75f, 0.5f);
+    return planes;
+}
+
 // Frames 1 to 3 as Cycles writes them: Vector as R G B A.
 ImageF cycles_vectors(const Planes& planes) {
     return joined(scaled(planes.back, -1, 1), scaled(planes.motion, -1, 1));
@@ -45,7 +51,7 @@ ImageF cycles_vectors(const Planes& planes) {
 void connect_scene(Node& node, int width = kWidth, int height = kHeight) {
     const auto feed = [=](auto plane) {
         return [=](double time) -> std::optional<Picture> {
-            return Picture{.pixels = plane(make_planes(width, height, int(time)))};
+            return Picture{.pixels = plane(uneven_planes(width, height, int(time)))};
         };
     };
     node.connect("Source", feed([](const Planes& p) { return p.color; }), 1, 3);
@@ -63,7 +69,8 @@ class OpenFx : public sequence::SequenceTest {
     void SetUp() override {
         SequenceTest::SetUp();
         settings_.on_existing = io::OnExisting::overwrite;
-        postchain::test::write_sequence(at(""), {1, 2, 3}, kWidth, kHeight);
+        for (const int frame : {1, 2, 3})
+            postchain::test::write_frame(in(frame), uneven_planes(kWidth, kHeight, frame));
         std::string camera;
         for (const Lens& one : kLens)
             camera += concat(camera.empty() ? "" : ", ", "\"", one.key, "\": ", one.value);
@@ -104,7 +111,7 @@ TEST_F(OpenFx, AnEffectHasTheBitsOfItsPass) {
     const ImageF color = of_command(
         postchain::test::chain_of("joint_blur", {{"samples", int64_t(9)}, {"seed", int64_t(5)}}));
     EXPECT_EQ(node.rendered(2), color);
-    EXPECT_NE(color, make_planes(kWidth, kHeight, 2).color);
+    EXPECT_NE(color, uneven_planes(kWidth, kHeight, 2).color);
 }
 
 // Where the image is, how its rows lie, and which part of it is asked for change no bit.
@@ -119,7 +126,7 @@ TEST(Pixels, BoundsAndRowsOfTheHost) {
     node.object().properties.set("OfxImageEffectPropProjectOffset", {-7.0, -100.0});
     const auto feed = [](auto plane) {
         return [=](double time) -> std::optional<Picture> {
-            return Picture{.pixels = plane(make_planes(kWidth, kHeight, int(time))),
+            return Picture{.pixels = plane(uneven_planes(kWidth, kHeight, int(time))),
                            .x = -7,
                            .y = -100,
                            .negative_rows = true,
@@ -158,7 +165,7 @@ TEST(Pixels, HalvesAreWithinTheirStep) {
     connect_scene(node);
     node.choose("neighbors", "none");
     const ImageF floats = node.rendered(2);
-    node.connect("Source", Picture{.pixels = make_planes(kWidth, kHeight, 2).color,
+    node.connect("Source", Picture{.pixels = uneven_planes(kWidth, kHeight, 2).color,
                                    .depth = "OfxBitDepthHalf"});
     node.object().output.depth = "OfxBitDepthHalf";
     const ImageF halves = node.rendered(2);
@@ -172,7 +179,7 @@ TEST(Pixels, Unpremultiplied) {
     Host host;
     Node node(host, "postchain.motion_blur", kWidth, kHeight);
     connect_scene(node);
-    ImageF color = make_planes(kWidth, kHeight, 2).color, divided = color;
+    ImageF color = uneven_planes(kWidth, kHeight, 2).color, divided = color;
     for (size_t i = 0; i < color.pixels(); ++i) {
         const float alpha = i % 3 == 0 ? 0.5f : 0.25f;
         color.data[4 * i + 3] = divided.data[4 * i + 3] = alpha;
@@ -250,7 +257,7 @@ TEST(Pixels, MeaningsOfVectorsAndDepth) {
     node.choose("neighbors", "none");
     node.choose("motion_channels", "BA forward");
     const ImageF expected = node.rendered(2);
-    const Planes planes = make_planes(kWidth, kHeight, 2);
+    const Planes planes = uneven_planes(kWidth, kHeight, 2);
     const auto closeness = [&](const char* meaning, float x, float y, const char* channels,
                                std::vector<int> order) {
         node.choose("motion_meaning", meaning);

@@ -41,9 +41,8 @@ float time_of(int k, float order, SampleSet set, float part, float random) {
     if (!kShutter) return 0.0;
     precise float u;
     if (kLens) {
-        const int n = int(set.n);
-        const float place = order / set.n, center = float(n / 2) / set.n;
-        u = 2.0 * fract(place + 0.5 / set.n + center + 0.5 * random) - 1.0;
+        const float center = floor(0.5 * set.n) + 0.5;
+        u = 2.0 * fract((order + center) / set.n + 0.5 * random) - 1.0;
     } else {
         u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
     }
@@ -63,7 +62,8 @@ vec3 lens_sample(int index, float random) {
 }
 
 Sample sample_at(int k, SampleSet set, Pixel pixel) {
-    precise const float part = min(set.n - float(k), 1.0);
+    // The number of samples with a lens is whole.
+    precise const float part = kLens ? 1.0 : min(set.n - float(k), 1.0);
     const vec3 point = lens_sample(set.first + k, pixel.random.x);
     Sample at;
     at.u = time_of(k, point.z, set, part, pixel.random.y);

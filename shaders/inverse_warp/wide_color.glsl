@@ -39,6 +39,17 @@ vec4 bilinear(vec4 texel, vec4 beside, vec4 below, vec4 across, vec2 f) {
     return mean;
 }
 
+#ifndef SOFTWARE_RENDERER
+// Does finite_color() leave all four texels as they are? The largest of them may lose a NaN, their mean keeps
+// it, however small its weight.
+bool are_colors(vec4 t, vec4 u, vec4 v, vec4 w, vec4 mean) {
+    const vec4 largest = max(max(abs(t), abs(u)), max(abs(v), abs(w)));
+    const float limit = max(max(largest.x, largest.y), max(largest.z, largest.w));
+    precise const float sum = mean.x + mean.y + mean.z + mean.w;
+    return limit <= kMaxColor && is_finite(sum);
+}
+#endif
+
 // The pixel nearest to a position, the one across from it, and the weight of the latter along each axis.
 struct Corners {
     ivec2 nearest, across;
@@ -59,8 +70,17 @@ Corners corners_of(vec2 at) {
 vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
     const Corners corners = corners_of(at);
     const ivec2 a = corners.nearest, b = corners.across;
-    return bilinear(fetch(WIDE(color, layers), plane, a),
-                    fetch(WIDE(color, layers), plane, ivec2(b.x, a.y)),
-                    fetch(WIDE(color, layers), plane, ivec2(a.x, b.y)),
-                    fetch(WIDE(color, layers), plane, b), corners.f);
+    const ivec2 beside = ivec2(b.x, a.y), below = ivec2(a.x, b.y);
+#ifndef SOFTWARE_RENDERER
+    // All four texels are checked together: hardly any needs finite_color().
+    if (plane.is_color) {
+        const vec4 t = texelFetch(color, a, 0), u = texelFetch(color, beside, 0),
+                   v = texelFetch(color, below, 0), w = texelFetch(color, b, 0);
+        const vec4 mean = bilinear(t, u, v, w, corners.f);
+        if (are_colors(t, u, v, w, mean)) return mean;
+    }
+#endif
+    return bilinear(fetch(WIDE(color, layers), plane, a), fetch(WIDE(color, layers), plane, beside),
+                    fetch(WIDE(color, layers), plane, below), fetch(WIDE(color, layers), plane, b),
+                    corners.f);
 }

@@ -5,9 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A plan beyond these ends the process. */
+enum { MAX_FLIGHTS = 4, MAX_PROGRAMS = 512, MAX_SLOTS = 256, MAX_STEPS = 128 };
+enum { UNIFORM_BYTES = 1 << 18, PROGRAM_WORDS = 1 << 18 };
+
 /* One set layout for all programs: each kind's units from 0 (docs/programs.md). */
-enum { TEXTURES = 16, IMAGES = 8, LISTS = 4, BINDINGS = TEXTURES + IMAGES + LISTS + 1 };
-enum { FIRST_IMAGE = 16, FIRST_LIST = 32, UNIFORMS = 48 };
+enum { TEXTURES = 16, IMAGES = 8, LISTS = 4, KINDS = 4, BINDINGS = TEXTURES + IMAGES + LISTS + 1 };
+static const struct {
+    uint32_t first, count; /* bindings */
+    VkDescriptorType type;
+} kinds[KINDS] = {{0, TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+                  {16, IMAGES, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE},
+                  {32, LISTS, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+                  {48, 1, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER}};
 
 typedef struct { /* a slot's texture or buffer; plans that need an equal one share it */
     pc_plan_slot is;
@@ -17,30 +27,25 @@ typedef struct { /* a slot's texture or buffer; plans that need an equal one sha
     VkDeviceMemory memory;
     int fresh; /* the image is in VK_IMAGE_LAYOUT_UNDEFINED */
 } Slot;
-typedef struct {
-    uint64_t key;
-    VkPipeline pipeline;
-} Program;
 typedef struct { /* of a frame in flight */
-    VkDescriptorPool pool;
-    VkDescriptorSet* sets;
-    uint32_t set_count;
+    VkDescriptorSet sets[MAX_STEPS];
     VkBuffer uniforms;
     VkDeviceMemory memory;
     void* mapped;
-    uint64_t room;
 } Flight;
 struct Executor {
     ExecutorInfo info;
     VkSampler sampler;
     VkDescriptorSetLayout set_layout;
+    VkDescriptorPool pool;
     VkPipelineLayout layout;
-    Program* programs;
-    Slot* slots;
-    Flight* flights;
+    uint64_t keys[MAX_PROGRAMS];
+    VkPipeline pipelines[MAX_PROGRAMS];
+    Slot slots[MAX_SLOTS];
+    Flight flights[MAX_FLIGHTS];
     uint32_t program_count, slot_count;
     uint64_t shape;           /* of the plan that `of` is for */
-    uint32_t* of;             /* the index of each slot of that plan in `slots` */
+    uint32_t of[MAX_SLOTS];   /* the index of each slot of that plan in `slots` */
     Slot unused, unused_list; /* bound to units that a step has no texture for */
 };
 
@@ -49,10 +54,8 @@ static void check(VkResult result, const char* what) {
     fprintf(stderr, "%s: VkResult %d\n", what, (int)result);
     exit(1);
 }
-static void* grow(void* old, size_t bytes) {
-    void* made = realloc(old, bytes);
-    if (!made) check(VK_ERROR_OUT_OF_HOST_MEMORY, "realloc");
-    return made;
+static void check_room(uint64_t needed, uint64_t room, const char* what) {
+    if (needed > room) check(VK_ERROR_OUT_OF_POOL_MEMORY, what);
 }
 
 static VkDeviceMemory allocate(const Executor* e, VkMemoryRequirements needs, uint32_t properties) {
@@ -144,7 +147,7 @@ static void free_slot(const Executor* e, const Slot* slot) {
 static void take_slots(Executor* e, const pc_plan* plan) {
     if (e->shape == plan->shape) return;
     e->shape = plan->shape;
-    e->of = grow(e->of, (plan->slot_count + 1) * sizeof(*e->of));
+    check_room(e->slot_count + plan->slot_count, MAX_SLOTS, "MAX_SLOTS");
     for (uint32_t s = 0; s < plan->slot_count; ++s) {
         uint32_t at = 0, earlier;
         for (;; ++at) {
@@ -154,20 +157,29 @@ static void take_slots(Executor* e, const pc_plan* plan) {
             for (earlier = 0; earlier < s && e->of[earlier] != at;) ++earlier;
             if (earlier == s) break; /* no earlier slot of this plan has it */
         }
-        if (at == e->slot_count) {
-            e->slots = grow(e->slots, (e->slot_count + 1) * sizeof(Slot));
-            e->slots[e->slot_count++] = make_slot(e, &plan->slots[s]);
-        }
+        if (at == e->slot_count) e->slots[e->slot_count++] = make_slot(e, &plan->slots[s]);
         e->of[s] = at;
     }
+}
+
+static void make_flight(const Executor* e, Flight* f) {
+    f->uniforms = make_buffer(
+        e, UNIFORM_BYTES, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, &f->memory);
+    check(vkMapMemory(e->info.device, f->memory, 0, VK_WHOLE_SIZE, 0, &f->mapped), "vkMapMemory");
+    VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                       .descriptorPool = e->pool,
+                                       .descriptorSetCount = 1,
+                                       .pSetLayouts = &e->set_layout};
+    for (uint32_t s = 0; s < MAX_STEPS; ++s)
+        check(vkAllocateDescriptorSets(e->info.device, &set, &f->sets[s]), "a descriptor set");
 }
 
 Executor* executor_create(const ExecutorInfo* info) {
     Executor* e = calloc(1, sizeof(*e));
     if (!e) check(VK_ERROR_OUT_OF_HOST_MEMORY, "calloc");
     e->info = *info;
-    e->flights = grow(NULL, info->frames_in_flight * sizeof(Flight));
-    memset(e->flights, 0, info->frames_in_flight * sizeof(Flight));
+    check_room(info->frames_in_flight, MAX_FLIGHTS, "MAX_FLIGHTS");
     /* Nearest, and clamped to the edge. */
     VkSamplerCreateInfo sampler = {.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                    .addressModeU = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
@@ -175,24 +187,25 @@ Executor* executor_create(const ExecutorInfo* info) {
                                    .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
                                    .maxLod = VK_LOD_CLAMP_NONE};
     check(vkCreateSampler(info->device, &sampler, NULL, &e->sampler), "vkCreateSampler");
-    VkDescriptorSetLayoutBinding bindings[BINDINGS];
-    for (uint32_t b = 0; b < BINDINGS; ++b) {
-        bindings[b] = (VkDescriptorSetLayoutBinding){b, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                                     1, VK_SHADER_STAGE_COMPUTE_BIT, NULL};
-        if (b < TEXTURES) continue;
-        bindings[b].binding = FIRST_IMAGE + b - TEXTURES;
-        bindings[b].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-        if (b < TEXTURES + IMAGES) continue;
-        bindings[b].binding = FIRST_LIST + b - TEXTURES - IMAGES;
-        bindings[b].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    const uint32_t sets = info->frames_in_flight * MAX_STEPS;
+    VkDescriptorSetLayoutBinding bindings[BINDINGS], *next = bindings;
+    VkDescriptorPoolSize sizes[KINDS];
+    for (int k = 0; k < KINDS; ++k) {
+        sizes[k] = (VkDescriptorPoolSize){kinds[k].type, sets * kinds[k].count};
+        for (uint32_t unit = 0; unit < kinds[k].count; ++unit)
+            *next++ = (VkDescriptorSetLayoutBinding){kinds[k].first + unit, kinds[k].type, 1,
+                                                     VK_SHADER_STAGE_COMPUTE_BIT, NULL};
     }
-    bindings[BINDINGS - 1].binding = UNIFORMS;
-    bindings[BINDINGS - 1].descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     VkDescriptorSetLayoutCreateInfo set = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
         .bindingCount = BINDINGS,
         .pBindings = bindings};
     check(vkCreateDescriptorSetLayout(info->device, &set, NULL, &e->set_layout), "a set's layout");
+    VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                       .maxSets = sets,
+                                       .poolSizeCount = KINDS,
+                                       .pPoolSizes = sizes};
+    check(vkCreateDescriptorPool(info->device, &pool, NULL, &e->pool), "vkCreateDescriptorPool");
     VkPushConstantRange first_group = {VK_SHADER_STAGE_COMPUTE_BIT, 0, 8};
     VkPipelineLayoutCreateInfo layout = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                          .setLayoutCount = 1,
@@ -200,45 +213,43 @@ Executor* executor_create(const ExecutorInfo* info) {
                                          .pushConstantRangeCount = 1,
                                          .pPushConstantRanges = &first_group};
     check(vkCreatePipelineLayout(info->device, &layout, NULL, &e->layout), "a pipeline's layout");
+    for (uint32_t i = 0; i < info->frames_in_flight; ++i) make_flight(e, &e->flights[i]);
     e->unused = make_slot(e, &(pc_plan_slot){PC_FORMAT_RGBA32F, 1, 1, 0, 16, 0, 0});
     e->unused_list = make_slot(e, &(pc_plan_slot){PC_FORMAT_LIST, 1, 1, 0, 16, 0, 0});
     return e;
 }
 
 static VkShaderModule read_module(const Executor* e, uint64_t key) {
+    static uint32_t words[PROGRAM_WORDS];
     char path[4096];
     snprintf(path, sizeof(path), "%s/%016" PRIx64 ".spv", e->info.programs, key);
     FILE* file = fopen(path, "rb");
-    char* words = NULL;
-    size_t size = 0;
-    for (size_t room = 1 << 16; file && !feof(file) && !ferror(file); room *= 2) {
-        words = grow(words, room);
-        size += fread(words + size, 1, room - size, file);
-    }
-    if (!file || ferror(file)) {
+    const size_t count = file ? fread(words, 4, PROGRAM_WORDS, file) : 0;
+    if (count == 0) {
         fprintf(stderr, "%s cannot be read; write it by postchain-programs for this chain\n", path);
         exit(1);
     }
     fclose(file);
+    check_room(count + 1, PROGRAM_WORDS, "PROGRAM_WORDS");
     VkShaderModuleCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                     .codeSize = size,
-                                     .pCode = (const uint32_t*)words};
+                                     .codeSize = 4 * count,
+                                     .pCode = words};
     VkShaderModule made;
     check(vkCreateShaderModule(e->info.device, &info, NULL, &made), path);
-    free(words);
     return made;
 }
 
 static VkPipeline find(const Executor* e, uint64_t key) {
     for (uint32_t p = 0; p < e->program_count; ++p)
-        if (e->programs[p].key == key) return e->programs[p].pipeline;
+        if (e->keys[p] == key) return e->pipelines[p];
     return VK_NULL_HANDLE;
 }
 
 void executor_prepare(Executor* e, const uint64_t* keys, uint32_t count) {
-    e->programs = grow(e->programs, (e->program_count + count + 1) * sizeof(Program));
     for (uint32_t k = 0; k < count; ++k) {
         if (find(e, keys[k])) continue;
+        const uint32_t at = e->program_count++;
+        check_room(e->program_count, MAX_PROGRAMS, "MAX_PROGRAMS");
         VkShaderModule module = read_module(e, keys[k]);
         VkComputePipelineCreateInfo info = {
             .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
@@ -247,89 +258,49 @@ void executor_prepare(Executor* e, const uint64_t* keys, uint32_t count) {
                       .module = module,
                       .pName = "main"},
             .layout = e->layout};
-        Program made = {.key = keys[k]};
+        e->keys[at] = keys[k];
         check(vkCreateComputePipelines(e->info.device, VK_NULL_HANDLE, 1, &info, NULL,
-                                       &made.pipeline),
+                                       &e->pipelines[at]),
               "vkCreateComputePipelines");
         vkDestroyShaderModule(e->info.device, module, NULL);
-        e->programs[e->program_count++] = made;
     }
 }
 
-/* The sets and the uniform blocks of a frame, with room for those of the plan. */
-static void make_room(const Executor* e, Flight* f, const pc_plan* plan) {
-    if (f->room < plan->uniform_bytes + 16) {
-        vkDestroyBuffer(e->info.device, f->uniforms, NULL);
-        vkFreeMemory(e->info.device, f->memory, NULL);
-        f->room = plan->uniform_bytes + 16;
-        f->uniforms = make_buffer(
-            e, f->room, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-            VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, &f->memory);
-        check(vkMapMemory(e->info.device, f->memory, 0, VK_WHOLE_SIZE, 0, &f->mapped), "map");
-    }
-    if (f->set_count >= plan->step_count) return;
-    vkDestroyDescriptorPool(e->info.device, f->pool, NULL);
-    const uint32_t count = f->set_count = plan->step_count;
-    VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count * TEXTURES},
-                                    {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, count * IMAGES},
-                                    {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, count * LISTS},
-                                    {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, count}};
-    VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                       .maxSets = count,
-                                       .poolSizeCount = 4,
-                                       .pPoolSizes = sizes};
-    check(vkCreateDescriptorPool(e->info.device, &pool, NULL, &f->pool), "vkCreateDescriptorPool");
-    f->sets = grow(f->sets, count * sizeof(*f->sets));
-    for (uint32_t s = 0; s < count; ++s) {
-        VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                           .descriptorPool = f->pool,
-                                           .descriptorSetCount = 1,
-                                           .pSetLayouts = &e->set_layout};
-        check(vkAllocateDescriptorSets(e->info.device, &set, &f->sets[s]), "a descriptor set");
-    }
-}
-
-static void write_set(const Executor* e, const Flight* f, const pc_plan* plan, uint32_t step,
+static void write_set(const Executor* e, const Flight* f, const pc_plan* plan, uint32_t s,
                       const HostView* views) {
-    VkWriteDescriptorSet writes[BINDINGS];
-    VkDescriptorImageInfo images[BINDINGS];
-    VkDescriptorBufferInfo buffers[BINDINGS];
-    const pc_plan_step* is = &plan->steps[step];
-    for (uint32_t b = 0; b < BINDINGS; ++b) {
-        const int texture = b < TEXTURES, image = !texture && b < TEXTURES + IMAGES;
-        images[b] = (VkDescriptorImageInfo){e->sampler, e->unused.view, VK_IMAGE_LAYOUT_GENERAL};
-        buffers[b] = (VkDescriptorBufferInfo){e->unused_list.buffer, 0, VK_WHOLE_SIZE};
-        writes[b] = (VkWriteDescriptorSet){
-            .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-            .dstSet = f->sets[step],
-            .dstBinding = texture ? b
-                          : image ? FIRST_IMAGE + b - TEXTURES
-                                  : FIRST_LIST + b - TEXTURES - IMAGES,
-            .descriptorCount = 1,
-            .descriptorType = texture ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER
-                              : image ? VK_DESCRIPTOR_TYPE_STORAGE_IMAGE
-                                      : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-            .pImageInfo = &images[b],
-            .pBufferInfo = &buffers[b]};
-    }
-    writes[BINDINGS - 1].dstBinding = UNIFORMS;
-    writes[BINDINGS - 1].descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
-    buffers[BINDINGS - 1] = (VkDescriptorBufferInfo){f->uniforms, is->uniform_offset,
-                                                     is->uniform_bytes ? is->uniform_bytes : 16};
-    static const uint32_t first[] = {0, TEXTURES, TEXTURES + IMAGES};
-    for (uint32_t i = 0; i < is->binding_count; ++i) {
-        const pc_plan_binding* binding = &is->bindings[i];
+    const pc_plan_step* step = &plan->steps[s];
+    VkDescriptorImageInfo images[TEXTURES + IMAGES];
+    VkDescriptorBufferInfo buffers[LISTS + 1];
+    for (int i = 0; i < TEXTURES + IMAGES; ++i)
+        images[i] = (VkDescriptorImageInfo){e->sampler, e->unused.view, VK_IMAGE_LAYOUT_GENERAL};
+    for (int i = 0; i < LISTS; ++i)
+        buffers[i] = (VkDescriptorBufferInfo){e->unused_list.buffer, 0, VK_WHOLE_SIZE};
+    buffers[LISTS] = (VkDescriptorBufferInfo){f->uniforms, step->uniform_offset,
+                                              step->uniform_bytes ? step->uniform_bytes : 16};
+    for (uint32_t i = 0; i < step->binding_count; ++i) {
+        const pc_plan_binding* binding = &step->bindings[i];
         const pc_plan_texture* texture = &plan->textures[binding->texture];
-        const uint32_t b = first[binding->kind] + binding->unit;
-        if (texture->host) {
-            images[b].imageView = views[texture->host - 1].view;
-            images[b].imageLayout = views[texture->host - 1].layout;
+        VkDescriptorImageInfo* image =
+            &images[binding->kind == PC_PLAN_UNIT_IMAGE ? TEXTURES + binding->unit : binding->unit];
+        if (binding->kind == PC_PLAN_UNIT_LIST) {
+            buffers[binding->unit].buffer = e->slots[e->of[texture->slot]].buffer;
+        } else if (texture->host) {
+            image->imageView = views[texture->host - 1].view;
+            image->imageLayout = views[texture->host - 1].layout;
         } else {
-            images[b].imageView = e->slots[e->of[texture->slot]].view;
-            buffers[b].buffer = e->slots[e->of[texture->slot]].buffer;
+            image->imageView = e->slots[e->of[texture->slot]].view;
         }
     }
-    vkUpdateDescriptorSets(e->info.device, BINDINGS, writes, 0, NULL);
+    VkWriteDescriptorSet writes[KINDS];
+    for (int k = 0; k < KINDS; ++k)
+        writes[k] = (VkWriteDescriptorSet){.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                           .dstSet = f->sets[s],
+                                           .dstBinding = kinds[k].first,
+                                           .descriptorCount = kinds[k].count,
+                                           .descriptorType = kinds[k].type,
+                                           .pImageInfo = k == 0 ? images : images + TEXTURES,
+                                           .pBufferInfo = k == 2 ? buffers : buffers + LISTS};
+    vkUpdateDescriptorSets(e->info.device, KINDS, writes, 0, NULL);
 }
 
 /* After everything that this queue did before: the storage is that of earlier frames. */
@@ -389,7 +360,8 @@ void executor_record(Executor* e, VkCommandBuffer commands, uint32_t in_flight, 
     if (plan->step_count == 0) return;
     Flight* f = &e->flights[in_flight];
     take_slots(e, plan);
-    make_room(e, f, plan);
+    check_room(plan->step_count, MAX_STEPS, "MAX_STEPS");
+    check_room(plan->uniform_bytes + 16, UNIFORM_BYTES, "UNIFORM_BYTES");
     memcpy(f->mapped, plan->uniforms, plan->uniform_bytes);
     begin(e, commands, plan);
     for (uint32_t i = 0; i < plan->step_count; ++i) {
@@ -435,19 +407,14 @@ void executor_destroy(Executor* e) {
     free_slot(e, &e->unused);
     free_slot(e, &e->unused_list);
     for (uint32_t p = 0; p < e->program_count; ++p)
-        vkDestroyPipeline(device, e->programs[p].pipeline, NULL);
+        vkDestroyPipeline(device, e->pipelines[p], NULL);
     for (uint32_t i = 0; i < e->info.frames_in_flight; ++i) {
-        vkDestroyDescriptorPool(device, e->flights[i].pool, NULL);
         vkDestroyBuffer(device, e->flights[i].uniforms, NULL);
         vkFreeMemory(device, e->flights[i].memory, NULL);
-        free(e->flights[i].sets);
     }
+    vkDestroyDescriptorPool(device, e->pool, NULL);
     vkDestroyPipelineLayout(device, e->layout, NULL);
     vkDestroyDescriptorSetLayout(device, e->set_layout, NULL);
     vkDestroySampler(device, e->sampler, NULL);
-    free(e->programs);
-    free(e->slots);
-    free(e->flights);
-    free(e->of);
     free(e);
 }

@@ -239,7 +239,7 @@ int main(int argc, char** argv) {
     if (pc_chain_create("motion_blur,depth_of_field,fxaa", &chain) != PC_OK)
         report("pc_chain_create");
     pc_frame values = {.struct_size = sizeof(values),
-                       .flags = PC_TOP_LEFT | PC_MOTION_TO_NEXT,
+                       .flags = PC_MOTION_TO_NEXT,
                        .depth_encoding = PC_DEPTH_LINEAR,
                        .focal_length_mm = 50,
                        .sensor_width_mm = 36,

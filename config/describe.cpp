@@ -67,14 +67,21 @@ JsonArray rules_json(const std::vector<ElisionRule>& rules) {
     return array;
 }
 
+// The values and their unit: "0..10 frames".
+std::string value_cell(const Parameter& row) {
+    std::string value = row.domain();
+    for (const std::string lead : {"a number in ", "a number ", "one of ", "an "})
+        if (value.starts_with(lead)) value.erase(0, lead.size());
+    return markdown_cell(row.unit.empty() ? value : value + " " + row.unit);
+}
+
 void add_table_markdown(std::string& text, const ParameterTable& table) {
-    text += "| parameter | value | unit | default | what it is |\n|---|---|---|---|---|\n";
+    text += "| parameter | value | default | effect |\n|---|---|---|---|\n";
     for (const auto& row : table.rows()) {
         std::string help = row.full_help();
         if (!row.excludes.empty()) help += " (not together with `" + row.excludes + "`)";
-        text += "| `" + row.key + "` | " + markdown_cell(row.domain()) + " | " +
-                markdown_cell(row.unit) + " | " + markdown_cell(default_of(row)) + " | " +
-                markdown_cell(help) + " |\n";
+        text += "| `" + row.key + "` | " + value_cell(row) + " | " +
+                markdown_cell(default_of(row)) + " | " + markdown_cell(help) + " |\n";
     }
 }
 

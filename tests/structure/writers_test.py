@@ -30,7 +30,7 @@ MAY_OPEN = {
     "tools/apps/postchain/selftest.cpp": "removes the folder that it has made",
     "tools/apps/programs/program_files.cpp": "removes programs of an earlier call, in a folder with its mark",
     "tools/apps/view/main.cpp": "removes the folder of a scene that it has rendered",
-    "tools/apps/view/recovery.cpp": "removes its own file of edits; a lock",
+    "tools/apps/view/open_chain.cpp": "removes its own file of edits; a lock",
     "tools/apps/common/state.cpp": "an empty file whose time counts",
     "tools/apps/common/program.cpp": "/dev/null for streams that are closed",
 }

@@ -35,9 +35,7 @@ struct FilterRequest {
     std::chrono::steady_clock::time_point since = {};  // of the change that it answers
 };
 
-struct FilterResult {
-    FilterRequest request;
-    Status status;
+struct Filtered {
     std::shared_ptr<const ImageF> color;
     std::shared_ptr<const ImageF> texture;  // null if the plan has no such texture
     std::shared_ptr<const Plan> plan;
@@ -46,6 +44,10 @@ struct FilterResult {
     std::vector<WorkDone> work_done;
     ExecutorCounters counters;
     double milliseconds = 0;
+};
+struct FilterResult : Filtered {
+    FilterRequest request;
+    Status status;
     std::vector<std::string> messages;  // of GL's compiler, since the last result
 };
 

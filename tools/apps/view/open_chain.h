@@ -8,7 +8,6 @@
 #include "tools/apps/view/document.h"
 #include "tools/apps/view/messages.h"
 #include "tools/apps/view/playback.h"
-#include "tools/apps/view/recovery.h"
 
 namespace postchain::view {
 
@@ -19,6 +18,28 @@ struct ChainToOpen {
     std::vector<std::string> sets;  // of --set; hold for the file until it is saved
     Chain chain;
     std::string recovery_folder;  // for edits that are not saved; empty: they are not kept
+};
+
+// The recovery file of one open chain. A lock tells the files of running viewers from those that a
+// viewer left when it was killed.
+class Recovery {
+  public:
+    // `chain_name`: a file or a shipped chain. An empty folder, or one that cannot be made: no
+    // file.
+    Recovery(const std::string& folder, const std::string& chain_name);
+    ~Recovery();
+    Recovery(const Recovery&) = delete;
+    Recovery& operator=(const Recovery&) = delete;
+
+    // The edits that an earlier viewer left; empty: none.
+    std::string left() const;
+    // Where to write; empty: nowhere.
+    const std::string& path() const { return path_; }
+    void discard();
+
+  private:
+    std::string path_, lock_path_;
+    int lock_ = -1;
 };
 
 class OpenChain {

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,18 +12,10 @@
 namespace postchain::view {
 
 // A result on the screen.
-struct Shown {
+struct Shown : Filtered {
     int frame = 0;
     bool draft = true;
-    std::shared_ptr<const ImageF> color;
-    std::shared_ptr<const ImageF> texture;
     std::string texture_name;
-    std::shared_ptr<const Plan> plan;
-    sequence::ResolvedValues resolved;
-    std::vector<PassTime> times;
-    std::vector<WorkDone> work_done;
-    ExecutorCounters counters;
-    double milliseconds = 0;
     uint64_t request = 0;
     Clock::time_point since;  // of the change that it answers
 };

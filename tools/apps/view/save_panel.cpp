@@ -57,13 +57,13 @@ void SavePanel::start_export(ExportKind kind, const std::string& path) {
     const auto pattern = io::PathPattern::parse(path);
     const bool all = kind == ExportKind::sheet || kind == ExportKind::movie ||
                      (pattern.ok() && pattern->has_token());
-    job.frames =
-        all ? ui_.session.playback().frames() : std::vector<int>{ui_.session.playback().frame()};
+    const Playback& playback = ui_.session.playback();
+    job.frames = all ? playback.frames() : std::vector<int>{playback.frame()};
     for (const int frame : job.frames)
         job.chains[frame] = std::make_shared<const Chain>(ui_.session.document().chain_at(frame));
     job.run = ui_.session.settings().run;
     job.display = ui_.session.view().display;
-    job.fps = ui_.session.playback().fps();
+    job.fps = playback.fps();
     job.context = ui_.session.settings().context;
     if (!exporter_.start(std::move(job)))
         ui_.session.messages().say("another file is being written", true);

@@ -220,19 +220,12 @@ bool Session::take_results(Clock::time_point now) {
         const double scale = result.request.scale;
         full_ms_ = result.milliseconds / (scale * scale);
         shown_key_ = current ? wanted_ : Key();
-        shown_ = {.frame = result.request.source->description.frame_number,
-                  .draft = draft,
-                  .color = result.color,
-                  .texture = result.texture,
-                  .texture_name = result.request.texture,
-                  .plan = result.plan,
-                  .resolved = std::move(result.resolved),
-                  .times = std::move(result.times),
-                  .work_done = std::move(result.work_done),
-                  .counters = result.counters,
-                  .milliseconds = result.milliseconds,
-                  .request = result.request.id,
-                  .since = result.request.since};
+        shown_ = {std::move(static_cast<Filtered&>(result)),
+                  result.request.source->description.frame_number,
+                  draft,
+                  result.request.texture,
+                  result.request.id,
+                  result.request.since};
         if (current && !draft) keep_result();
     }
     if (auto painted = painter_.take()) {

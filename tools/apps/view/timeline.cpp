@@ -14,8 +14,9 @@ const ImU32 kHere = IM_COL32(235, 235, 235, 255), kFocus = IM_COL32(242, 200, 11
 }  // namespace
 
 void Timeline::draw(float width) {
-    Session& session = ui_.session;
-    const std::vector<int> list = session.playback().frames();
+    const Session& session = ui_.session;
+    Playback& playback = ui_.session.playback();
+    const std::vector<int> list = playback.frames();
     if (list.empty()) return ImGui::TextDisabled("no frame yet");
     const float height = ImGui::GetFrameHeight();
     const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -37,12 +38,11 @@ void Timeline::draw(float width) {
                             {std::max(left_of(to + 1.0), left_of(from) + 1), bottom}, color);
     };
     const float bottom = at.y + height;
-    const int range_from = session.playback().range() ? (*session.playback().range())[0] : first;
-    const int range_to =
-        session.playback().range() ? (*session.playback().range())[1] : list.back();
+    const int range_from = playback.range() ? (*playback.range())[0] : first;
+    const int range_to = playback.range() ? (*playback.range())[1] : list.back();
     paint.AddRectFilled(at, {at.x + width, bottom}, kOutside, 3);
     cells(std::max(range_from, first), std::min(range_to, list.back()), at.y, bottom, kBar);
-    const auto missing = session.playback().missing_frames();
+    const auto missing = playback.missing_frames();
     for (const int frame : missing) cells(frame, frame, at.y, bottom, kMissing);
     for (const int frame : session.frames_with_result())
         cells(frame, frame, bottom - 3 * ui_.scale, bottom, kKept);
@@ -50,17 +50,16 @@ void Timeline::draw(float width) {
         const float x = left_of(frame + 0.5), y = at.y + 5 * ui_.scale, r = 4 * ui_.scale;
         paint.AddQuadFilled({x, y - r}, {x + r, y}, {x, y + r}, {x - r, y}, kFocus);
     }
-    const float here = left_of(session.playback().frame() + 0.5);
-    cells(session.playback().frame(), session.playback().frame(), at.y, bottom,
-          IM_COL32(255, 255, 255, 40));
+    const float here = left_of(playback.frame() + 0.5);
+    cells(playback.frame(), playback.frame(), at.y, bottom, IM_COL32(255, 255, 255, 40));
     paint.AddLine({here, at.y}, {here, bottom}, kHere, std::max(1.0f, ui_.scale));
-    const std::string label = concat(session.playback().frame());
+    const std::string label = concat(playback.frame());
     const ImVec2 size = ImGui::CalcTextSize(label.c_str());
     const bool flips = here + size.x + 8 * ui_.scale > at.x + width;
     paint.AddText({flips ? here - size.x - 4 * ui_.scale : here + 4 * ui_.scale,
                    at.y + (height - size.y) / 2},
                   kHere, label.c_str());
-    if (ImGui::IsItemActive()) return session.playback().go_to(under(ImGui::GetIO().MousePos.x));
+    if (ImGui::IsItemActive()) return playback.go_to(under(ImGui::GetIO().MousePos.x));
     if (!ImGui::IsItemHovered()) return;
     const int frame = under(ImGui::GetIO().MousePos.x);
     std::string text = concat("frame ", frame);

@@ -125,28 +125,28 @@ std::optional<OpenRequest> Ui::take_request() {
 }
 
 void Ui::set_range_end(size_t end) {
-    const auto list = ui_.session.playback().frames();
+    Playback& playback = ui_.session.playback();
+    const auto list = playback.frames();
     if (list.empty()) return;
-    auto range =
-        ui_.session.playback().range().value_or(std::array<int, 2>{list.front(), list.back()});
-    const bool is_here =
-        ui_.session.playback().range() && range[end] == ui_.session.playback().frame();
-    range[end] = is_here ? (end == 0 ? list.front() : list.back()) : ui_.session.playback().frame();
+    auto range = playback.range().value_or(std::array<int, 2>{list.front(), list.back()});
+    const bool is_here = playback.range() && range[end] == playback.frame();
+    range[end] = is_here ? (end == 0 ? list.front() : list.back()) : playback.frame();
     // The other end stays behind or before this one.
     if (range[0] > range[1]) range[1 - end] = end == 0 ? list.back() : list.front();
     if (range == std::array<int, 2>{list.front(), list.back()})
-        ui_.session.playback().set_range({});
+        playback.set_range({});
     else
-        ui_.session.playback().set_range(range);
+        playback.set_range(range);
 }
 
 std::vector<KeyAction> Ui::key_actions() {
     Session& session = ui_.session;
+    Playback& playback = session.playback();
     ViewChoice& view = session.view();
     const auto index = [](ImGuiKey key) { return ImGui::GetKeyIndex(key); };
-    const auto go_to_end = [&session](bool last) {
-        const auto list = session.playback().frames_in_range();
-        if (!list.empty()) session.playback().go_to(last ? list.back() : list.front());
+    const auto go_to_end = [&playback](bool last) {
+        const auto list = playback.frames_in_range();
+        if (!list.empty()) playback.go_to(last ? list.back() : list.front());
     };
     const auto channel = [&view](Channel one) {
         return [&view, one] { view.channel = view.channel == one ? Channel::color : one; };
@@ -159,19 +159,19 @@ std::vector<KeyAction> Ui::key_actions() {
     };
     return {
         {"Space", "play, or stop", ' ',
-         [&session] { session.playback().play(session.playback().playing() == 0 ? 1 : 0); }},
-        {"J", "play backward", 'J', [&session] { session.playback().play(-1); }},
-        {"K", "stop", 'K', [&session] { session.playback().play(0); }},
-        {"L", "play forward", 'L', [&session] { session.playback().play(1); }},
+         [&playback] { playback.play(playback.playing() == 0 ? 1 : 0); }},
+        {"J", "play backward", 'J', [&playback] { playback.play(-1); }},
+        {"K", "stop", 'K', [&playback] { playback.play(0); }},
+        {"L", "play forward", 'L', [&playback] { playback.play(1); }},
         {.name = "Left",
          .what = "a frame back",
          .key = index(ImGuiKey_LeftArrow),
-         .act = [&session] { session.playback().step(-1); },
+         .act = [&playback] { playback.step(-1); },
          .repeats = true},
         {.name = "Right",
          .what = "a frame forward",
          .key = index(ImGuiKey_RightArrow),
-         .act = [&session] { session.playback().step(1); },
+         .act = [&playback] { playback.step(1); },
          .repeats = true},
         {"Home", "first frame of the range", index(ImGuiKey_Home),
          [go_to_end] { go_to_end(false); }},
@@ -344,14 +344,14 @@ void Ui::draw_side(float x, float y, float width, float height) {
 void Ui::draw_bottom(float x, float y, float width, float height) {
     begin_panel("bottom", {x, y}, {width, height}, ImGuiWindowFlags_NoBringToFrontOnFocus);
     const bool narrow = width < 360 * ui_.scale;  // no room for what is on the right
-    if (ImGui::Button(ui_.session.playback().playing() != 0 ? "Stop###play" : "Play###play"))
-        ui_.session.playback().play(ui_.session.playback().playing() == 0 ? 1 : 0);
+    Playback& playback = ui_.session.playback();
+    if (ImGui::Button(playback.playing() != 0 ? "Stop###play" : "Play###play"))
+        playback.play(playback.playing() == 0 ? 1 : 0);
     ui_.mark("play");
     ui_.tip("Space; backward J, stop K, forward L");
     ImGui::SameLine();
-    if (ImGui::Button(ui_.session.playback().filling() ? "Filtering ...###fill"
-                                                       : "Filter all###fill"))
-        ui_.session.playback().fill_results(!ui_.session.playback().filling());
+    if (ImGui::Button(playback.filling() ? "Filtering ...###fill" : "Filter all###fill"))
+        playback.fill_results(!playback.filling());
     ui_.mark("fill");
     ui_.tip("filters every frame of the range once, so that play shows it as it is written");
     ImGui::SameLine();

@@ -204,8 +204,7 @@ std::string state_json(const Session& session, const Ui& ui, const DrawnInput& i
     json["filter_ms"] = session.shown().milliseconds;
     json["trouble"] = session.trouble();
     json["messages"] = io::Json::array();
-    for (const Message& message : session.messages().list())
-        json["messages"].push_back(message.text);
+    for (const auto& one : session.messages().list()) json["messages"].push_back(one.text);
     json["metrics"] = io::Json::object();
     for (const auto& [name, value] : session.painted().metrics)
         json["metrics"][name] = value ? io::Json(*value) : io::Json();

@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "chain/base/printable.h"
 #include "chain/base/text.h"
 #include "chain/frame/frame.h"
 
@@ -84,6 +89,38 @@ TEST(Parameter, TextIsCanonical) {
     EXPECT_EQ(text_of(ParameterValue(0.1)), "0.1");
     EXPECT_EQ(text_of(ParameterValue(1e300)), "1e+300");
     EXPECT_EQ(text_of(ParameterValue(1.0 / 3)), "0.3333333333333333");
+}
+
+// Control characters of both sets, and what Unicode's bidirectional algorithm and line separators
+// are steered by.
+bool steers(uint32_t c) {
+    constexpr std::pair<uint32_t, uint32_t> kRanges[] = {
+        {0, 0x1f},        {0x7f, 0x9f},     {0x61c, 0x61c},  {0x200e, 0x200f},
+        {0x2028, 0x202e}, {0x2066, 0x2069}, {0xfeff, 0xfeff}};
+    return std::ranges::any_of(
+        kRanges, [&](const auto& range) { return c >= range.first && c <= range.second; });
+}
+
+TEST(Text, NoPrintedCharacterActsOnATerminal) {
+    for (uint32_t c = 1; c < 0x10000; ++c) {
+        if (c >= 0xd800 && c < 0xe000) continue;  // surrogates are no characters
+        std::string text;
+        if (c < 0x80)
+            text = {char(c)};
+        else if (c < 0x800)
+            text = {char(0xc0 | c >> 6), char(0x80 | (c & 0x3f))};
+        else
+            text = {char(0xe0 | c >> 12), char(0x80 | (c >> 6 & 0x3f)), char(0x80 | (c & 0x3f))};
+        char escaped[16] = "";
+        std::snprintf(escaped, sizeof(escaped), c < 0x80 ? "\\x%02x" : "\\u{%x}", c);
+        const std::string expected = c == '\n'   ? "\\n"
+                                     : c == '\t' ? "\\t"
+                                     : steers(c) ? escaped
+                                                 : text;
+        ASSERT_EQ(printable("a" + text + "b"), "a" + expected + "b") << c;
+    }
+    EXPECT_EQ(printable("a\xff\xc3"), "a\\xff\\xc3") << "no UTF-8";
+    EXPECT_EQ(printable("a\n\tb\x1b", Lines::keep), "a\n\tb\\x1b");
 }
 
 TEST(Text, QuotesWhatJsonDemands) {

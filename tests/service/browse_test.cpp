@@ -101,6 +101,24 @@ TEST_F(BrowseTest, RefusalsNameNoPathOutside) {
     EXPECT_EQ(json(browse("shots", roots({"root"})))["chains"], Json({"shots/own.yaml"}));
 }
 
+TEST_F(BrowseTest, HasALimitOfFilesAndOfTheirBytes) {
+    const std::string chain = "postchain: 1\npasses: [fxaa]\n";
+    const auto listed = [&](const std::string& folder) {
+        return json(browse(folder, roots({"root"})))["chains"].size();
+    };
+    for (int i = 1; i <= 101; ++i) {
+        write(concat(base_, "/root/many/c", 1000 + i, "x.yaml"), chain);
+        if (i >= 100) EXPECT_EQ(listed("many"), 100u) << i << " files";
+    }
+    const size_t most = size_t(1) << 18;
+    const auto of_bytes = [&](size_t bytes) {
+        return chain + "#" + std::string(bytes - chain.size() - 1, 'a');
+    };
+    write(base_ + "/root/large/most.yaml", of_bytes(most));
+    write(base_ + "/root/large/more.yaml", of_bytes(most + 1));
+    EXPECT_EQ(json(browse("large", roots({"root"})))["chains"], Json({"large/most.yaml"}));
+}
+
 TEST_F(BrowseTest, ChainsWithTheirValues) {
     const Json shipped = json(chains_of("", roots({"root"})))["chains"];
     ASSERT_GE(shipped.size(), 5u);
@@ -144,16 +162,19 @@ TEST_F(StoreTest, SearchFindsWordsInNamesAndPathsOnly) {
     add(0, ann, R"({"input": "shots/Alpha.####.exr", "output": "out/a.exr", "chain": "balanced"})");
     add(0, user_of("bob"), R"({"input": "shots/beta.####.exr", "chain": {"passes": ["fxaa"]}})");
     add(0, ann, "not JSON");
-    for (const auto& [search, ids] :
-         std::vector<std::pair<const char*, const char*>>{{"", "321"},
-                                                          {"alpha", "1"},
-                                                          {"  BALANCED ann ", "1"},
-                                                          {"ann beta", ""},
-                                                          {"fxaa", "2"},
-                                                          {"input", ""},  // a key, not a value
-                                                          {"ann", "31"},
-                                                          {"%", ""},
-                                                          {"') OR 1 --", ""}})
+    for (const auto& [search, ids] : std::vector<std::pair<const char*, const char*>>{
+             {"", "321"},
+             {"alpha", "1"},
+             {"  BALANCED ann ", "1"},
+             // Sixteen words count.
+             {"a a a a a a a a a a a a a a a alpha", "1"},
+             {"a a a a a a a a a a a a a a a a alpha", "321"},
+             {"ann beta", ""},
+             {"fxaa", "2"},
+             {"input", ""},  // a key, not a value
+             {"ann", "31"},
+             {"%", ""},
+             {"') OR 1 --", ""}})
         EXPECT_EQ(found(search), ids) << search;
     EXPECT_EQ(found("ann", "running"), "");
 }

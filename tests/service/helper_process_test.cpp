@@ -19,6 +19,7 @@
 #include <functional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
@@ -78,6 +79,20 @@ TEST_F(Confined, ReadsItsFoldersAndNoOthers) {
         EXPECT_EQ(opening(folder_.path("own/../other/b"), O_RDONLY), EACCES);
     });
     EXPECT_EQ(opening(b_, O_RDONLY), 0) << "another thread";
+}
+
+// As an installation has them: modules in lib, tables in share.
+TEST_F(Confined, ReadsTheFoldersBesideItsProgram) {
+    namespace fs = std::filesystem;
+    const fs::path above = fs::read_symlink("/proc/self/exe").parent_path().parent_path();
+    std::vector<fs::path> made;
+    for (const char* name : {"lib", "share"})
+        if (fs::create_directory(above / name)) made.push_back(above / name);
+    confined([&] {
+        for (const char* name : {"lib", "share"})
+            EXPECT_EQ(opening(above / name, O_RDONLY | O_DIRECTORY), 0) << name;
+    });
+    for (const fs::path& folder : made) fs::remove(folder);
 }
 
 TEST_F(Confined, WritesNothing) {

@@ -231,9 +231,15 @@ TEST_F(Files, ATokenFileHoldsHashes) {
     EXPECT_EQ(*hash_of_token("0123456789abcdef"), kHash);
     write("token", concat("# of the farm\n", kHash, " \r\n\n", *hash_of_token("fedcba9876543210")));
     EXPECT_EQ(token_refusal("token"), "");
-    std::string nine;
-    for (int i = 0; i < 9; ++i)
+    std::string eight, nine;
+    for (int i = 0; i < 9; ++i) {
+        eight = nine;
         nine += concat(*hash_of_token(std::string(20, char('a' + i))), "\n");
+    }
+    write("token", eight);
+    EXPECT_EQ(token_refusal("token"), "");
+    for (const size_t length : {16, 512})
+        EXPECT_TRUE(hash_of_token(std::string(length, 'a')).ok()) << length;
     for (const auto& [text, why] : std::vector<std::pair<std::string, const char*>>{
              {"0123456789abcdef\n", "token:1: expected the hash"},
              {"blake2b-00\n", "token:1: expected the hash"},
@@ -245,7 +251,7 @@ TEST_F(Files, ATokenFileHoldsHashes) {
     }
     EXPECT_THAT(token_refusal("none"), testing::HasSubstr("cannot be read"));
     for (const auto& [token, why] : std::vector<std::pair<std::string, const char*>>{
-             {"0123456789", "16 to 512 characters"},
+             {std::string(15, 'a'), "16 to 512 characters"},
              {std::string(513, 'a'), "16 to 512 characters"},
              {"0123456789 0123456789", "printable ASCII"}})
         EXPECT_THAT(hash_of_token(token).status().message(), testing::HasSubstr(why));
@@ -267,6 +273,17 @@ TEST_F(Files, AStreamOfEventsEndsWithItsToken) {
 
 TEST_F(Files, AUsersFileSaysWhatIsWrongAndWhere) {
     const std::string ann = concat("  ann: {tokens: [", kHash, "]");
+    const auto tokens = [](int count) {
+        std::string list;
+        for (int i = 0; i < count; ++i)
+            list += concat(i > 0 ? ", " : "", *hash_of_token(std::string(20, char('a' + i))));
+        return list;
+    };
+    write("users", concat("postchain_users: 1\nusers:\n  ", std::string(64, 'a'), ": {tokens: [",
+                          tokens(8), "]}\n"));
+    EXPECT_EQ(test::error_of(Users::of_file(folder_.path("users"),
+                                            [](const std::string&) { return Status(); })),
+              "");
     for (const auto& [text, why] : std::vector<std::pair<std::string, const char*>>{
              {"users:\n" + ann + "}", "users:1:1: error: expected postchain_users: 1, and"},
              {"postchain_users: 1\nusers: [ann]",
@@ -280,6 +297,7 @@ TEST_F(Files, AUsersFileSaysWhatIsWrongAndWhere) {
              {"  bob: 3", "users:3:8: error: users.bob: expected a map"},
              {"  bob: {}", "users.bob.tokens: is required"},
              {"  bob: {tokens: []}", "users.bob.tokens: expected a list of 1 to 8 hashes"},
+             {"  bob: {tokens: [" + tokens(9) + "]}", "expected a list of 1 to 8 hashes"},
              {"  bob: {tokens: [[]]}", "users.bob.tokens: expected the hash of a token"},
              {ann + "}\n  bob: {tokens: [" + kHash + "]}", "bob.tokens: one is also that of ann"},
              {ann + ", roots: in}", "users.ann.roots: expected a list of folders"},

@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "tests/service/store_fixture.h"
+#include "tools/service/http/job_json.h"
 #include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
@@ -29,6 +32,82 @@ TEST_F(StoreTest, WhatWasEnteredIsThereAgainAndCountsOnce) {
     ASSERT_EQ(to_do(id).size(), 2u);
     EXPECT_EQ(to_do(id)[1].frame, 3);
     EXPECT_TRUE(*store_->has_begun(id));
+}
+
+// Each field of a job and of a frame has a value of its own: one that is lost, or taken from
+// another column, shows.
+TEST_F(StoreTest, EveryFieldIsThereAgain) {
+    const NewJob made{JobKind::ab, R"({"input": "i"})", 7,  "key", 0,
+                      "to",        R"({"chain": "c"})", "w"};
+    const std::string id = test::must(store_->add(made, 100, user_of("ann"))).job.id;
+    ASSERT_EQ(*store_->start(id), 1);
+    std::vector<JobFrame> entered(6);
+    for (int i = 0; i < 6; ++i) {
+        entered[size_t(i)].frame = 20 + i;
+        entered[size_t(i)].output = concat("o", i);
+    }
+    ASSERT_TRUE(store_->enter_frames(id, entered).ok());
+    begin(id, 21);
+    for (const auto& end :
+         {FrameEnd{20, FrameState::written, "note", false, 1.5, 70},
+          FrameEnd{21, FrameState::skipped, "", false, 0, 0}, FrameEnd{22, FrameState::written},
+          FrameEnd{23, FrameState::missing, "is not there", false, 2.5, 0}})
+        ASSERT_TRUE(store_->frame_ends(id, end).ok());
+    begin(id, 24);
+    ASSERT_TRUE(store_->frame_fails(id, 24, "a fault").ok());
+    Job ended = job(id);
+    std::tie(ended.state, ended.message, ended.exit_code, ended.verdict) =
+        std::tuple(JobState::failed, "why", 4, "B is closer");
+    ASSERT_TRUE(store_->end(ended).ok());
+    open();
+    const Job again = job(id);
+    const auto json_of_jobs = [](const Job& job, std::vector<Field<Job>> fields) {
+        std::erase_if(fields, [](const auto& field) {
+            return std::set<std::string>{"created", "started", "ended"}.contains(field.name);
+        });
+        return json_of(job, fields);
+    };
+    io::Json expected = {{"id", id},
+                         {"kind", "ab"},
+                         {"state", "failed"},
+                         {"owner", "ann"},
+                         {"priority", 7},
+                         {"message", "why"},
+                         {"frames", 6},
+                         {"done", 3},
+                         {"failed", 1},
+                         {"bytes", 70},
+                         {"place", 0},
+                         {"remaining_s", 0.0},
+                         {"exit_code", 4},
+                         {"verdict", "B is closer"},
+                         {"about", {{"chain", "c"}}}};
+    for (const Job& listed : {**store_->listed(id), (*store_->jobs("", "", 9))[0]})
+        EXPECT_EQ(json_of_jobs(listed, listed_job_fields()), expected);
+    expected["request"] = {{"input", "i"}};
+    for (const Job& whole : {again, **store_->job_of_key("key")})
+        EXPECT_EQ(json_of_jobs(whole, job_fields()), expected);
+    EXPECT_GT(again.created_ms, 0);
+    EXPECT_LE(again.created_ms, again.started_ms);
+    EXPECT_LE(again.started_ms, again.ended_ms);
+    const std::vector<std::tuple<FrameState, int, std::string, double>> states = {
+        {FrameState::written, 0, "note", 1.5},  {FrameState::skipped, 1, "", 0},
+        {FrameState::written, 0, "", 0},        {FrameState::missing, 0, "is not there", 2.5},
+        {FrameState::waiting, 1, "a fault", 0}, {FrameState::waiting, 0, "", 0}};
+    const std::vector<JobFrame> frames = *store_->frames(id);
+    ASSERT_EQ(frames.size(), states.size());
+    for (size_t i = 0; i < frames.size(); ++i) {
+        EXPECT_EQ(frames[i].frame, 20 + int(i));
+        EXPECT_EQ(frames[i].output, concat("o", i));
+        EXPECT_EQ(
+            std::tuple(frames[i].state, frames[i].attempts, frames[i].message, frames[i].filter_ms),
+            states[i])
+            << i;
+        EXPECT_EQ(json_of(frame(id, 20 + int(i)), frame_fields()),
+                  json_of(frames[i], frame_fields()));
+        EXPECT_EQ(json_of(store_->frames(id, i, 1)->at(0), frame_fields()),
+                  json_of(frames[i], frame_fields()));
+    }
 }
 
 // Any of several frames may have killed the process: the attempt counts for none of them.
@@ -350,15 +429,16 @@ TEST_F(StoreTest, OwnersAreShownWithUnfinishedFramesOfUnfinishedJobs) {
     const std::string id = running(3, user_of("ann"));
     write(id, 1);
     running(5, user_of("bob"));
-    add(0, user_of("bob"));
+    for (int i = 0; i < 2; ++i) add(0, user_of("bob"));
     EXPECT_EQ(store_->owners()[0].frames, 2);
     end(id, JobState::failed);
     const auto owners = store_->owners();
     ASSERT_EQ(owners.size(), 2u);
     EXPECT_EQ(owners[0].frames, 0);
     EXPECT_EQ(owners[0].running, 0);
+    EXPECT_EQ(owners[0].bytes, 5);
     EXPECT_EQ(owners[1].frames, 5);
-    EXPECT_EQ(owners[1].queued, 1);
+    EXPECT_EQ(owners[1].queued, 2);
     EXPECT_EQ(owners[1].running, 1);
 }
 

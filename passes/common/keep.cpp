@@ -1,7 +1,5 @@
 #include "passes/common/keep.h"
 
-#include <string>
-
 #include "chain/pass/pass.h"
 #include "chain/pass/work_list.h"
 #include "shaders/shared/frame_uniforms.h"
@@ -13,7 +11,7 @@ void add_keep(PassPlanner& planner, TextureId list, const KeepTargets& kept) {
     step.name = "keep";
     step.program = {"common/keep.comp",
                     {{"HINT", kept.hint < 0 ? "0" : (kept.given_hint < 0 ? "1" : "2")},
-                     {"SOFT", std::to_string(kept.soft < 0 ? 0 : kept.soft_px)}}};
+                     {"SOFT", kept.soft < 0 ? "0" : "1"}}};
     step.bindings = {{0, planner.input(Role::color)}, {0, kept.color, Access::write}};
     if (kept.given_hint >= 0) step.bindings.push_back({1, kept.given_hint});
     if (kept.hint >= 0) step.bindings.push_back({1, kept.hint, Access::write});

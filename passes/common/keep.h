@@ -10,8 +10,7 @@ struct KeepTargets {
     TextureId color = -1;       // takes the pass's input color, bit for bit
     TextureId given_hint = -1;  // goes to `hint`; without it the hint is 0
     TextureId hint = -1;
-    TextureId soft = -1;  // becomes 0, up to `soft_px` from a block's border
-    int soft_px = 0;
+    TextureId soft = -1;    // becomes 0
     TextureId layers = -1;  // take the pass's input layers, bit for bit
 };
 

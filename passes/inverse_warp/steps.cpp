@@ -603,7 +603,6 @@ class Planner {
                   .given_hint = hint.given,
                   .hint = hint.made,
                   .soft = soft.blurred.color,
-                  .soft_px = INVERSE_WARP_DENOISE_REACH_PX,
                   .layers = result.layers});
     }
 

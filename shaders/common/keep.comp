@@ -3,8 +3,7 @@
 //
 //   color [, hint] -> color [, hint] [, soft]   in the blocks of the list
 //
-// LAYERS: number of extra layers    HINT: 1: 0 is written; 2: it is copied
-// SOFT: 0 is written up to so many pixels from the block's border: other blocks read no further
+// LAYERS: number of extra layers HINT: 1: 0 is written; 2: it is copied    SOFT: 0 is written to it
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
@@ -36,8 +35,7 @@ void main() {
     STORE(hint, p, vec4(0.0));
 #endif
 #if SOFT
-    const ivec2 to_border = min(p % kBlockPx, kBlockPx - 1 - p % kBlockPx);
-    if (min(to_border.x, to_border.y) < SOFT) STORE(soft, p, vec4(0.0));
+    STORE(soft, p, vec4(0.0));
 #endif
 #ifdef LAYERS
     FOR_LAYERS(i) LAYER_STORE(layers_kept, p, i, LAYER_FETCH(layers, p, i));

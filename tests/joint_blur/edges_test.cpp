@@ -309,11 +309,11 @@ TEST_P(Edges, AreAsInGroundTruth) {
 INSTANTIATE_TEST_SUITE_P(Of, Edges, testing::ValuesIn(cases()),
                          [](const auto& one) { return std::string(one.param.name); });
 
-Difference to_reference(const Scene& scene) {
+Difference to_reference(const Scene& scene, const char* neighbors = "both") {
     const FramePlanes planes = frames_of(scene);
     const FrameDescription frame = description_of(scene, planes);
-    const Chain chain =
-        chain_of(scene.alone ? "depth_of_field" : "joint_blur", {{"samples", int64_t(8)}});
+    const Chain chain = chain_of(scene.alone ? "depth_of_field" : "joint_blur",
+                                 {{"samples", int64_t(8)}, {"neighbors", std::string(neighbors)}});
     return compare(filter(chain, frame, planes, {.elide = false}).at(Role::color),
                    reference(chain, frame, planes, {.elide = false}).planes.at(Role::color), 1e-3);
 }
@@ -333,8 +333,10 @@ TEST(EdgesReference, AgreesOnOutlinesLinesAndHiddenLights) {
 
 // The outline has 75 of 10,519 pixels.
 TEST(EdgesReference, AgreesOnWhatACameraFollows) {
-    const Difference difference = to_reference(followed(kDisc, 0.05, 0.8, 0.15));
-    EXPECT_LE(difference.fraction, 0.001) << difference.text;
+    for (const char* neighbors : {"both", "none"}) {
+        const Difference difference = to_reference(followed(kDisc, 0.05, 0.8, 0.15), neighbors);
+        EXPECT_LE(difference.fraction, 0.001) << difference.text;
+    }
 }
 
 }  // namespace

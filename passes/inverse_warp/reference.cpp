@@ -267,7 +267,7 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     };
     frames.here = {
         0, wide_color(frame),
-        shown_surfaces(color,
+        shown_surfaces(color, plane(Role::motion, motion),
                        surfaces_of_planes({plane(Role::inverse_depth), plane(Role::motion, motion),
                                            plane(Role::motion_back, motion), false,
                                            turns(Neighbor::before), turns(Neighbor::after)},
@@ -279,7 +279,8 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
         const ImageD& other = *of(Role::color);
         const std::vector<Surface> of_planes = surfaces_of_planes(
             {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back), true}, settings);
-        std::vector<Surface> shown = shown_surfaces(other, of_planes, settings, Split::none);
+        std::vector<Surface> shown =
+            shown_surfaces(other, nullptr, of_planes, settings, Split::none);
         mark_other_light({color, frames.here.surfaces}, {other, of_planes}, offset, settings,
                          shown);
         frames.neighbors.push_back(
@@ -622,6 +623,24 @@ class Gather {
         return std::min(std::max(longest(*pixel.surface, s_), seen), pixel.block->longest_px);
     }
 
+    // The mean, and over it, by its part, the surface that stays in front: the pixel's color with
+    // the front's in place of the other part.
+    Color with_front_over(const Pixel& pixel, const Sums& sums) const {
+        const Surface& s = *pixel.surface;
+        const auto at = [&](Vec offset) {
+            return color_at(frames_.here.color, frames_.here.inside(pixel.p + offset));
+        };
+        const Color front = at(s.front_from), back = at(s.color_from.value_or(Vec{}));
+        Color both(size_t(color_.channels));
+        for (size_t c = 0; c < both.size(); ++c) {
+            const double own = pixel.color[c];
+            const double mean = own + (sums.weight > 0 ? sums.color[c] / sums.weight : 0);
+            const double held = own + (1 - s.front_part) * (front[c] - back[c]);
+            both[c] = mean + s.front_part * (held - mean);
+        }
+        return both;
+    }
+
     void store_mean(const Pixel& pixel, const Sums& sums) {
         const int x = pixel.x, y = pixel.y;
         // From 0 at the limit to 1 at twice that.
@@ -631,11 +650,12 @@ class Gather {
                 : 1;
         const double mean_of = sums.weight > 0 ? onset / sums.weight : 0;
         const double mean_of_soft = 1 / std::max(sums.soft.weight, 1e-6);
+        const Color shown = with_front_over(pixel, sums);
         for (int c = 0; c < color_.channels; ++c) {
-            color_.at(x, y, c) = pixel.color[c] + mean_of * sums.color[size_t(c)];
+            color_.at(x, y, c) = std::lerp(pixel.color[c], shown[size_t(c)], onset);
             soft_.at(x, y, c) = pixel.color[c] + mean_of_soft * sums.soft.color[size_t(c)];
         }
-        share_.at(x, y) = mean_of * sums.soft.weight;
+        share_.at(x, y) = (1 - pixel.surface->front_part) * mean_of * sums.soft.weight;
         // The window narrows with the root of the samples.
         const double noise =
             std::sqrt(s_.parameters.samples /

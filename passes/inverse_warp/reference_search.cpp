@@ -69,8 +69,9 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
     pixels.cells.resize(size_t(pixels.columns) * size_t(pixels.rows));
     for (int y = 0; y < color.height; ++y)
         for (int x = 0; x < color.width; ++x) {
-            const double* c = color.pixel(x, y);
             const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
+            const Vec from = s.front_part > 0 ? s.color_from.value_or(Vec{}) : Vec{};
+            const double* c = color.pixel(x + int(from.x), y + int(from.y));
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
             cell.color.assign(c, c + color.channels);
             cell.brightness = std::max({c[0], c[1], c[2], 0.0});

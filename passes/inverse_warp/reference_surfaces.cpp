@@ -208,9 +208,9 @@ class MixedPixels {
     using Offset = std::pair<int, int>;
 
   public:
-    MixedPixels(const ImageD& color, const std::vector<Surface>& surfaces, const Settings& settings,
-                Split split)
-        : color_(color), surfaces_(surfaces), settings_(settings), split_(split) {}
+    MixedPixels(const ImageD& color, const ImageD* motion, const std::vector<Surface>& surfaces,
+                const Settings& settings, Split split)
+        : color_(color), motion_(motion), surfaces_(surfaces), settings_(settings), split_(split) {}
 
     // The surface of pixel x, y, at an edge.
     Surface split(int x, int y) const {
@@ -233,7 +233,19 @@ class MixedPixels {
         const bool thin = others.empty();
         if (same.empty() || (thin && !mixed_depth)) return own;
         const double other_depth = thin ? *mixed_depth : depth(x, y, others.front());
-        if (other_depth <= own.inverse_depth) {  // the outline of the one in front
+        const bool in_front = other_depth <= own.inverse_depth;
+        if (!thin) {
+            const Offset mine = closest(x, y, same, c), theirs = closest(x, y, others, c);
+            const Offset to_front = in_front ? mine : theirs, to_back = in_front ? theirs : mine;
+            if (const double part = part_in_front(x, y, to_front, to_back); part > 0) {
+                Surface back = shown(surface(x + to_back.first, y + to_back.second), to_back);
+                back.a = {without_last(11, back.a.x), without_last(11, back.a.y)};
+                back.front_from = {double(to_front.first), double(to_front.second)};
+                back.front_part = std::floor(63 * part + 0.5) / 63;
+                return back;
+            }
+        }
+        if (in_front) {  // the outline of the one in front
             if (thin) return own;
             const Offset mine = closest(x, y, same, c), theirs = closest(x, y, others, c);
             const Surface& front = surface(x + mine.first, y + mine.second);
@@ -274,8 +286,26 @@ class MixedPixels {
     static Surface shown(Surface surface, Offset color_from) {
         surface.edge = true;
         surface.color_from = Vec{double(color_from.first), double(color_from.second)};
-        surface.a.x = without_last(8, surface.a.x);
+        surface.a = {without_last(8, surface.a.x), without_last(8, surface.a.y)};
         return surface;
+    }
+    // The part of the surface in front, if it stays in place and the one behind leaves, by the
+    // pixel's average of both motions; 0: it is none.
+    double part_in_front(int x, int y, Offset to_front, Offset to_back) const {
+        if (!settings_.shutter) return 0;
+        const Surface& front = surface(x + to_front.first, y + to_front.second);
+        const Surface& back = surface(x + to_back.first, y + to_back.second);
+        if (longest(front, settings_) > kPartPx ||
+            apart_by_motion(front, back) <= kPartPx * kPartPx)
+            return 0;
+        const auto motion = [&](Offset at) {
+            const double* v = motion_->pixel(x + at.first, y + at.second);
+            if (!std::isfinite(v[0] + v[1])) return Vec{};
+            return Vec{std::clamp(v[0], -1e15, 1e15), std::clamp(v[1], -1e15, 1e15)};
+        };
+        const Vec own = motion({0, 0}) - motion(to_back), way = motion(to_front) - motion(to_back);
+        const double part = dot(own, way) / std::max(dot(way, way), 1e-30);
+        return std::min(part, 1 - part) >= kLeastPart ? part : 0;
     }
     // A pixel with less of its own surface shows the one in front.
     double most_own(const Surface& front, const Surface& back) const {
@@ -366,6 +396,7 @@ class MixedPixels {
     }
 
     const ImageD& color_;
+    const ImageD* const motion_;
     const std::vector<Surface>& surfaces_;
     const Settings& settings_;
     const Split split_;
@@ -374,9 +405,10 @@ class MixedPixels {
 // bright_edges.comp, shown_surfaces.comp
 class BrightEdges {
   public:
-    BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings,
-                Split split)
+    BrightEdges(const ImageD& color, const ImageD* motion, std::vector<Surface> surfaces,
+                const Settings& settings, Split split)
         : color_(finite_color(color)),
+          motion_(motion),
           surfaces_(std::move(surfaces)),
           settings_(settings),
           split_(split) {}
@@ -403,12 +435,13 @@ class BrightEdges {
                 }
         if (split_ == Split::none) return result;
         std::vector<Surface> split = result;
-        const MixedPixels mixed(color_, result, settings_, split_);
+        const MixedPixels mixed(color_, motion_, result, settings_, split_);
         for (int y = 0; y < color_.height; ++y)
             for (int x = 0; x < color_.width; ++x) {
                 if (!surface(x, y).edge || changed[index(x, y)]) continue;
                 const Surface own = mixed.split(x, y);
                 split[index(x, y)] = own;
+                if (own.front_part > 0) continue;
                 // A pixel that takes the surface in front is an edge to the pixels around it.
                 for (const auto& [i, j] : kAround)
                     if (inside(x + i, y + j) &&
@@ -417,7 +450,7 @@ class BrightEdges {
                         Surface& beside = split[index(x + i, y + j)];
                         beside.edge = true;
                         beside.color_from = Vec{};
-                        beside.a.x = without_last(8, beside.a.x);
+                        beside.a = {without_last(8, beside.a.x), without_last(8, beside.a.y)};
                     }
             }
         return split;
@@ -493,6 +526,7 @@ class BrightEdges {
     }
 
     const ImageD color_;
+    const ImageD* const motion_;
     const std::vector<Surface> surfaces_;
     const Settings& settings_;
     const Split split_;
@@ -883,9 +917,10 @@ std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& se
     return PlaneSurfaces(planes, settings).all();
 }
 
-std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
-                                    const Settings& settings, Split split) {
-    return BrightEdges(color, std::move(of_planes), settings, split).shown();
+std::vector<Surface> shown_surfaces(const ImageD& color, const ImageD* motion,
+                                    std::vector<Surface> of_planes, const Settings& settings,
+                                    Split split) {
+    return BrightEdges(color, motion, std::move(of_planes), settings, split).shown();
 }
 
 double displaced(const Surface& s, const Settings& settings) {

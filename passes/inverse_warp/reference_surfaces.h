@@ -52,6 +52,8 @@ struct Surface {
     bool edge = false;
     bool other_light = false;  // of a neighbor: hidden here, where the light around it has changed
     std::optional<Vec> color_from;  // at an edge: from the pixel to the one known to show its color
+    Vec front_from;         // likewise, of a surface that stays in place in front of this one ...
+    double front_part = 0;  // ... and has this part of the pixel
 
     // Longest path on either side of the frame.
     double path() const;
@@ -83,9 +85,11 @@ std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& se
 // The pixels at edges, mixtures of two surfaces, that are split: none; those that show the surface
 // in front; or also those that take the color of their own from another pixel.
 enum class Split { none, in_front, all };
-// Bright pixels at edges get the surface whose light they show. Other pixels there are split.
-std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
-                                    const Settings& settings, Split split);
+// Bright pixels at edges get the surface whose light they show. Other pixels there are split: with
+// `motion`, by the averages in it too.
+std::vector<Surface> shown_surfaces(const ImageD& color, const ImageD* motion,
+                                    std::vector<Surface> of_planes, const Settings& settings,
+                                    Split split);
 
 // Size of a surface's displacements and difference between those of two, px^2; the longest, px.
 double displaced(const Surface& s, const Settings& settings);

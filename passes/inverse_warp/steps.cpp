@@ -371,6 +371,7 @@ class Planner {
             return step;
         };
         Step find = make("mixed_pixels", 0, planner_.input(Role::color), mixed);
+        if (settings_.shutter) find.bindings.push_back({4, planner_.input(Role::motion)});
         find.taps = 10 * pixels_;
         planner_.step(std::move(find));
         Step split = make("split_pixels", 4, mixed, packed.surfaces);

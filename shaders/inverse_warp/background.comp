@@ -93,10 +93,13 @@ Cell merge(Cell a, Cell b, Cell c, Cell d) {
 
 Cell pixel(ivec2 at) {
     if (any(greaterThanEqual(at, uniforms.size))) return empty();
-    const vec4 c = fetch(WIDE(color, layers), this_plane(), at);
-    const vec4 light = fetch(WIDE(color, layers), kColor, at);
-    const float brightness = max(max(light.r, 0.0), max(light.g, light.b));
     const uvec4 bits = texelFetch(surfaces, at, 0);
+    // A surface that stays in front of this one is no part of it.
+    const uint place = front_in(bits) != kOwnPlace ? place_in(bits) : kOwnPlace;
+    const ivec2 from = ivec2(beside(vec2(at), place));
+    const vec4 c = fetch(WIDE(color, layers), this_plane(), from);
+    const vec4 light = fetch(WIDE(color, layers), kColor, from);
+    const float brightness = max(max(light.r, 0.0), max(light.g, light.b));
     const Surface s = unpack_surface(bits);
     const bool own_color = has_place(bits) && place_in(bits) == kOwnPlace;
     return Cell(c, brightness, s.inverse_depth, s.edge && !own_color ? kEdgeWeight : 1.0);

@@ -76,6 +76,22 @@ struct Pixel {
     int start_count;
 };
 
+vec4 color_beside(Pixel pixel, uint place, Plane plane) {
+    return fetch(WIDE(color, layers), plane, ivec2(beside(pixel.p, place)));
+}
+
+// The surface that stays in front of the pixel's own, laid over its mean by its part. `held`: the pixel's color
+// with the front's in place of the other part.
+vec4 with_front_over(Pixel pixel, Plane plane, vec4 mean) {
+    const float part = front_part(pixel.own);
+    if (part == 0.0) return mean;
+    const vec4 front = color_beside(pixel, front_in(pixel.own), plane);
+    const vec4 back = color_beside(pixel, place_in(pixel.own), plane);
+    precise const vec4 held = color_beside(pixel, kOwnPlace, plane) + (1.0 - part) * (front - back);
+    precise const vec4 both = mean + part * (held - mean);
+    return both;
+}
+
 #include "inverse_warp/block_starts.glsl"
 #include "inverse_warp/samples.glsl"
 #include "inverse_warp/search.glsl"
@@ -221,9 +237,10 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
     precise const float onset = clamp(longest_seen_px(pixel, sums) / limit_px - 1.0, 0.0, 1.0);
     const vec4 own = own_color(pixel), mean = value_of(sums.color, own);
-    imageStore(blurred, pixel.at, faded_in(own, mean, onset));
+    imageStore(blurred, pixel.at, faded_in(own, with_front_over(pixel, kColor, mean), onset));
     store_layers(pixel, onset);
-    store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1e-6), noise_scale(last));
+    precise const float share = onset * (1.0 - front_part(pixel.own)) / max(sums.color.weight, 1e-6);
+    store_soft(pixel, sums.soft, share, noise_scale(last));
     store_hint(pixel.at, hint_of(pixel, noise_gate(sums)));
 }
 

@@ -3,8 +3,11 @@
 // the surface in front shows that surface and keeps its mixture, the antialiased outline. If the surface in
 // front stays in place, less of it is enough. The others take the color of a pixel that shows their own surface
 // alone. A thin surface in front shows nowhere alone: its color is the one that differs most from the other's.
+// If the surface in front stays in place, and the pixel's motion vector is an average of both, that tells their
+// parts: the pixel shows the surface behind, and the gather lays the part of the one in front over it.
 //
-//   color, surfaces, marks, shown -> mixed   of pixels at edges: 0, or kMixed, the place and further bits
+//   color, surfaces, marks, shown [, motion] -> mixed   of pixels at edges: 0, or kMixed, places and further
+//                                                       bits
 #include "common/finite.glsl"
 #include "common/software_loop.glsl"
 
@@ -17,6 +20,9 @@
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
+#if SHUTTER
+layout(binding = 4) uniform sampler2D motion;
+#endif
 layout(binding = 0) writeonly uniform uimage2D mixed;
 
 // A pixel is a mixture if its color differs from one by at most kRest, and the colors of both surfaces by
@@ -53,6 +59,13 @@ Surface surface_at(ivec2 p) {
 vec3 color_of(ivec2 p) {
     return finite_color(texelFetch(color, p, 0)).rgb;
 }
+
+#if SHUTTER
+vec2 motion_at(ivec2 p) {
+    const vec2 m = texelFetch(motion, p, 0).xy;
+    return is_finite(vec4(m, m)) ? clamp(m, vec2(-1e15), vec2(1e15)) : vec2(0.0);
+}
+#endif
 
 int squared(ivec2 offset) {
     return offset.x * offset.x + offset.y * offset.y;
@@ -120,6 +133,21 @@ bool mixes_motion(Surface own, Surface front, Surface back) {
     return kShutter && between > kPartPx * kPartPx && apart_by_motion(own, front) > least;
 }
 
+// The part of the surface in front in pixel p, if it stays in place and the one behind leaves, by the motion
+// vector, which a renderer averages; otherwise 0. The offsets: to pixels that show them alone.
+float part_in_front(ivec2 p, ivec2 to_front, ivec2 to_back) {
+    precise float part = 0.0;
+#if SHUTTER
+    const Surface front = surface_at(p + to_front), back = surface_at(p + to_back);
+    if (longest_of(front) > kPartPx || !(apart_by_motion(front, back) > kPartPx * kPartPx)) return 0.0;
+    const vec2 behind = motion_at(p + to_back);
+    precise const vec2 own = motion_at(p) - behind, way = motion_at(p + to_front) - behind;
+    part = precise_dot(own, way) / max(precise_dot(way, way), 1e-30);
+    if (!(min(part, 1.0 - part) >= kLeastPart)) part = 0.0;
+#endif
+    return part;
+}
+
 // The word of pixel p.
 uint word_of(ivec2 p) {
     const Surface own = surface_at(p);
@@ -141,7 +169,15 @@ uint word_of(ivec2 p) {
     const bool thin = other.reach == kNone;
     if (thin) other.inverse_depth = mixed_depth;
     if (same.reach == kNone) return 0u;
-    if (other.inverse_depth <= own.inverse_depth) {
+    const bool in_front = other.inverse_depth <= own.inverse_depth;
+    const ivec2 to_front = in_front ? same.offset : other.offset;
+    const ivec2 to_back = in_front ? other.offset : same.offset;
+    const float part_held = thin ? 0.0 : part_in_front(p, to_front, to_back);
+    precise const float parts = kParts * part_held + 0.5;
+    if (part_held > 0.0)
+        return kMixed | kHolds | place_of(to_back) | place_of(to_front) << kFrontShift |
+               uint(parts) << kPartsShift;
+    if (in_front) {
         const bool mixes =
             !thin && mixes_motion(own, surface_at(p + same.offset), surface_at(p + other.offset));
         return mixes ? kMixed | kTakes | place_of(same.offset) : 0u;

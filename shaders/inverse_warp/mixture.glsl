@@ -28,6 +28,7 @@ bool leaves(Surface s, float px) {
 const int kMixReachPx = 2;
 const int kMixEdgePx = 2 * kMixReachPx + 1;
 const uint kOwnPlace = 12u;
+const float kParts = 63.0;  // in which a part of a pixel is counted
 
 uint place_of(ivec2 offset) {
     return uint((offset.y + kMixReachPx) * kMixEdgePx + offset.x + kMixReachPx);
@@ -45,14 +46,31 @@ vec2 beside(vec2 x, uint place) {
 }
 
 // In a surface of this frame, whose `refuted` means that the place of its color is known: five more of the
-// last bits of a.x are that place. Without motion it is the pixel's own: inverse depth has no bits to spare.
+// last bits of a.x are that place. Those of a.y are the place of a surface that stays in front of it, whose part
+// of the pixel is in three more bits of both; kOwnPlace: none. Without motion the place is the pixel's own:
+// inverse depth has no bits to spare.
 #if MOTION
 bool has_place(uvec4 bits) {
     return (bits.w & kRefuted) != 0u;
 }
 
 uvec4 with_place(uvec4 bits, uint place) {
-    return uvec4(bits.x & ~0xf8u | place << 3, bits.yz, bits.w | kRefuted | kEdge);
+    return uvec4(bits.xy & ~0xf8u | uvec2(place, kOwnPlace) << 3, bits.z, bits.w | kRefuted | kEdge);
+}
+
+uvec4 with_front(uvec4 bits, uint place, uint front, uint parts) {
+    const uvec2 places = uvec2(place, front), halves = uvec2(parts >> 3, parts & 7u);
+    return uvec4(bits.xy & ~0x7f8u | halves << 8 | places << 3, bits.z, bits.w | kRefuted | kEdge);
+}
+
+uint front_in(uvec4 bits) {
+    return has_place(bits) ? bits.y >> 3 & 31u : kOwnPlace;
+}
+
+float front_part(uvec4 bits) {
+    const uint parts = (bits.x >> 8 & 7u) << 3 | bits.y >> 8 & 7u;
+    precise const float part = float(parts) * (1.0 / kParts);
+    return front_in(bits) != kOwnPlace ? part : 0.0;
 }
 
 uint place_in(uvec4 bits) {
@@ -61,6 +79,18 @@ uint place_in(uvec4 bits) {
 #else
 bool has_place(uvec4 bits) {
     return (bits.x & kRefuted) != 0u;
+}
+
+uvec4 with_front(uvec4 bits, uint place, uint front, uint parts) {
+    return bits;
+}
+
+uint front_in(uvec4 bits) {
+    return kOwnPlace;
+}
+
+float front_part(uvec4 bits) {
+    return 0.0;
 }
 
 uvec4 with_place(uvec4 bits, uint place) {

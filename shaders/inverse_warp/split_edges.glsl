@@ -6,6 +6,8 @@ layout(binding = 3) uniform usampler2D shown;
 // A word of `mixed`, beside a place (mixture.glsl).
 const uint kTakes = 32u;  // the pixel takes the surface there, not the color
 const uint kMixed = 64u;
+const uint kHolds = 128u;  // the surface there, before which another one stays. Then that one's color and part:
+const int kFrontShift = 8, kPartsShift = 13;
 
 void list_edges() {
     begin_list();

@@ -37,12 +37,15 @@ void main() {
     if (i < end) SOFTWARE_LOOP do {
         const ivec2 p = pixel_of(list[i]);
         const uint word = texelFetch(mixed, p, 0).x, place = word & 31u;
-        const bool takes = (word & kTakes) != 0u;
+        const bool takes = (word & kTakes) != 0u, holds = (word & kHolds) != 0u;
         // A pixel whose surface is taken keeps it. If another thread has stored its place, that is replaced.
-        const ivec2 at = p + (takes ? offset_of(place) : ivec2(0));
+        const ivec2 at = p + (takes || holds ? offset_of(place) : ivec2(0));
         const ivec2 from = clamp(at, ivec2(0), uniforms.size - 1);
         const uvec4 bits = texelFetch(surfaces, from, 0);
-        if (word != 0u) imageStore(split, p, with_place(bits, takes ? kOwnPlace : place));
+        const uvec4 placed =
+            holds ? with_front(bits, place, word >> kFrontShift & 31u, word >> kPartsShift)
+                  : with_place(bits, takes ? kOwnPlace : place);
+        if (word != 0u) imageStore(split, p, placed);
         if (takes) mark_edges_beside(p, unpack_surface(bits));
     } while ((i += kThreads) < end);
 }

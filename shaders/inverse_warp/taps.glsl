@@ -55,7 +55,9 @@ uint occupied_at(Source source, int word) {
 }
 
 uint occupied_at_taps(Pixel pixel, int word) {
-    uint bits = occupied_in(0, pixel.block, word);
+    uint bits = occupied_in(0, pixel.block, word) |
+                occupied_in(0, ivec2(beside(pixel.p, front_in(pixel.own))) / kBlockPx, word) |
+                occupied_in(0, ivec2(beside(pixel.p, place_in(pixel.own))) / kBlockPx, word);
     for (int k = 0; k < shown_taps; ++k)
         bits |= occupied_in(0, ivec2(taps[k].source.at) / kBlockPx, word);
     for (int k = other_taps; k < TAPS; ++k) bits |= occupied_at(taps[k].source, word);
@@ -87,8 +89,8 @@ void sum_layer(Pixel pixel, int layer, float onset) {
         add_tap(sums, taps[k], layer, color_in(0, taps[k].source.at, plane));
     for (int k = other_taps; k < TAPS; ++k)
         add_tap(sums, taps[k], layer, color_from(taps[k].source, plane));
-    store_layer(pixel.at, layer, faded_in(own, value_of(sums.all, own), onset),
-                value_of(sums.soft, own));
+    const vec4 mean = with_front_over(pixel, plane, value_of(sums.all, own));
+    store_layer(pixel.at, layer, faded_in(own, mean, onset), value_of(sums.soft, own));
 }
 
 void store_layers(Pixel pixel, float onset) {

@@ -183,13 +183,12 @@ vec3 factor_of(vec3 covariance) {
 #endif
 
 // The mean of the soft samples and their share in the result; the covariance of their
-// displacements, which nothing reads if there are none.
+// displacements.
 void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
 #if DENOISE
     const vec4 mean = value_of(sums.color, own_color(pixel));
-    imageStore(soft, pixel.at, vec4(mean.rgb, share_of * sums.color.weight));
-    if (sums.color.weight == 0.0) return;
     const float scale = noise / max(sums.color.weight, 1e-6);
+    imageStore(soft, pixel.at, vec4(mean.rgb, share_of * sums.color.weight));
     imageStore(spread, pixel.at, vec4(factor_of(scale * sums.spread), mean.a));
 #endif
 }

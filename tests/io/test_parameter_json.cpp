@@ -27,6 +27,22 @@ TEST(ParameterJson, WhatHasNoFormIsNoValue) {
     EXPECT_EQ(*value_of(Json::parse("9223372036854775807")), ParameterValue(INT64_MAX));
 }
 
+// Read back it is the same text.
+TEST(ParameterJson, NoTextActsOnATerminal) {
+    for (const auto& [text, written] :
+         std::vector<std::pair<std::string, std::string>>{{"\x1b[2J", "\\u001b[2J"},
+                                                          {"\x7f", "\\u007f"},
+                                                          {"\xc2\x9b", "\\u009b"},
+                                                          {"\xd8\x9c", "\\u061c"},
+                                                          {"\xe2\x80\xae", "\\u202e"},
+                                                          {"\xe2\x81\xa9", "\\u2069"},
+                                                          {"\xef\xbb\xbf", "\\ufeff"},
+                                                          {"gr\xc3\xbcn", "gr\xc3\xbcn"}}) {
+        EXPECT_EQ(json_text(Json("a" + text)), "\"a" + written + "\"");
+        EXPECT_EQ(Json::parse(json_text(Json("a" + text))), "a" + text);
+    }
+}
+
 TEST(ParameterJson, WhatTheChainWritesBecomesTheSameText) {
     const std::vector<JsonValue> values = {
         28.0,

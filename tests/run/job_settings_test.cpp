@@ -37,6 +37,17 @@ TEST(JobSettings, EveryRowSaysWhatItIs) {
         EXPECT_EQ(row.optional, !row.unset_means.empty()) << row.key;
     }
     EXPECT_GE(keys.size(), 20u);
+    // The parts of the help that have few.
+    const auto in_group = [](const char* group) {
+        std::vector<std::string> found;
+        for (const Parameter& row : table().rows())
+            if (row.group == std::string(group)) found.push_back(row.key);
+        return found;
+    };
+    using Keys = std::vector<std::string>;
+    EXPECT_EQ(in_group(kLayerGroup), (Keys{"aovs", "cryptomatte", "fill_mask"}));
+    EXPECT_EQ(in_group(kPlanGroup), (Keys{"precision", "no_elide", "elide"}));
+    EXPECT_EQ(in_group(kWatchGroup), (Keys{"watch", "idle"}));
 }
 
 TEST(JobSettings, DefaultsAreThoseOfARun) {
@@ -53,29 +64,72 @@ TEST(JobSettings, DefaultsAreThoseOfARun) {
 
 TEST(JobSettings, EachValueArrives) {
     const std::string on("uniform_blocks"), off("sky_blocks");
-    const auto settings = settings_of({{"behind", "behind.####.exr"},
-                                       {"frames", "3-5"},
-                                       {"cuts", "4"},
-                                       {"profile", "cycles"},
-                                       {"view_layer", "two"},
-                                       {"view", "left"},
-                                       {"nonfinite", "clamp"},
-                                       {"precision", "fp16"},
-                                       {"no_elide", off},
-                                       {"elide", on},
-                                       {"output", "out/o.####.exr"},
-                                       {"on_existing", "overwrite"},
-                                       {"missing", "hold"},
-                                       {"on_error", "continue"},
-                                       {"overflow", "clamp"},
-                                       {"compression", "dwab:9"},
-                                       {"half", true},
-                                       {"channels", "R,*.Z"},
-                                       {"strict", true},
-                                       {"sidecar", false},
-                                       {"png", true},
-                                       {"dump_stages", "stages"}});
+    const std::vector<std::pair<std::string, ParameterValue>> values = {
+        {"behind", "behind.####.exr"},
+        {"frames", "3-5"},
+        {"cuts", "4"},
+        {"profile", "cycles"},
+        {"view_layer", "two"},
+        {"view", "left"},
+        {"nonfinite", "zero"},
+        {"data_window", "keep"},
+        {"camera_motion", "zoom"},
+        {"max_memory", "64M"},
+        {"input_transfer", "cineon"},
+        {"aovs", "diffuse"},
+        {"cryptomatte", "filter=hero,tree_*"},
+        {"fill_mask", "fill"},
+        {"precision", "fp16"},
+        {"no_elide", off},
+        {"elide", on},
+        {"chunk", "2/3"},
+        {"output", "out/o.####.exr"},
+        {"mkdir", true},
+        {"on_existing", "overwrite"},
+        {"missing", "hold"},
+        {"on_error", "continue"},
+        {"overflow", "clamp"},
+        {"compression", "dwab:9"},
+        {"half", true},
+        {"channels", "R,*.Z"},
+        {"output_transfer", "rec709"},
+        {"bits", "12"},
+        {"strict", true},
+        {"sidecar", false},
+        {"png", true},
+        {"dump_stages", "stages"}};
+    const auto settings = settings_of(values);
     ASSERT_TRUE(settings.ok()) << settings.status().message();
+    // The other rows name files that are read here, or exclude one of these.
+    std::set<std::string> tried = {"input",           "camera",       "ocio",
+                                   "ocio_colorspace", "ocio_display", "ocio_view"},
+                          recorded = {"input"}, given;
+    for (const auto& [key, value] : values) tried.insert(key);
+    for (const Parameter& row : table().rows())
+        EXPECT_TRUE(tried.contains(row.key) || row.group == kWatchGroup) << row.key;
+    // A record repeats what decides the pixels of a frame.
+    for (const auto& [key, value] : values) recorded.insert(key);
+    for (const char* key : {"frames", "chunk", "max_memory", "output", "mkdir", "on_existing",
+                            "on_error", "sidecar", "png", "dump_stages"})
+        recorded.erase(key);
+    for (const auto& [key, value] : settings->given) given.insert(key);
+    EXPECT_EQ(given, recorded);
+    const auto watch = settings_of({{"watch", true}, {"idle", 9.0}});
+    ASSERT_TRUE(watch.ok()) << watch.status().message();
+    EXPECT_EQ(watch->watch->idle_s, 9);
+    EXPECT_FALSE(settings->watch);
+    EXPECT_EQ(settings->source.data_window, DataWindow::keep);
+    EXPECT_EQ(settings->source.camera_motion, CameraMotion::zoom);
+    EXPECT_EQ(settings->source.max_memory, uint64_t(64) << 20);
+    EXPECT_EQ(std::get<io::Curve>(*settings->source.input_transfer), io::Curve::cineon);
+    EXPECT_EQ(settings->source.layers.aovs, "diffuse");
+    EXPECT_EQ(settings->source.layers.cryptomatte, CryptomatteChoice::filter);
+    EXPECT_EQ(settings->source.layers.ids, (std::vector<std::string>{"hero", "tree_*"}));
+    EXPECT_EQ(settings->source.layers.fill_mask, "fill");
+    EXPECT_EQ(std::pair(settings->chunk.index, settings->chunk.count), std::pair(2, 3));
+    EXPECT_TRUE(settings->make_folder);
+    EXPECT_EQ(std::get<io::Curve>(*settings->picture.transfer), io::Curve::rec709);
+    EXPECT_EQ(settings->picture.bits, 12);
     EXPECT_EQ(settings->input.color().text(), "in.####.exr");
     EXPECT_EQ(settings->input.patterns.at(Role::behind).text(), "behind.####.exr");
     EXPECT_EQ(settings->frames->frames, (std::vector<int>{3, 4, 5}));
@@ -83,7 +137,7 @@ TEST(JobSettings, EachValueArrives) {
     EXPECT_EQ(settings->source.profile->name, "cycles");
     EXPECT_EQ(settings->source.view_layer, "two");
     EXPECT_EQ(settings->source.view, "left");
-    EXPECT_EQ(settings->source.nonfinite_color, NonfiniteColor::clamp);
+    EXPECT_EQ(settings->source.nonfinite_color, NonfiniteColor::zero);
     EXPECT_EQ(settings->plan.precision, Precision::fp16);
     EXPECT_EQ(settings->plan.rules_off, std::set<std::string>{off});
     EXPECT_EQ(settings->plan.rules_on, std::set<std::string>{on});

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -17,7 +18,8 @@ namespace postchain::sequence {
 namespace {
 
 TEST(Memory, SizesAreReadAndWritten) {
-    for (const auto& [text, bytes] : {std::pair<const char*, uint64_t>{"4096", 4096},
+    for (const auto& [text, bytes] : {std::pair<const char*, uint64_t>{"1", 1},
+                                      {"4096", 4096},
                                       {"4096B", 4096},
                                       {"8G", 8ull << 30},
                                       {"8 GiB", 8ull << 30},
@@ -29,7 +31,7 @@ TEST(Memory, SizesAreReadAndWritten) {
         ASSERT_TRUE(read.ok()) << text;
         EXPECT_EQ(*read, bytes) << text;
     }
-    for (const char* text : {"", "G", "0G", "-1G", "8X", "8GG", "1e300", "nan", "8G8"})
+    for (const char* text : {"", "G", "0", "0G", "0.9", "-1G", "8X", "8GG", "1e300", "nan", "8G8"})
         EXPECT_EQ(parse_bytes(text).status().code(), StatusCode::usage) << text;
     EXPECT_EQ(bytes_text(500), "500 bytes");
     EXPECT_EQ(bytes_text(6657199309), "6.2 GiB");
@@ -67,6 +69,42 @@ TEST(Memory, OfMattesAndLayers) {
     EXPECT_EQ(bytes({Role::color}), alone);
     EXPECT_EQ(bytes({Role::color, Role::mattes}), alone + 2 * pixels * 4);
     EXPECT_EQ(bytes({Role::color, Role::layers}), alone + 3 * pixels * 16);
+    // A cryptomatte of six ranks (an id and a coverage each), as read and as filtered, and the
+    // layers of a chunk of ids: 32 of so few pixels, as read and as filtered.
+    header->layers.cryptomattes.resize(2);
+    for (auto& cryptomatte : header->layers.cryptomattes) cryptomatte.levels.resize(3);
+    header->layers.filtered_cryptomattes = 1;
+    EXPECT_EQ(bytes({Role::color}), alone);
+    EXPECT_EQ(bytes({Role::color, Role::layers}),
+              alone + 3 * pixels * 16 + 2 * pixels * 6 * 8 + 2 * 32 * pixels * 16);
+    header->layers.filtered_cryptomattes = 0;
+    // Written back: the layers first together and then separately, and with a fill mask both
+    // beside the mask, which is kept as read and as filtered.
+    const auto kept = [&] {
+        return frame_bytes(*header, {Role::color, Role::layers}, io::Keep::all, 30);
+    };
+    const uint64_t written = pixels * (16 + 16 + 36 + 16 + 16);
+    EXPECT_EQ(kept(), written + 3 * 3 * pixels * 16);
+    header->layers.fill_mask = "fill";
+    EXPECT_EQ(kept(), written + 4 * 3 * pixels * 16 + 2 * pixels * 16);
+    // A larger window: all its channels again, and their color.
+    header->layers = {};
+    const io::Window own = header->window;
+    header->window.max_x += 4;
+    const uint64_t grown = uint64_t(own.width() + 4) * 30;
+    EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::all, 30),
+              grown * 16 + pixels * (16 + 36) + grown * 16 + grown * (36 + 16));
+}
+
+TEST(Memory, LayersAtOnceAreFewerOfLargerImages) {
+    const uint64_t one_layer = uint64_t(3) << 23;  // pixels that fill the budget alone
+    for (const auto& [pixels, layers] : {std::pair(uint64_t(1), 32),
+                                         {one_layer / 32, 32},
+                                         {one_layer / 31, 31},
+                                         {one_layer / 2, 2},
+                                         {one_layer / 2 + 1, 1},
+                                         {one_layer * 9, 1}})
+        EXPECT_EQ(layers_at_once(pixels), layers) << pixels;
 }
 
 // Each thread flattens a chunk of its own.
@@ -130,6 +168,23 @@ TEST(Memory, OfControlGroupsAndThoseAroundThem) {
     EXPECT_EQ(limit("5:cpu,cpuacct:/jobs\n4:memory:/jobs/one\n"), 600u);
     EXPECT_EQ(limit("5:cpu,cpuacct:/jobs\n"), 0u);
     EXPECT_EQ(memory_of_groups(folder.path("none"), mounted), 0u);
+}
+
+TEST(Memory, TheGateIsFullAtItsLimit) {
+    ::alarm(60);  // a gate that lets in less waits forever
+    MemoryGate gate(10), without_limit(0);
+    for (const uint64_t bytes : {6u, 4u}) gate.enter(bytes);
+    std::atomic<bool> inside = false;
+    std::thread last([&] {
+        gate.enter(1);
+        inside = true;
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_FALSE(inside) << "11 of 10 bytes";
+    gate.leave(4);
+    last.join();
+    for (const uint64_t bytes : {uint64_t(1) << 62, uint64_t(1) << 61}) without_limit.enter(bytes);
+    ::alarm(0);
 }
 
 TEST(Memory, TheGateLetsInWhatFits) {

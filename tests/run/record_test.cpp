@@ -5,10 +5,13 @@
 #include <filesystem>
 #include <functional>
 
+#include "chain/base/text.h"
+#include "config/chain_file.h"
 #include "passes/motion_blur/motion_blur.h"
 #include "tests/run/fixture.h"
 #include "tools/sequence/record/fingerprint.h"
 #include "tools/sequence/record/frame_report.h"
+#include "tools/sequence/record/record.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence::record_test {
@@ -174,6 +177,40 @@ TEST_F(SkipTest, UnderStrictIsForCheckedValues) {
         EXPECT_EQ(last_frame().status.code(), StatusCode::health);
         EXPECT_TRUE(test::read_text(out(1)) == before);
     }
+}
+
+// What --like repeats: a field that is written and not read back would be lost without a word.
+TEST_F(SequenceTest, ARecordReadsBackAsItWasWritten) {
+    test::write_sequence(at(""), {1, 2});
+    test::write_text(at("camera.json"), R"({"f_stop": 2.5, "focus_distance": 3})");
+    chain_ = test::chain_of("motion_blur", {{"mode", "guertin"}, {"samples", int64_t(7)}});
+    auto camera = load_camera(at("camera.json"));
+    ASSERT_TRUE(camera.status().ok()) << camera.status().message();
+    settings_.source.camera = *camera;
+    settings_.strict = true;
+    frames("2");
+    settings_.given = {{"input", std::string("in.####.exr")},
+                       {"precision", std::string("fp16")},
+                       {"half", true},
+                       {"a_count", int64_t(-3)},
+                       {"a_number", 0.1}};
+    const FrameReport report = last_frame();
+    ASSERT_TRUE(report.status.ok()) << report.status.message();
+    const auto record = read_record(out(2));
+    ASSERT_TRUE(record.ok()) << record.status().message();
+    auto expected = settings_.given;
+    expected["input"] = at("in.####.exr");
+    EXPECT_EQ(record->settings, expected);
+    EXPECT_EQ(record->version, "test");
+    EXPECT_EQ(record->work, report.provenance);
+    EXPECT_TRUE(record->work.ends_with(" strict"));
+    EXPECT_EQ(record->frame, 2);
+    EXPECT_EQ(record->chain, write_chain(chain_));
+    EXPECT_EQ(parse_camera(record->camera, "record").camera, settings_.source.camera->camera);
+    EXPECT_EQ(record->camera_hash, hex_of(settings_.source.camera->text_hash));
+    ASSERT_EQ(record->inputs.size(), 1u);
+    EXPECT_EQ(record->inputs[0].path, in(2));
+    EXPECT_EQ(record->inputs[0].bytes, fs::file_size(in(2)));
 }
 
 TEST(ExitCode, OfAStatus) {

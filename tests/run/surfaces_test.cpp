@@ -226,6 +226,26 @@ TEST(Reduced, DepthIsThatOfTheMiddle) {
     EXPECT_EQ(middle_reduced(depth, 2, 1).data, (std::vector<float>{3, 7}));
 }
 
+// A frame of 10x7 pixels within one of 40x30, at a place that is not that of its corner.
+TEST(Reduced, EveryLengthIsInItsPixels) {
+    SourceFrame source;
+    FrameDescription& frame = source.description;
+    frame.width = 10;
+    frame.height = 7;
+    frame.display_width = 40;
+    frame.display_height = 30;
+    frame.origin_x = 12;
+    frame.origin_y = -9;
+    frame.bounds.color_is_half = true;
+    source.planes = shared({{Role::color, ImageF(10, 7, 4, 1)}});
+    reduce_frame(source, 0.25);
+    EXPECT_EQ(std::pair(frame.width, frame.height), std::pair(3, 2));
+    EXPECT_EQ(std::pair(frame.display_width, frame.display_height), std::pair(10, 8));
+    EXPECT_EQ(std::pair(frame.origin_x, frame.origin_y), std::pair(3, -2));
+    EXPECT_FALSE(frame.bounds.color_is_half) << "a mean of halves is none";
+    EXPECT_EQ(*source.planes.at(Role::color), ImageF(3, 2, 4, 1));
+}
+
 // Motion is in pixels of the smaller frame. Its width is halved, its height is 4/7.
 TEST(Reduced, MotionIsInItsPixels) {
     SourceFrame source;

@@ -330,6 +330,15 @@ class Pages(Attacked):
         self.assertNotIn("request", listed)
         self.assertEqual(len(self.server.get(f"/v1/jobs/{job}")["request"]["padding"]), 500_000)
 
+    def test_jobs_come_in_pages(self):
+        while len(self.server.get("/v1/jobs")["jobs"]) < 3:
+            self.server.submit({})
+        ids = [one["id"] for one in self.server.get("/v1/jobs")["jobs"]]
+        for limit, shown, next_ in [(len(ids) - 1, ids[:-1], ids[-2]), (len(ids), ids, None),
+                                    (len(ids) + 1, ids, None)]:
+            page = self.server.get(f"/v1/jobs?limit={limit}")
+            self.assertEqual(([one["id"] for one in page["jobs"]], page["next"]), (shown, next_))
+
     def test_frames_come_in_pages(self):
         job = self.server.submit({})
         self.server.ended(job)

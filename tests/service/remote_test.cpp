@@ -133,14 +133,17 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
                     .detail,
                 HasSubstr("name one"));
     EXPECT_THAT(refused(body(R"(, "dump_stages": "stages")")).detail, HasSubstr("write no stages"));
-    const std::string id = submit(body(R"(, "strict": true, "png": true, "max_memory": "64M")"));
+    const std::string id =
+        submit(body(R"(, "strict": true, "png": true, "max_memory": "64M", "precision": "fp16",
+                       "half": true, "cuts": "9", "nonfinite": "zero", "no_elide": "all")"));
     ASSERT_TRUE(holds(1));
     const RemoteJob handed = queue_->jobs[0];
     using Words = std::vector<std::vector<std::string>>;
     EXPECT_EQ(handed.tasks, (Words{{"--frames=1-3"}, {"--frames=4-6"}}));
     EXPECT_EQ(handed.command[0], "postchain");
-    for (const char* word : {"--on-existing=skip", "--on-error=continue", "--strict", "--png",
-                             "--max-memory=67108864"})
+    for (const char* word :
+         {"--on-existing=skip", "--on-error=continue", "--strict", "--png", "--max-memory=67108864",
+          "--precision=fp16", "--half", "--cuts=9", "--nonfinite=zero", "--no-elide=all"})
         EXPECT_THAT(handed.command, testing::Contains(word));
     EXPECT_THAT(test::read_text(handed.command[2]), HasSubstr("fxaa"));
     for (int frame = 1; frame <= 4; ++frame) make(frame);

@@ -411,9 +411,14 @@ TEST_F(Jobs, KeysAndAFullQueue) {
     submit(held_body(), "ann");
     ASSERT_TRUE(waits());
     const std::string next = in_folder(body(), "next");
+    // As long as a key may be.
+    const std::string key(255, 'k');
+    bool made = false;
+    const Problem longer = problem_of(service_->submit(user("ann"), next, key + "k", &made));
+    EXPECT_THAT(longer.detail, HasSubstr("Idempotency-Key is longer than 255 bytes"));
     const auto with_key = [&](const std::string& text, bool is_new, const char* name = "ann") {
         bool created = !is_new;
-        auto answer = service_->submit(user(name), text, "key", &created);
+        auto answer = service_->submit(user(name), text, key, &created);
         EXPECT_EQ(created, is_new);
         return answer;
     };

@@ -143,7 +143,8 @@ float part_in_front(ivec2 p, ivec2 to_front, ivec2 to_back) {
     const vec2 behind = motion_at(p + to_back);
     precise const vec2 own = motion_at(p) - behind, way = motion_at(p + to_front) - behind;
     part = precise_dot(own, way) / max(precise_dot(way, way), 1e-30);
-    if (!(min(part, 1.0 - part) >= kLeastPart)) part = 0.0;
+    precise const float left = 1.0 - part;
+    if (!(min(part, left) >= kLeastPart)) part = 0.0;
 #endif
     return part;
 }

@@ -25,8 +25,35 @@ double apart(const Motion& a, const Motion& b) {
     return dot(f, f) + dot(k, k);
 }
 
+// x as a float with these last bits.
+double with_last(int bits, double x, uint32_t last) {
+    return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits | last));
+}
 double without_last(int bits, double x) {
-    return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits));
+    return with_last(bits, x, 0);
+}
+
+// mixture.glsl: the places of colors and the part in front are stored in last bits of a, which
+// nothing takes out.
+uint32_t place_of(Vec offset) {
+    return uint32_t((offset.y + 2) * 5 + offset.x + 2);
+}
+Surface with_place(Surface surface, Vec color_from) {
+    surface.edge = true;
+    surface.color_from = color_from;
+    surface.a = {with_last(8, surface.a.x, place_of(color_from) << 3),
+                 with_last(8, surface.a.y, place_of({}) << 3)};
+    return surface;
+}
+Surface with_front(Surface surface, Vec color_from, Vec front_from, double part) {
+    const uint32_t parts = uint32_t(63 * part + 0.5);
+    surface.edge = true;
+    surface.color_from = color_from;
+    surface.front_from = front_from;
+    surface.front_part = parts / 63.0;
+    surface.a = {with_last(11, surface.a.x, parts >> 3 << 8 | place_of(color_from) << 3),
+                 with_last(11, surface.a.y, (parts & 7) << 8 | place_of(front_from) << 3)};
+    return surface;
 }
 
 Surface stored(Surface s) {
@@ -237,20 +264,16 @@ class MixedPixels {
         if (!thin) {
             const Offset mine = closest(x, y, same, c), theirs = closest(x, y, others, c);
             const Offset to_front = in_front ? mine : theirs, to_back = in_front ? theirs : mine;
-            if (const double part = part_in_front(x, y, to_front, to_back); part > 0) {
-                Surface back = shown(surface(x + to_back.first, y + to_back.second), to_back);
-                back.a = {without_last(11, back.a.x), without_last(11, back.a.y)};
-                back.front_from = {double(to_front.first), double(to_front.second)};
-                back.front_part = std::floor(63 * part + 0.5) / 63;
-                return back;
-            }
+            if (const double part = part_in_front(x, y, to_front, to_back); part > 0)
+                return with_front(surface(x + to_back.first, y + to_back.second), vec(to_back),
+                                  vec(to_front), part);
         }
         if (in_front) {  // the outline of the one in front
             if (thin) return own;
             const Offset mine = closest(x, y, same, c), theirs = closest(x, y, others, c);
             const Surface& front = surface(x + mine.first, y + mine.second);
             const Surface& back = surface(x + theirs.first, y + theirs.second);
-            return mixes_motion(own, front, back) ? shown(front, {}) : own;
+            return mixes_motion(own, front, back) ? with_place(front, {}) : own;
         }
         Offset mine, theirs;
         if (thin) {
@@ -270,8 +293,8 @@ class MixedPixels {
         const Surface& back = surface(x + mine.first, y + mine.second);
         if (!share || !part(back, front, kPartPx, settings_)) return own;
         if (*share < (thin ? kLeastShareThin : kLeastShare) || *share > kMostShare) return own;
-        if (*share < most_own(front, back)) return shown(front, {});
-        return split_ == Split::in_front ? own : shown(own, mine);
+        if (*share < most_own(front, back)) return with_place(front, {});
+        return split_ == Split::in_front ? own : with_place(own, vec(mine));
     }
 
   private:
@@ -282,13 +305,7 @@ class MixedPixels {
          {-2, 0},  {2, 0},  {0, -2}, {0, 2}, {-2, -1}, {2, -1}, {-2, 1}, {2, 1},
          {-1, -2}, {1, -2}, {-1, 2}, {1, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
 
-    // A pixel at an edge that shows this surface, with the color from there.
-    static Surface shown(Surface surface, Offset color_from) {
-        surface.edge = true;
-        surface.color_from = Vec{double(color_from.first), double(color_from.second)};
-        surface.a = {without_last(8, surface.a.x), without_last(8, surface.a.y)};
-        return surface;
-    }
+    static Vec vec(Offset at) { return {double(at.first), double(at.second)}; }
     // The part of the surface in front, if it stays in place and the one behind leaves, by the
     // pixel's average of both motions; 0: it is none.
     double part_in_front(int x, int y, Offset to_front, Offset to_back) const {
@@ -448,9 +465,7 @@ class BrightEdges {
                         !one_depth(own.inverse_depth, result[index(x + i, y + j)].inverse_depth) &&
                         !result[index(x + i, y + j)].edge) {
                         Surface& beside = split[index(x + i, y + j)];
-                        beside.edge = true;
-                        beside.color_from = Vec{};
-                        beside.a = {without_last(8, beside.a.x), without_last(8, beside.a.y)};
+                        beside = with_place(beside, {});
                     }
             }
         return split;

@@ -1,11 +1,10 @@
 // Cells of the stability matrix: frames in which widely separated scales meet in one neighborhood.
 // How each hazard is handled: docs/stability.md.
 //
-// A row is one kind of stiffness (speeds, depth ratios, radiance, lens, sizes, non-finite values;
-// denormals;
-// "crossed": the extremes of all of them at once), a cell one frame of it. Cells are canonical
-// frames and independent of passes. They state whether they are still, in focus or soft, from which
-// the checks deduce which passes must return the input bit for bit.
+// A row is one kind of stiffness (speeds, depth ratios, radiance, lens, sizes, non-finite values,
+// denormals; "crossed": the extremes of all of them at once), a cell one frame of it. Cells are
+// canonical frames and independent of passes. They state whether they are still, in focus or soft,
+// from which the checks deduce which passes must return the input bit for bit.
 #pragma once
 
 #include <string>

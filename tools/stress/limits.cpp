@@ -42,7 +42,7 @@ constexpr const char* kTiedSample =
 // Guertin.
 constexpr const char* kShortVector =
     "vectors below 1e-19 px: their squares are 0 in fp32, so they have no direction; in double "
-    "precision they have one, and are weighed by it";
+    "precision they have one, and are weighted by it";
 constexpr const char* kStillNoise =
     "noise on still vectors: w_B of a vector of length 0 is 0, of any other length up to 1";
 
@@ -95,10 +95,11 @@ const KnownLimits& known_limits() {
            "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}},
         {"joint_blur",
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
+          {"motion", "starts=6", "/paths/apart, nothing found/fp32", 6.5, kApart},
           {"depth", "starts=5", "/paths/apart, nothing found/fp32", 142, kApart},
+          {"depth", "starts=6", "/paths/apart, nothing found/fp32", 142, kApart},
           {"depth", "starts=8", "/paths/apart, nothing found/fp32", 142, kApart},
           {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},
-          {"reference", "starts=5", "/paths/apart, nothing found/fp32", 1.2e-4, kApart},
           {"reference", "denoise=true", "/crossed/*both signs, 65504, f/0.1 at the near plane/fp32",
            3e-4, kTiedSample},
           {"depth", "starts=5", "/lens/f/0.", 10, kSteepLens},

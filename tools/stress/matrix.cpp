@@ -165,7 +165,7 @@ std::string aligned(const std::vector<std::vector<std::string>>& table) {
     return text;
 }
 
-// Median and largest value over the cells of each chain and precision.
+// Upper median and largest value over the cells of each chain and precision.
 std::string numbers_text(const Matrix& matrix) {
     const std::vector<const char*> checks = {"reference", "color", "motion", "depth", "noise"};
     std::map<std::pair<std::string, std::string>, std::map<std::string, std::vector<double>>> found;

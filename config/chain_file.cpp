@@ -202,15 +202,14 @@ ChainFile parse_tree(const ReadTree& read, const std::string& file_name,
 const ParameterTable& link_parameters() {
     static const ParameterTable table =
         ParameterTableBuilder<ChainLink>()
-            .text(
-                "matte", &ChainLink::matte,
-                {.help =
-                     "objects that the pass treats apart: a channel, cryptomatte:NAME, or the name "
-                     "of a cryptomatte in its place; several names with commas",
-                 .unset_means = "nothing"})
+            .text("matte", &ChainLink::matte,
+                  {.help = "objects that the pass treats separately: a channel, cryptomatte:NAME, "
+                           "or the name "
+                           "of a cryptomatte in its place; several names with commas",
+                   .unset_means = "nothing"})
             .choice("matte_effect", &ChainLink::matte_effect, {"unblurred", "unmoved"},
-                    {.help = "unblurred: the matte's objects stay as they are; unmoved: they stand "
-                             "still while the shutter is open (motion_blur, joint_blur)",
+                    {.help = "unblurred: the matte's objects stay as they are; unmoved: they stay "
+                             "in place while the shutter is open (motion_blur, joint_blur)",
                      .unset_means = "unblurred"})
             .table();
     return table;

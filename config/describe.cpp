@@ -70,7 +70,7 @@ JsonArray rules_json(const std::vector<ElisionRule>& rules) {
 // The values and their unit: "0..10 frames".
 std::string value_cell(const Parameter& row) {
     std::string value = row.domain();
-    for (const std::string lead : {"a number in ", "a number ", "one of ", "an "})
+    for (const std::string lead : {"a number in ", "a number ", "one of ", "an ", "a "})
         if (value.starts_with(lead)) value.erase(0, lead.size());
     return markdown_cell(row.unit.empty() ? value : value + " " + row.unit);
 }

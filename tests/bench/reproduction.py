@@ -39,7 +39,8 @@ import recompute  # noqa: E402
 MARK = "<!-- tables of tests/bench/reproduction.py -->"
 WIDTH, HEIGHT = 240, 135
 SEEDS = range(4)
-FILTERS = ["chain", "passes", "shaders", "tools/metrics", "tools/scenes", "tests/bench/guertin.py", "tests/bench/cards.py"]
+FILTERS = ["chain", "passes", "shaders", "tools/metrics", "tools/scenes", "tests/bench/guertin.py",
+           "tests/bench/cards.py"]
 SHOTS = [("wheels", "wheels"), ("flagpole", "flagpole"), ("crossing", "crossing")]  # name, family
 SCENES = [("wheels", "wheels"), ("poles", "poles"), ("crossing", "crossing"), ("zoom", "zoom")]
 CARDS = (160, 100)
@@ -402,7 +403,7 @@ SPEEDS = (0.5, 1, 2, 4, 8, 16, 32)
 
 
 def storage(encoding):
-    """Of half-velocities of 8 bits a component, by speed: rms error in px, rms angle in degrees in any direction and
+    """Errors of half-velocities of 8 bits a component, by speed: rms in px, rms angle in degrees in any direction and
     along the axes, and rms error of displayed values of a texture that all moves, against float velocities."""
     turns = np.arange(4096) * 2 * np.pi / 4096 + 0.01
     y, x = np.mgrid[:48, :48].astype(float)
@@ -550,7 +551,7 @@ MARGINS = {"hdr_flip": 0.005, "noise": 0}  # docs/studies.md; PSNR: .4 dB
 
 
 def finding(metric, mean, half):
-    """Of the interval by itself."""
+    """What the interval alone says: B, A, equal or nothing."""
     if abs(mean) > half:
         return "B" if mean > 0 else "A"
     return "equal" if abs(mean) + half < MARGINS.get(metric, 0.4) else ""

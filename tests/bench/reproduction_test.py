@@ -7,10 +7,12 @@ import sys
 import tempfile
 import types
 import unittest
+import unittest.mock
 
 import numpy as np
 
 sys.modules["postchain"] = types.SimpleNamespace(Device=lambda which: types.SimpleNamespace(renderer="none"))
+import cards  # noqa: E402
 import reproduction  # noqa: E402
 
 
@@ -100,7 +102,7 @@ class Reproduction(unittest.TestCase):
         asked = [row for row in rows if row[7].strip(" |")]
         self.assertEqual(len(asked), len(reproduction.QUESTIONS))
         self.assertEqual({(row[5], row[7]) for row in asked}, {("3/4", "1 |")})
-        # p is .0085 for 9, 10, 11: times 22.
+        # p is .0033 for 9, 10, 11: times 22.
         gains.update({"cards x": 9.0, "cards y": 10.0, "cards z": 11.0})
         p = 1 - math.sqrt(300 / 302)
         with contextlib.redirect_stdout(io.StringIO()) as out:
@@ -108,16 +110,40 @@ class Reproduction(unittest.TestCase):
         self.assertIn(f" | {p * len(reproduction.QUESTIONS):.2g} |", out.getvalue())
 
     def test_velocities_of_8_bits(self):
-        reproduction.SPEEDS = (16,)
+        self.enterContext(unittest.mock.patch.object(reproduction, "SPEEDS", (16,)))
         step = {"report": 40 / 127, "mcguire": 80 / 255}
         for encoding, size in step.items():
             length, angle, axes, image = reproduction.storage(encoding)[0]
             # Each component is off by at most half a step, uniformly.
             self.assertAlmostEqual(length, size / math.sqrt(6), delta=0.02)
             self.assertAlmostEqual(angle, math.degrees(size / math.sqrt(12) / 16), delta=0.1)
-            self.assertTrue(0 < image < 0.1)
+            self.assertAlmostEqual(image, 0.0053, delta=0.002)
             # No code of McGuire's is 0.
             self.assertAlmostEqual(axes, 0 if encoding == "report" else math.degrees(size / 2 / 16), delta=0.02)
+
+    def test_cards_move_as_they_say(self):
+        point = np.random.default_rng(1).uniform(-40, 40, (2, 9))
+        for card in (card for scene in cards.SCENES.values() for card in scene):
+            def place(time):  # in the complex plane
+                return (complex(*card.at) + complex(*card.move) * time
+                        + np.exp((card.grow + 1j * card.turn) * time) * (point[0] + 1j * point[1]))
+            way = place(0.5) - place(-0.5)
+            np.testing.assert_allclose(card.motion(*point), np.stack([way.real, way.imag], -1), atol=1e-9)
+            np.testing.assert_allclose(card.own(place(0.3).real, place(0.3).imag, 0.3), point, atol=1e-9)
+
+    def test_ground_truth_of_cards(self):
+        white, black = (lambda u, v, value=value: np.full((*u.shape, 3), value) for value in (1.0, 0.0))
+        scenes = {"edge": [cards.Card(2, lambda u, v: u < 0, white, move=(16, 0)),
+                           cards.Card(5, cards.everywhere, black)],
+                  "rest": [cards.Card(2, cards.box(30, 20), white), cards.Card(5, cards.everywhere, cards.waves(1, 9))]}
+        with unittest.mock.patch.dict(cards.SCENES, scenes):
+            _, _, truth = cards.render("edge", 40, 4)
+            ramp = np.clip(0.5 - (np.arange(40) - 19.5) / 16, 0, 1)
+            np.testing.assert_allclose(truth[..., 0], np.broadcast_to(ramp, (4, 40)), atol=0.03)
+            (sharp, _, motion), (_, depth, _), truth = cards.render("rest", 48, 32)
+            self.assertLess(np.abs(truth - sharp).mean(), 0.01)
+            self.assertFalse(motion.any())
+            self.assertEqual(set(depth.ravel()), {np.float32(0.5), np.float32(0.2)})
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// The frame of the C functions that have an instance of GL or Vulkan, or a planner.
+// What the C functions of GL, Vulkan and the planner share.
 #pragma once
 
 #include <type_traits>
@@ -37,7 +37,7 @@ class InstanceBase {
 template <class Handle>
 inline constexpr const char* kKind = nullptr;
 
-// `check`: of the whole info. `make`: makes Handle::is.
+// `check` checks the whole info, `make` makes Handle::is.
 template <class Handle, class Info, class Check, class Make>
 pc_result create_handle(const Info* given, const char* name, Handle** handle, const Check& check,
                         const Make& make) {
@@ -77,8 +77,8 @@ pc_result call(Handle* handle, const Work& work) {
     });
 }
 
-// Calls work(ChainVersion, Struct) with the whole struct of a host: its frame with neighbors, or
-// another.
+// Calls work(ChainVersion, Struct) with a complete copy of the host's struct; a pc_frame has its
+// neighbors.
 template <class Struct, class Work>
 Failure with_chain(const pc_chain* chain, const Struct* given, const char* name, const Work& work) {
     const Use use(chain, "chain");

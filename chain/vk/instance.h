@@ -42,7 +42,7 @@ class Instance : public guest::InstanceBase<pc_vk_create_info> {
     const Times* newest_times() const { return clock_->newest(); }
     void count(pc_counters& out) const { plans_.count(*programs_, *pool_, out); }
     std::string explain() const { return plans_.explain(); }
-    // That of the device is the host's matter.
+    // Vulkan has no current context.
     static guest::Failure check_context() { return {}; }
 
   private:

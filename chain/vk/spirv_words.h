@@ -57,7 +57,7 @@ inline Op op_of(Words one) {
     return Op(one[0] & 0xffff);
 }
 
-// Of a variable.
+// The storage class of a variable.
 inline StorageClass storage_of(Words one) {
     return StorageClass(one[3]);
 }

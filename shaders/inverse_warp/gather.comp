@@ -80,8 +80,8 @@ vec4 color_beside(Pixel pixel, uint place, Plane plane) {
     return fetch(WIDE(color, layers), plane, ivec2(beside(pixel.p, place)));
 }
 
-// The surface that stays in front of the pixel's own, laid over its mean by its part. `held`: the pixel's color
-// with the front's in place of the other part.
+// Lays the surface in front over the mean, by its part. `held`: the pixel's color with the surface behind
+// replaced by the one in front.
 vec4 with_front_over(Pixel pixel, Plane plane, vec4 mean) {
     const float part = front_part(pixel.own);
     if (part == 0.0) return mean;

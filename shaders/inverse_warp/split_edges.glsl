@@ -6,7 +6,7 @@ layout(binding = 3) uniform usampler2D shown;
 // A word of `mixed`, beside a place (mixture.glsl).
 const uint kTakes = 32u;  // the pixel takes the surface there, not the color
 const uint kMixed = 64u;
-const uint kHolds = 128u;  // the surface there, before which another one stays. Then that one's color and part:
+const uint kHolds = 128u;  // the pixel takes the surface there, and another stays in front: its place and part follow
 const int kFrontShift = 8, kPartsShift = 13;
 
 void list_edges() {

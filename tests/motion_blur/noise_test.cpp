@@ -93,7 +93,8 @@ TEST(Noise, ShiftsWithSeedAndFrame) {
 }
 
 // Neither a float's 24 bits nor the sign decide: 10,000 frames anywhere have as many patterns as
-// 10,000 random choices of the 16,384, and none stays for two frames.
+// 10,000 random choices of the 16,384, and no more stay for two frames than by chance: 0.6 of
+// 10,000.
 TEST(Noise, LongRunsDoNotRepeat) {
     noise::Parameters p;
     p.animate_noise = true;

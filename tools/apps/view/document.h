@@ -43,7 +43,7 @@ class Document {
 
     // The chain that filters a frame: without passes that are off, with the keys' focus.
     Chain chain_at(int frame) const;
-    // Of that chain.
+    // Hash of the chain that filters a frame.
     uint64_t hash_at(int frame) const;
     // Its camera alone.
     Camera camera_at(int frame) const;

@@ -11,10 +11,10 @@ struct Message {
     std::string text;
 };
 
-// The newest last; errors until they are mended or dismissed.
+// The newest last, each text once.
 class Messages {
   public:
-    // Of the code that the command shares: in words of the window.
+    // Messages of shared code get the window's words.
     void say(const std::string& words, bool error = false);
     void clear() { list_.clear(); }
     const std::deque<Message>& list() const { return list_; }

@@ -185,8 +185,9 @@ Status OpenChain::save(const std::string& path, bool replace) {
     document_.saved(std::move(saved.off));
     messages_.say(path +
                   (saved.kept ? ": saved" : ": saved, written anew below its first comments"));
-    if (!document_.keys_changed()) discard_edits();
-    if (document_.keys_changed())
+    if (!document_.keys_changed())
+        discard_edits();
+    else
         messages_.say("the focus keys are not in the chain file: save the camera file too");
     return Status();
 }

@@ -24,7 +24,7 @@ class Playback {
     std::vector<int> frames() const { return store_.frames(); }
     void go_to(int frame);  // the nearest frame on disk
     void step(int frames);  // forth or back in the list, around its ends
-    // -1: backward, 0: stands, 1: forward.
+    // -1: backward, 0: stopped, 1: forward.
     int playing() const { return playing_; }
     void play(int direction);
     // The frames between which play turns, and to which Home and End lead; empty: all.

@@ -67,6 +67,15 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     }
 }
 
+// The reduced set has the passes with their defaults, whose limits are others.
+TEST(Stress, ShippedChainsHoldWherePathsPart) {
+    MatrixOptions options;
+    options.only = "apart, nothing found/fp32";
+    std::vector<Subject> subjects;
+    for (const char* name : {"fast", "balanced", "best"}) subjects.push_back(shipped(name));
+    EXPECT_EQ(failures(test::must(run_matrix(test::executor(), subjects, options))), "");
+}
+
 // A cell that claims what does not hold.
 TEST(Stress, ChecksSeeWhatTheyAreFor) {
     const Subject subject =

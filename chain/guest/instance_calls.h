@@ -1,4 +1,4 @@
-// What the C functions of GL, Vulkan and the planner share.
+// The shared bodies of the C functions of GL, Vulkan and the planner.
 #pragma once
 
 #include <type_traits>
@@ -33,9 +33,11 @@ class InstanceBase {
     mutable std::string logged_;
 };
 
-// Messages name a handle by its kind.
+// Messages name a handle by its kind, a struct by its C name. read_frame() knows that of pc_frame.
 template <class Handle>
 inline constexpr const char* kKind = nullptr;
+template <class Struct>
+inline constexpr const char* kName = nullptr;
 
 // `check` checks the whole info, `make` makes Handle::is.
 template <class Handle, class Info, class Check, class Make>
@@ -80,7 +82,7 @@ pc_result call(Handle* handle, const Work& work) {
 // Calls work(ChainVersion, Struct) with a complete copy of the host's struct; a pc_frame has its
 // neighbors.
 template <class Struct, class Work>
-Failure with_chain(const pc_chain* chain, const Struct* given, const char* name, const Work& work) {
+Failure with_chain(const pc_chain* chain, const Struct* given, const Work& work) {
     const Use use(chain, "chain");
     RETURN_IF_ERROR(use.failure());
     const Struct* whole = nullptr;
@@ -90,28 +92,26 @@ Failure with_chain(const pc_chain* chain, const Struct* given, const char* name,
         return work(version_of(chain), *whole);
     } else {
         Struct copy;
-        RETURN_IF_ERROR(read_struct(given, name, copy, whole));
+        RETURN_IF_ERROR(read_struct(given, kName<Struct>, copy, whole));
         return work(version_of(chain), *whole);
     }
 }
 template <class Handle, class Struct, class Work>
-pc_result call(Handle* handle, const pc_chain* chain, const Struct* given, const char* name,
-               const Work& work) {
-    return call(handle, [&] { return with_chain(chain, given, name, work); });
+pc_result call(Handle* handle, const pc_chain* chain, const Struct* given, const Work& work) {
+    return call(handle, [&] { return with_chain(chain, given, work); });
 }
 
 template <class Handle>
-pc_result prepare(Handle* handle, const pc_chain* chain, const auto* frame, const char* name,
-                  bool wait) {
-    return call(handle, chain, frame, name, [&](const ChainVersion& of, const auto& whole) {
+pc_result prepare(Handle* handle, const pc_chain* chain, const auto* frame, bool wait) {
+    return call(handle, chain, frame, [&](const ChainVersion& of, const auto& whole) {
         return handle->is->prepare(of, whole, wait);
     });
 }
 
 template <class Handle>
-pc_result query_frame(Handle* handle, const pc_chain* chain, const auto* frame, const char* name,
+pc_result query_frame(Handle* handle, const pc_chain* chain, const auto* frame,
                       pc_frame_needs* needs) {
-    return call(handle, chain, frame, name, [&](const ChainVersion& of, const auto& whole) {
+    return call(handle, chain, frame, [&](const ChainVersion& of, const auto& whole) {
         return change_struct(needs, "pc_frame_needs", [&](pc_frame_needs& out) {
             return handle->is->needs_of(of, whole, out);
         });

@@ -22,6 +22,8 @@ struct pc_instance {
 
 template <>
 inline constexpr const char* postchain::guest::kKind<pc_instance> = "instance";
+template <>
+inline constexpr const char* postchain::guest::kName<pc_budget> = "pc_budget";
 
 extern "C" {
 
@@ -62,12 +64,12 @@ pc_result pc_query(const pc_instance* instance, pc_capabilities* out) {
 }
 
 pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
-    return guest::prepare(instance, chain, frame, "pc_frame", wait != 0);
+    return guest::prepare(instance, chain, frame, wait != 0);
 }
 
 pc_result pc_query_frame(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                          pc_frame_needs* needs) {
-    return guest::query_frame(instance, chain, frame, "pc_frame", needs);
+    return guest::query_frame(instance, chain, frame, needs);
 }
 
 pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
@@ -97,7 +99,7 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
 }
 
 pc_result pc_set_budget(pc_instance* instance, pc_chain* chain, const pc_budget* budget) {
-    return guest::call(instance, chain, budget, "pc_budget",
+    return guest::call(instance, chain, budget,
                        [&](const ChainVersion& of, const pc_budget& whole) {
                            return instance->is->set_budget(of, whole);
                        });

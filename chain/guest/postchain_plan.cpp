@@ -30,14 +30,13 @@ namespace {
 template <class Work>
 pc_result call(pc_planner* planner, pc_chain* chain, const pc_frame* frame, const Work& work) {
     return guest::look(planner, guest::kKind<pc_planner>, [&] {
-        return guest::with_chain(
-            chain, frame, "pc_frame", [&](const ChainVersion& of, const pc_frame& given) {
-                FrameCopy copy = {given, {}};
-                guest::set_neighbors(copy.frame, {given.before, given.after}, copy.neighbors);
-                for (pc_frame* one : {&copy.frame, &copy.neighbors[0], &copy.neighbors[1]})
-                    if ((one->flags & PC_BOTTOM_LEFT) == 0) one->flags |= PC_TOP_LEFT;
-                return work(of, copy.frame);
-            });
+        return guest::with_chain(chain, frame, [&](const ChainVersion& of, const pc_frame& given) {
+            FrameCopy copy = {given, {}};
+            guest::set_neighbors(copy.frame, {given.before, given.after}, copy.neighbors);
+            for (pc_frame* one : {&copy.frame, &copy.neighbors[0], &copy.neighbors[1]})
+                if ((one->flags & PC_BOTTOM_LEFT) == 0) one->flags |= PC_TOP_LEFT;
+            return work(of, copy.frame);
+        });
     });
 }
 

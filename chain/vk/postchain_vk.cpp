@@ -22,14 +22,10 @@ template <>
 inline constexpr size_t kMinSize<pc_vk_steps> = sizeof(pc_vk_steps);
 template <>
 inline constexpr const char* kKind<pc_vk_instance> = "Vulkan instance";
+template <>
+inline constexpr const char* kName<pc_vk_frame> = "pc_vk_frame";
 
 }  // namespace postchain::guest
-
-namespace {
-
-constexpr const char* kFrame = "pc_vk_frame";
-
-}  // namespace
 
 extern "C" {
 
@@ -52,12 +48,12 @@ const char* pc_vk_last_error(const pc_vk_instance* instance) {
 
 pc_result pc_vk_prepare(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
                         int wait) {
-    return guest::prepare(instance, chain, frame, kFrame, wait != 0);
+    return guest::prepare(instance, chain, frame, wait != 0);
 }
 
 pc_result pc_vk_run(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
                     VkCommandBuffer command_buffer) {
-    return guest::call(instance, chain, frame, kFrame,
+    return guest::call(instance, chain, frame,
                        [&](const ChainVersion& of, const pc_vk_frame& whole) {
                            return instance->is->run(of, whole, command_buffer);
                        });
@@ -65,7 +61,7 @@ pc_result pc_vk_run(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame
 
 pc_result pc_vk_begin(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
                       pc_vk_steps* steps) {
-    return guest::call(instance, chain, frame, kFrame,
+    return guest::call(instance, chain, frame,
                        [&](const ChainVersion& of, const pc_vk_frame& whole) {
                            return change_struct(steps, "pc_vk_steps", [&](pc_vk_steps& out) {
                                return instance->is->begin(of, whole, out);
@@ -96,7 +92,7 @@ pc_result pc_vk_timings(pc_vk_instance* instance, pc_time* times, uint32_t* coun
 
 pc_result pc_vk_query_frame(pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
                             pc_frame_needs* needs) {
-    return guest::query_frame(instance, chain, frame, kFrame, needs);
+    return guest::query_frame(instance, chain, frame, needs);
 }
 
 pc_result pc_vk_count(const pc_vk_instance* instance, pc_counters* counters) {

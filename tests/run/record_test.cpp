@@ -179,7 +179,7 @@ TEST_F(SkipTest, UnderStrictIsForCheckedValues) {
     }
 }
 
-// What --like repeats: a field that is written and not read back would be lost without a word.
+// --like repeats a record: a field that is not read back would be lost without a word.
 TEST_F(SequenceTest, ARecordReadsBackAsItWasWritten) {
     test::write_sequence(at(""), {1, 2});
     test::write_text(at("camera.json"), R"({"f_stop": 2.5, "focus_distance": 3})");

@@ -98,40 +98,34 @@ Status check_continuity(Measurement& measured) {
         eps_of_depth =
             std::min(eps_of_depth,
                      kMaxRadiusChangePx / std::max(lens_slope_px(measured.cell().frame), 1e-30));
-    struct Row {
-        const char* check;
-        double eps;
-        double bound;
-        FramePlanes planes;
-        const char* compared_is;
-    };
     const Bounds& bounds = measured.bounds();
-    std::vector<Row> rows;
-    const auto add = [&](const char* check, Role role, double eps, double bound,
-                         const char* compared_is) {
-        if (measured.wants(check))
-            rows.push_back({check, eps, bound, changed(role, eps), compared_is});
-    };
-    add("color", Role::color, bounds.eps, bounds.color, "result with the color changed by eps");
-    add("motion", Role::motion, bounds.eps, bounds.motion, "result with the motion changed by eps");
-    add("depth", Role::inverse_depth, eps_of_depth, bounds.depth,
-        "result with the depth changed by eps");
-    FramePlanes noisy = measured.cell().planes;
-    if (measured.wants("noise") && add_noise(noisy))
-        rows.push_back({"noise", kNoisePx, bounds.noise, std::move(noisy),
-                        "result with noise on vectors that are 0"});
-    for (auto& [check, eps, bound, planes, compared_is] : rows) {
+    const auto compare = [&](const char* check, FramePlanes planes, double eps, double bound,
+                             const char* compared_is) -> Status {
         ASSIGN_OR_RETURN(auto out, measured.filter_anew(measured.chain(), std::move(planes)));
         const Change change =
-            change_of(measured.result(), out, kJump * eps * most, measured.bounds().fraction);
+            change_of(measured.result(), out, kJump * eps * most, bounds.fraction);
         measured.add(check, mean > 0 ? change.mean / (eps * mean) : change.mean, bound,
                      concat("times the input's change of ", eps, ", largest jump ",
                             change.jump / most, " of the largest color"));
         measured.add_images(measured.color(), measured.result(), out,
                             changes_of(measured.result(), out, most), compared_is,
                             "change relative to the largest color");
-    }
-    return Status();
+        return Status();
+    };
+    if (measured.wants("color"))
+        RETURN_IF_ERROR(compare("color", changed(Role::color, bounds.eps), bounds.eps, bounds.color,
+                                "result with the color changed by eps"));
+    if (measured.wants("motion"))
+        RETURN_IF_ERROR(compare("motion", changed(Role::motion, bounds.eps), bounds.eps,
+                                bounds.motion, "result with the motion changed by eps"));
+    if (measured.wants("depth"))
+        RETURN_IF_ERROR(compare("depth", changed(Role::inverse_depth, eps_of_depth), eps_of_depth,
+                                bounds.depth, "result with the depth changed by eps"));
+    if (!measured.wants("noise")) return Status();
+    FramePlanes noisy = measured.cell().planes;
+    if (!add_noise(noisy)) return Status();
+    return compare("noise", std::move(noisy), kNoisePx, bounds.noise,
+                   "result with noise on vectors that are 0");
 }
 
 }  // namespace postchain::stress

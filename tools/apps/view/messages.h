@@ -1,4 +1,4 @@
-// What the viewer tells its user.
+// The viewer's messages to its user.
 #pragma once
 
 #include <deque>

@@ -134,7 +134,7 @@ PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t ch
                uint64_t revision);
 
 // The values that select programs, beside the planes that a frame may lack: pc_prepare() compiles
-// the programs of all frames of one kind. docs/integration.md lists the members.
+// the programs of all frames of one kind. Its comment in postchain.h lists the members.
 struct FrameKind {
     uint64_t chain = 0, revision = 0;
     uint32_t flags = 0;  // those of kPlanFlags

@@ -1,7 +1,7 @@
 // The gather (gather.comp, samples.glsl), the sums over a pixel's samples (accumulate.glsl,
-// adaptive.glsl) and denoising (denoise.comp), one pixel at a time, written from
-// docs/inverse_warp.md. The functions are named as in GLSL; the two share only constants, the
-// random numbers and the rounding of storage.
+// adaptive.glsl) and denoising (denoise.comp), one pixel at a time, written from the rules, which
+// docs/inverse_warp.md has in short. The functions are named as in GLSL; the two share only
+// constants, the random numbers and the rounding of storage.
 #include "passes/inverse_warp/reference.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The search of the inverse warp's double-precision reference (search.glsl, second_layer.glsl,
 // neighbors.glsl): the surface that a sample sees at a pixel, in any frame or continued behind what
 // this frame shows; and the fill of surfaces that no frame shows (background.comp,
-// background.glsl). Written from docs/inverse_warp.md.
+// background.glsl). Written from the rules, which docs/inverse_warp.md has in short.
 #pragma once
 
 #include <array>

@@ -2,7 +2,7 @@
 // frame, its motion and its circle of confusion (surface.glsl, surfaces.comp, bright_edges.comp,
 // shown_surfaces.comp, mixed_pixels.comp), a neighbor's light beside this frame's (light.comp), and
 // the surfaces from which a search starts (block_surfaces.comp, hidden_surfaces.comp,
-// start_choice.glsl). Written from docs/inverse_warp.md.
+// start_choice.glsl). Written from the rules, which docs/inverse_warp.md has in short.
 #pragma once
 
 #include <array>

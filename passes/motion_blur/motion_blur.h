@@ -15,7 +15,7 @@ enum class StaticDirection { perpendicular, dominant };
 enum class VelocityStorage { automatic, fp16, fp32, unorm8 };  // automatic: none
 
 struct Parameters : inverse_warp::Parameters {
-    // Without a lens there is little noise (docs/inverse_warp.md).
+    // Without a lens there is little noise.
     Parameters() { denoise = false; }
 
     Mode mode = Mode::inverse_warp;

@@ -1,7 +1,7 @@
 // Tuned constants of the inverse warp, for its steps and for their double-precision reference. The line above
 // a group says what it was chosen on and what it gains. "Tuning": the tuning set (docs/scenes.md), dB of PSNR;
 // joint: of shutter and lens, lens, motion: of one alone, means of three scenes.
-// docs/inverse_warp.md#rules-and-their-gains has the gain of each rule.
+// docs/inverse_warp.md#rules-and-their-gains has the gains of rules without a constant.
 #ifndef POSTCHAIN_SHARED_INVERSE_WARP_CONSTANTS_H
 #define POSTCHAIN_SHARED_INVERSE_WARP_CONSTANTS_H
 

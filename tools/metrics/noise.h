@@ -9,7 +9,7 @@
 // 64(2), 1996, for N; it averages |r| over the image, which edges enlarge. The median instead:
 // Donoho and Johnstone, "Ideal spatial adaptation by wavelet shrinkage", Biometrika 81(3), 1994.
 // Fine texture is taken for noise. Noise only at edges, or smeared by a denoiser, is
-// underestimated. docs/metrics.md states the error for path-traced frames.
+// underestimated.
 #pragma once
 
 #include <map>

@@ -1,4 +1,4 @@
-// The checks of every cell of the stability matrix (spec metrics.md, "Stability").
+// The checks of every cell of the stability matrix (docs/stability.md, "Conditions").
 //
 //   check        value                                                          bound
 //   ------------ -------------------------------------------------------------- -----------------

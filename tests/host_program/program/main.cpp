@@ -1,4 +1,4 @@
-// Motion blur over a frame made on the spot. docs/library.md explains it.
+// Motion blur over a frame made on the spot: the example of docs/library.md.
 #include <cstdio>
 
 #include "chain/egl/context.h"

@@ -17,7 +17,7 @@ inline constexpr const char* kDecidingMetric = "hdr_flip";
 
 // The ground truth is too noisy for a metric that is best at 1 if an error-free image would deviate
 // by more than kNoiseShare, and for mse and psnr if its noise is more than kNoiseOfError of the
-// smallest MSE. docs/metrics.md derives the limits.
+// smallest MSE. docs/metrics.md, "Noise of the ground truth".
 inline constexpr double kNoiseShare = 0.06;
 inline constexpr double kNoiseOfError = 0.5;
 

@@ -1,6 +1,6 @@
 // The members of the report's address.
 //
-// show, last: "truth", "input" or the number of a variant, from 1; docs/report.md has the rest.
+// show, last: "truth", "input" or the number of a variant, from 1.
 import { flag, number_between, one_of, one_of_numbers } from "../viewer/state.js";
 
 const boxes = (frames, width, height) => ({

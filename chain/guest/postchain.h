@@ -326,7 +326,7 @@ typedef struct pc_frame {
 
 /* Sets depth_encoding, the flags of rows and vectors, motion_scale and motion_bias to the
  * conventions of an engine: "unity", "unreal", "bevy", "godot", "falcor", "g3d". frame->width and
- * height must be set. docs/integration.md has the table. Check the result with pc_check_motion(). */
+ * height must be set. docs/integration.md lists them. Check the result with pc_check_motion(). */
 PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 
 /* [GL] Compiles the programs of every frame of this kind, and makes this frame's textures. A kind

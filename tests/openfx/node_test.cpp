@@ -164,10 +164,12 @@ TEST(Messages, GoWithTheirCause) {
     const auto set_project = [&](double width, double height) {
         node.object().properties.set("OfxImageEffectPropProjectSize", {width, height});
     };
-    set_project(9e5, 9e5);
-    EXPECT_EQ(node.render(2), kStatErrMemory);
-    EXPECT_THAT(node.message(), HasSubstr("take "));
-    EXPECT_THAT(node.message(), HasSubstr("TiB, and the limit is "));
+    for (const auto& [width, height] : {std::pair(16385, 9), {9, 16385}, {900000, 900000}}) {
+        set_project(width, height);
+        fails(concat("the frame has ", std::max(width, kWidth), "x", std::max(height, kHeight),
+                     " pixels, and the limit is 16384 a side")
+                  .c_str());
+    }
     set_project(kWidth, kHeight);
     works();
     // Options of a later release.

@@ -23,6 +23,8 @@ namespace {
 
 // Beyond this a host's region is infinite.
 constexpr double kInfinite = 1e6;
+// Pixels of a side: most devices' limit of a texture, and the command's of a frame.
+constexpr int kMaxSide = 16384;
 
 // Canonical coordinates -> pixels.
 Bounds pixels_of(const Region& region, const Moment& moment, double pixel_aspect) {
@@ -107,6 +109,11 @@ Result<Node> Node::read(const EffectType& type, Effect effect, const Moment& mom
     Node node(type, effect, moment);
     RETURN_IF_ERROR(node.read_clips());
     node.read_sizes();
+    const Bounds& window = node.window_;
+    if (std::max(window.width(), window.height()) > kMaxSide)
+        return input_error(concat("the frame has ", window.width(), "x", window.height(),
+                                  " pixels, and the limit is ", kMaxSide,
+                                  " a side; render a smaller frame or a proxy"));
     ASSIGN_OR_RETURN(node.conventions_,
                      read_conventions(node.values_, moment.scale_x, moment.scale_y));
     node.cut_after_ = node.values_.boolean(kCut);

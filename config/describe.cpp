@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "chain/base/json.h"
 #include "config/chain_file.h"
@@ -75,14 +76,27 @@ std::string value_cell(const Parameter& row) {
     return markdown_cell(row.unit.empty() ? value : value + " " + row.unit);
 }
 
-void add_table_markdown(std::string& text, const ParameterTable& table) {
+// Row of a table -> name of the pass that shows it.
+using ShownRows = std::map<std::string, std::string>;
+
+// A row that another pass shows in the same words is only named, below the table.
+void add_table_markdown(std::string& text, const ParameterTable& table,
+                        const std::string& pass = {}, ShownRows* shown = nullptr) {
+    std::map<std::string, std::string> keys_of;  // by that pass
     text += "| parameter | value | default | effect |\n|---|---|---|---|\n";
     for (const auto& row : table.rows()) {
         std::string help = row.full_help();
         if (!row.excludes.empty()) help += " (not together with `" + row.excludes + "`)";
-        text += "| `" + row.key + "` | " + value_cell(row) + " | " +
-                markdown_cell(default_of(row)) + " | " + markdown_cell(help) + " |\n";
+        const std::string line = "| `" + row.key + "` | " + value_cell(row) + " | " +
+                                 markdown_cell(default_of(row)) + " | " + markdown_cell(help) +
+                                 " |\n";
+        const std::string& owner = shown ? shown->emplace(line, pass).first->second : pass;
+        if (owner == pass)
+            text += line;
+        else
+            keys_of[owner] += (keys_of[owner].empty() ? "`" : ", `") + row.key + "`";
     }
+    for (const auto& [other, keys] : keys_of) text += "\nAs in `" + other + "`: " + keys + ".\n";
 }
 
 void add_rules_markdown(std::string& text, const std::vector<ElisionRule>& rules) {
@@ -100,6 +114,15 @@ JsonObject pass_json(const PassType& type) {
             {"rules", rules_json(type.rules)}};
 }
 
+std::string pass_markdown(const PassType& type, ShownRows* shown) {
+    std::string text = "### " + type.title + " (`" + type.name + "`)\n\n" + type.help + "\n\n";
+    add_table_markdown(text, *type.parameters, type.name, shown);
+    if (type.rules.empty()) return text;
+    text += "\n";
+    add_rules_markdown(text, type.rules);
+    return text;
+}
+
 }  // namespace
 
 std::string pass_as_text(const PassType& type) {
@@ -114,12 +137,7 @@ std::string pass_as_json(const PassType& type) {
 }
 
 std::string pass_as_markdown(const PassType& type) {
-    std::string text = "### " + type.title + " (`" + type.name + "`)\n\n" + type.help + "\n\n";
-    add_table_markdown(text, *type.parameters);
-    if (type.rules.empty()) return text;
-    text += "\n";
-    add_rules_markdown(text, type.rules);
-    return text;
+    return pass_markdown(type, nullptr);
 }
 
 std::string passes_as_text(const PassRegistry& registry) {
@@ -145,7 +163,8 @@ std::string passes_as_json(const PassRegistry& registry) {
 
 std::string passes_as_markdown(const PassRegistry& registry) {
     std::string text;
-    for (const auto& type : registry.types()) text += pass_as_markdown(type) + "\n";
+    ShownRows shown;
+    for (const auto& type : registry.types()) text += pass_markdown(type, &shown) + "\n";
     text += "### Every pass\n\nBesides its own parameters, see [mattes](layers.md#mattes).\n\n";
     add_table_markdown(text, link_parameters());
     text +=

@@ -20,7 +20,7 @@ END
 
 table=$("$command" inspect --camera-metadata)
 {
-    sed '/^| attribute | writer |/,$d' docs/profiles.md
+    sed '/^| value | attributes: /,$d' docs/profiles.md
     printf '%s\n' "$table"
 } > docs/profiles.md.new
 mv docs/profiles.md.new docs/profiles.md

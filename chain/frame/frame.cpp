@@ -107,8 +107,7 @@ const ParameterTable& camera_parameters() {
                      .help = "time the shutter is open",
                      .unset_means = "from --camera, otherwise 0.5"})
             .choice("shutter_position", &Camera::shutter_position, shutter_position_names(),
-                    {.help = "the frame's place in the time the shutter is open: it opens at the "
-                             "frame, is centered on it, or closes at it",
+                    {.help = "the shutter opens at the frame, is centered on it, or closes at it",
                      .unset_means = "from --camera, otherwise center"})
             .number(
                 "meters_per_unit", &Camera::meters_per_unit,
@@ -140,8 +139,7 @@ const ParameterTable& camera_parameters() {
             .number("aperture_curvature", &Camera::aperture_curvature,
                     {.min = 0,
                      .max = 1,
-                     .help = "curvature of the blades, in inverse radii of the aperture: 0 "
-                             "straight, 1 a disc",
+                     .help = "curvature of the blades: 0 straight, 1 a disc",
                      .unset_means = "from --camera, otherwise 0",
                      .excludes = "aperture_image"})
             .number("aperture_ratio", &Camera::aperture_ratio,
@@ -154,8 +152,8 @@ const ParameterTable& camera_parameters() {
                     {.min = 0,
                      .max = 1,
                      .unit = "radii",
-                     .help = "shift of the lens barrel's circle, which cuts the aperture, in the "
-                             "corners of the frame; 0: not cut",
+                     .help = "how far the lens barrel cuts the aperture in the corners of the "
+                             "frame; 0: not cut",
                      .unset_means = "from --camera, otherwise 0"})
             .table();
     return table;

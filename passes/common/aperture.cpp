@@ -41,8 +41,7 @@ const ParameterTable& aperture_parameter_table() {
             .number("aperture_curvature", &P::aperture_curvature,
                     {.min = 0,
                      .max = 1,
-                     .help = "curvature of the blades, in inverse radii of the aperture: 0 "
-                             "straight, 1 a disc",
+                     .help = "curvature of the blades: 0 straight, 1 a disc",
                      .unset_means = camera,
                      .excludes = "aperture_image",
                      .read_if = {{blades}}})
@@ -58,8 +57,8 @@ const ParameterTable& aperture_parameter_table() {
                     {.min = 0,
                      .max = 1,
                      .unit = "radii",
-                     .help = "shift of the lens barrel's circle, which cuts the aperture, in the "
-                             "corners of the frame; 0: not cut",
+                     .help = "how far the lens barrel cuts the aperture in the corners of the "
+                             "frame; 0: not cut",
                      .unset_means = camera})
             .table();
     return rows;

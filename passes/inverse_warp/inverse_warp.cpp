@@ -28,9 +28,8 @@ const ParameterTable& search_table() {
                       .help = "start surfaces of the search from the blocks around, "
                               "beside the pixel's own"})
             .choice("neighbors", &SearchParameters::neighbors, {"none", "before", "both"},
-                    {.help = "neighboring frames searched for surfaces occluded in "
-                             "this one, if their planes are available: none, the one before (as "
-                             "an engine has), or both"})
+                    {.help = "frames searched for surfaces occluded in this one, if their planes "
+                             "are available: none, the one before, or both"})
             .table();
     return table;
 }

@@ -417,7 +417,11 @@ class Gather {
             sample.u =
                 s_.shutter->time_shift + s_.shutter->time_scale * time_of(k, set.n, part, random.y);
         if (s_.lens) {
-            const int table = std::min(int(random.x * points_.sets), points_.sets - 1);
+            const bool turned =
+                s_.shutter && set.n >= kFewestTurned && set.n <= kMostTurned && k < int(set.n) / 2;
+            const double turn = random.x + (turned ? 0.5 * random.y : 0);
+            const int table =
+                std::min(int((turn - std::floor(turn)) * points_.sets), points_.sets - 1);
             const auto point = points_.at(set.first + k, table);
             sample.lens = {point[0], point[1]};
         }

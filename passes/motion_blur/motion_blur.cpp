@@ -27,8 +27,7 @@ const ParameterTable& table() {
                       .soft_max = 33,
                       .odd = true,
                       .unit = "taps",
-                      .help = "taps of the gather per pixel; inverse_warp: largest number of time "
-                              "samples",
+                      .help = "taps per pixel; inverse_warp: largest number of time samples",
                       .convergence = Convergence::set,
                       .converged = 401})
             .integer("max_blur_px", &P::max_blur_px,

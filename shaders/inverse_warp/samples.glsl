@@ -50,12 +50,15 @@ float time_of(int k, float order, SampleSet set, float part, float random) {
     return open_u;
 }
 
-// xy: in the unit disc, z: the order of its time (common/lens_samples.comp).
-vec3 lens_sample(int index, float random) {
+// Sample k of the set. xy: in the unit disc, z: the order of its time (common/lens_samples.comp). With the
+// shutter, the inner half of a middling number of samples is turned by the other random number too: one
+// turn for all leaves a hatch in lamps.
+vec3 lens_sample(int k, SampleSet set, vec2 random) {
 #if LENS
-    const int table =
-        clamp(int(random * float(uniforms.lens_sets)), 0, uniforms.lens_sets - 1);
-    return texelFetch(lens_samples, ivec2(index, table), 0).xyz;
+    const bool turned = kShutter && set.n >= kFewestTurned && set.n <= kMostTurned && k < int(set.n) / 2;
+    precise const float turn = fract(random.x + (turned ? 0.5 * random.y : 0.0));
+    const int table = clamp(int(turn * float(uniforms.lens_sets)), 0, uniforms.lens_sets - 1);
+    return texelFetch(lens_samples, ivec2(set.first + k, table), 0).xyz;
 #else
     return vec3(0.0);
 #endif
@@ -64,7 +67,7 @@ vec3 lens_sample(int index, float random) {
 Sample sample_at(int k, SampleSet set, Pixel pixel) {
     // The number of samples with a lens is whole.
     precise const float part = kLens ? 1.0 : min(set.n - float(k), 1.0);
-    const vec3 point = lens_sample(set.first + k, pixel.random.x);
+    const vec3 point = lens_sample(k, set, pixel.random);
     Sample at;
     at.u = time_of(k, point.z, set, part, pixel.random.y);
     at.bend = bend_at(at.u);

@@ -121,6 +121,9 @@ INVERSE_WARP_NUMBER kOneRadiusPx = 0.25;  // radii of one circle differ by at mo
 INVERSE_WARP_NUMBER kSoftSpread = 8.0;  // least variance of blurred samples, px^2: a radius of 4 px
 INVERSE_WARP_NUMBER kWindow = 5.7, kWindowWithShutter = 4.2;  // weight exp(-k sqrt(samples) d^T C^-1 d)
 INVERSE_WARP_NUMBER kLeastWeight = 1.0 / 64.0;  // taken off every weight: the window ends without a step
+// Chosen on tuning: balanced .02 to .10 dB at equal HDR-FLIP, a fainter hatch. Other numbers cover the lens better
+// with one turn: fast loses up to 3 % on exact shots with two, 128 samples .15 dB.
+INVERSE_WARP_NUMBER kFewestTurned = 20.0, kMostTurned = 32.0;  // samples whose inner half has a turn of its own
 // Chosen on tuning: .15 dB at equal time.
 INVERSE_WARP_NUMBER kNoiseVariance = 0.045;  // of samples, as shown, above which a block takes more ...
 INVERSE_WARP_NUMBER kMoreWeight = 4.0;  // ... and growth of their weight with its multiples

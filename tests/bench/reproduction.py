@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Measures the claims of the 2013 report: the figures of docs/reproduction.md.
+"""Measures the claims of the 2013 report: docs/reproduction.md, its tables in docs/studies/tables.md.
 
     PYTHONPATH=build/python tests/bench/reproduction.py FOLDER [--data DATA] [--only 4.3] [--write FILE]
                                                            [--pictures FOLDER]

@@ -312,8 +312,12 @@ TEST_F(DescribeTest, SchemaAndPasses) {
     const auto fxaa = Json::parse(run({"passes", "fxaa", "--json"}).out, nullptr, false);
     EXPECT_EQ(fxaa["name"], "fxaa");
     EXPECT_NE(std::find(passes.begin(), passes.end(), fxaa), passes.end());
-    EXPECT_TRUE(
-        contains(run({"passes", "--markdown"}).out, run({"passes", "fxaa", "--markdown"}).out));
+    const std::string page = run({"passes", "--markdown"}).out;
+    EXPECT_TRUE(contains(page, run({"passes", "fxaa", "--markdown"}).out));
+    // A row that an earlier pass has in the same words is shown once.
+    EXPECT_EQ(matches(page, "\n(\\| `coc` \\|)").size(), 1u);
+    EXPECT_TRUE(contains(page, "\nAs in `depth_of_field`: `coc`, `focal_length_mm`, "));
+    EXPECT_TRUE(contains(run({"passes", "joint_blur", "--markdown"}).out, "\n| `coc` |"));
     expect_ends(run({"passes", "motion_blurr"}), 2,
                 {"unknown pass 'motion_blurr' (did you mean 'motion_blur'?)"});
 }

@@ -56,23 +56,28 @@ TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
     collect_keys(sidecar(2), "", keys);
     std::string document = read_text(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/sidecar.md");
     document.resize(document.find("\n## The record in the picture"));
-    for (const auto& key : keys)
-        EXPECT_TRUE(contains(document, "| `" + key + "` |")) << key << " is not in docs/sidecar.md";
-    // The reverse: every documented key occurs, except those marked as rare and keys inside them.
-    // The keys of `resolved` are value names.
+    // Every documented key occurs, except those marked as rare and keys inside them. The keys of
+    // `resolved` are value names. In a row with several keys, the later begin like the first. A key
+    // documents those around it.
     std::vector<std::string> rare = {"resolved."};
-    for (size_t i = document.find("\n| `"); i != std::string::npos;
-         i = document.find("\n| `", i + 1)) {
-        const size_t begin = i + 4, end = document.find('`', begin);
-        const std::string key = document.substr(begin, end - begin);
-        const std::string line = document.substr(begin, document.find('\n', begin) - begin);
-        const bool within = std::any_of(rare.begin(), rare.end(), [&](const std::string& outer) {
-            return key.starts_with(outer);
-        });
+    std::set<std::string> documented;
+    for (const auto& line : matches(document, "\n\\| (`[^\n]*)")) {
+        const auto names = matches(line.substr(0, line.find(" |")), "`([^`]+)`");
+        const std::string outer = names[0].substr(0, names[0].rfind('.') + 1);
         const bool is_rare = contains(line, "only when") || contains(line, "Only when");
-        EXPECT_TRUE(keys.count(key) || is_rare || within) << key;
-        if (is_rare) rare.insert(rare.end(), {key + ".", key + "["});
+        for (const auto& name : names) {
+            const std::string key = name == names[0] ? name : outer + name;
+            const bool within = std::any_of(rare.begin(), rare.end(), [&](const auto& begin) {
+                return key.starts_with(begin);
+            });
+            for (size_t end = 0; end != std::string::npos;)
+                documented.insert(key.substr(0, end = key.find_first_of(".[", end + 1)));
+            EXPECT_TRUE(keys.count(key) || is_rare || within) << key;
+            if (is_rare) rare.insert(rare.end(), {key + ".", key + "["});
+        }
     }
+    for (const auto& key : keys)
+        EXPECT_TRUE(documented.count(key)) << key << " is not in docs/sidecar.md";
     const Json json = sidecar(1);
     EXPECT_EQ(json["frame"], 1);
     EXPECT_EQ(json["outcome"], "written");

@@ -1,4 +1,4 @@
-// Limits on headers of formats other than EXR: a case for each row of docs/testing.md, with the
+// Limits on headers of formats other than EXR: a case for each limit of docs/testing.md, with the
 // largest allocation.
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>

@@ -87,8 +87,8 @@ class FrameScan : public testing::Test {
             ASSERT_TRUE(scanned.ok()) << scanned.status().message();
             EXPECT_TRUE(scanned->planes.empty());
             EXPECT_TRUE(findings(*scanned) == findings(*whole));
-            const auto check = scan_signs(settings_, open(1), open(2),
-                                          whole->description.bounds.max_speed_px, rows);
+            const auto check =
+                scan_signs(open(1), open(2), whole->description.bounds.max_speed_px, rows);
             ASSERT_TRUE(check.ok()) << check.status().message();
             expect_same(*check, signs);
         }

@@ -2,6 +2,7 @@
 
 #include <ImathMatrix.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -9,61 +10,51 @@
 namespace postchain::io {
 namespace {
 
-constexpr const char* kOpenExr = "https://openexr.com/en/latest/StandardAttributes.html";
-constexpr const char* kNuke =
-    "https://learn.foundry.com/nuke/developers/latest/pythondevguide/metadata.html";
-constexpr const char* kVRay = "headers of published renders; https://pastebin.com/4vmAmARU";
-constexpr const char* kBlender = "Blender's source, stampdata() in blenkernel/intern/image.cc";
-
 // Larger distances mean "no limit".
 constexpr double kNoLimit = 1e9;
 constexpr double kSquare = 1e-3;  // tolerance of axes for unit length and right angles
 
+// Documentation: docs/profiles.md.
 using Row = CameraAttribute;
 constexpr Row kAttributes[] = {
-    {"aperture", "OpenEXR", "f-number", "f_stop", "as it is", kOpenExr},
-    {"cameraFNumber", "V-Ray", "f-number", "f_stop", "as it is", kVRay},
-    {"tStop", "OpenEXR", "T-stop", "", "with the loss in the lens: it is not the f-number",
-     kOpenExr},
-    {"focus", "OpenEXR", "m", "focus_distance", "divided by meters_per_unit", kOpenExr},
+    {"aperture", "OpenEXR", "f-number", "f_stop", ""},
+    {"cameraFNumber", "V-Ray", "f-number", "f_stop", ""},
+    {"tStop", "OpenEXR", "T-stop", "", "with the loss in the lens: it is not the f-number"},
+    {"focus", "OpenEXR", "m", "focus_distance", "divided by meters_per_unit"},
     {"cameraTargetDistance", "V-Ray", "scene units", "",
-     "the camera's target, which may be out of focus", kVRay},
-    {"pinholeFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
-    {"effectiveFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
-    {"nominalFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
-    {"cameraFocalLength", "V-Ray", "mm", "focal_length_mm", "as it is", kVRay},
-    {"nuke/camera/focal", "Nuke", "mm", "focal_length_mm", "as it is", kNuke},
-    {"Lens", "Blender", "mm", "focal_length_mm", "stamp, rounded to 0.01 mm", kBlender},
+     "the camera's target, which may be out of focus"},
+    {"pinholeFocalLength", "OpenEXR", "mm", "focal_length_mm", ""},
+    {"effectiveFocalLength", "OpenEXR", "mm", "focal_length_mm", ""},
+    {"nominalFocalLength", "OpenEXR", "mm", "focal_length_mm", ""},
+    {"cameraFocalLength", "V-Ray", "mm", "focal_length_mm", ""},
+    {"nuke/camera/focal", "Nuke", "mm", "focal_length_mm", ""},
+    {"Lens", "Blender", "mm", "focal_length_mm", "stamp, rounded to 0.01 mm"},
     {"cameraFov", "V-Ray", "degrees", "sensor_width_mm",
-     "2 f tan(fov / 2): horizontal angle of the image", kVRay},
+     "2 f tan(fov / 2): horizontal angle of the image"},
     {"cameraAperture", "V-Ray", "mm", "sensor_width_mm",
-     "as it is, without cameraFov: the film's width, which may differ from the image's", kVRay},
-    {"nuke/camera/haperture", "Nuke", "mm", "sensor_width_mm", "as it is", kNuke},
+     "without cameraFov: the film's width, which may differ from the image's"},
+    {"nuke/camera/haperture", "Nuke", "mm", "sensor_width_mm", ""},
     {"sensorAcquisitionRectangle", "OpenEXR", "photosites", "sensor_width_mm",
-     "its width times sensorPhotositePitch", kOpenExr},
-    {"sensorPhotositePitch", "OpenEXR", "micrometers", "", "only with sensorAcquisitionRectangle",
-     kOpenExr},
+     "its width times sensorPhotositePitch"},
+    {"sensorPhotositePitch", "OpenEXR", "micrometers", "", "only with sensorAcquisitionRectangle"},
     {"sensorOverallDimensions", "OpenEXR", "mm", "sensor_width_mm",
-     "its width, without sensorAcquisitionRectangle: the whole sensor", kOpenExr},
-    {"shutterAngle", "OpenEXR", "degrees", "shutter_frames", "divided by 360", kOpenExr},
-    {"expTime", "OpenEXR", "s", "shutter_frames", "times captureRate, otherwise framesPerSecond",
-     kOpenExr},
-    {"captureRate", "OpenEXR", "frames per second", "", "only with expTime", kOpenExr},
+     "its width, without sensorAcquisitionRectangle: the whole sensor"},
+    {"shutterAngle", "OpenEXR", "degrees", "shutter_frames", "divided by 360"},
+    {"expTime", "OpenEXR", "s", "shutter_frames", "times captureRate, otherwise framesPerSecond"},
+    {"captureRate", "OpenEXR", "frames per second", "", "only with expTime"},
     {"framesPerSecond", "OpenEXR", "frames per second", "",
-     "only with expTime; without captureRate the playback rate", kOpenExr},
-    {"cameraNearClip", "V-Ray", "scene units", "near_clip", "as it is; 0: none", kVRay},
-    {"cameraFarClip", "V-Ray", "scene units", "far_clip", "as it is; from 1e9 on: none", kVRay},
+     "only with expTime; without captureRate the playback rate"},
+    {"cameraNearClip", "V-Ray", "scene units", "near_clip", "0: none"},
+    {"cameraFarClip", "V-Ray", "scene units", "far_clip", "from 1e9 on: none"},
     {"worldToCamera", "OpenEXR, Arnold, RenderMan", "row vectors, scene units", "camera matrix",
-     "x right, y up, looks along +z, left-handed", kOpenExr},
+     "x right, y up, looks along +z, left-handed"},
     {"worldToNDC", "OpenEXR, Arnold, RenderMan", "row vectors", "camera matrix",
      "with worldToCamera: focal length over image width, from 0..1 as documented, or from -1..1 "
-     "if the center is 0; sensor_width_mm if a focal length is known",
-     kOpenExr},
+     "if the center is 0; sensor_width_mm if a focal length is known"},
     {"cameraTransform", "V-Ray", "scene units", "camera matrix",
-     "camera to world; x right, y up, looks along -z; of V-Ray for Maya x right, y back, z down",
-     kVRay},
+     "camera to world; x right, y up, looks along -z; of V-Ray for Maya x right, y back, z down"},
     {"nuke/camera/matrix", "Nuke", "rows, scene units", "camera matrix",
-     "camera to world; x right, y up, looks along -z", kNuke},
+     "camera to world; x right, y up, looks along -z"},
 };
 
 // All numbers of a text, separated by spaces, brackets or commas; empty if it contains anything
@@ -381,20 +372,23 @@ class Reader {
 
 }  // namespace
 
-std::span<const CameraAttribute> camera_attributes() {
-    return kAttributes;
-}
-
 std::string camera_attributes_as_markdown() {
-    std::string text =
-        "| attribute | writer | unit | gives | how | source |\n|---|---|---|---|---|---|\n";
-    for (const Row& row : kAttributes)
-        text +=
-            concat("| `", row.name, "` | ", row.writer, " | ", row.unit, " | ",
-                   *row.gives == 0                                  ? std::string("not used")
-                   : row.gives == std::string_view("camera matrix") ? std::string(row.gives)
-                                                                    : concat("`", row.gives, "`"),
-                   " | ", row.how, " | ", row.source, " |\n");
+    std::vector<std::pair<std::string, std::string>> values;
+    for (const Row& row : kAttributes) {
+        const std::string gives = *row.gives == 0 ? "not used"
+                                  : std::string_view(row.gives) == "camera matrix"
+                                      ? row.gives
+                                      : concat("`", row.gives, "`");
+        auto value = std::find_if(values.begin(), values.end(),
+                                  [&](const auto& other) { return other.first == gives; });
+        const bool is_first = value == values.end();
+        if (is_first) value = values.insert(value, {gives, ""});
+        value->second += concat(is_first ? "" : ", ", "`", row.name, "` (", row.writer, ", ",
+                                row.unit, *row.how ? "; " : "", row.how, ")");
+    }
+    std::string text = "| value | attributes: the first has priority |\n|---|---|\n";
+    for (const auto& [gives, attributes] : values)
+        text += concat("| ", gives, " | ", attributes, " |\n");
     return text;
 }
 

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -30,12 +29,9 @@ struct CameraAttribute {
     const char* writer;  // program that writes it
     const char* unit;    // unit of its value
     const char* gives;   // a row of the camera, "camera matrix"; empty: known, but not used
-    const char* how;     // conversion, or why it is not used
-    const char* source;  // documentation
+    const char* how;     // conversion, or why it is not used; empty: as it is
 };
-// By priority: if two give the same value, the first is used.
-std::span<const CameraAttribute> camera_attributes();
-// The table in Markdown.
+// The attributes by the values that they give, as a table in Markdown.
 std::string camera_attributes_as_markdown();
 
 // An attribute of the table that was found in a file.

@@ -165,8 +165,8 @@ InspectedFrame inspect_frame(const RunSettings& settings, const std::map<Role, s
         source->description.planes.has(Role::motion)) {
         auto next = open_source_frame(settings.source, next_files, frame + 1);
         found.signs = next.ok()
-                          ? scan_signs(settings.source, *header, *next,
-                                       source->description.bounds.max_speed_px, strip_rows(*header))
+                          ? scan_signs(*header, *next, source->description.bounds.max_speed_px,
+                                       strip_rows(*header))
                           : Result<SignCheck>(next.status());
         if (found.signs->ok()) json["sign_check"] = describe_signs(**found.signs);
     }

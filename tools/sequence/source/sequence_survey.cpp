@@ -83,8 +83,8 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
     return frame;
 }
 
-Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
-                             const FrameHeader& next, double longest_px, int rows) {
+Result<SignCheck> scan_signs(const FrameHeader& header, const FrameHeader& next, double longest_px,
+                             int rows) {
     SignCheck none;
     const io::Window &display = color_part(header).display_window,
                      &next_display = color_part(next).display_window;

@@ -29,8 +29,8 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
 
 // Checks the sign of a frame's motion vectors against the next frame. `longest_px`: the largest
 // speed in the frame; vectors that reach more than 128 MiB of rows up or down are skipped.
-Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
-                             const FrameHeader& next, double longest_px, int rows);
+Result<SignCheck> scan_signs(const FrameHeader& header, const FrameHeader& next, double longest_px,
+                             int rows);
 
 // 16 x 9 means of RGB, each value after x/(1 + x), collected strip by strip: enough to detect a
 // change of shot.

@@ -98,12 +98,18 @@ debian() {
 
     begin "first use: the packages in a bare Debian $1"
     bare "$1" use
-    cp "$folder/debian-$1"/*.deb tests/install/program/{host.c,text.c,*.h} "$first_use"/{packages.sh,openfx.py} \
+    cp "$folder/debian-$1"/*.deb tests/install/program/{host.c,text.c,*.h} "$first_use/packages.sh" \
         "$work/$1/use/try/"
     # The commands of docs/library.md.
     sed -n '/^cc /s/ *#.*//p' docs/library.md | sed 's/tool\.c/text.c/' >"$work/$1/use/try/commands"
     [[ -s $work/$1/use/try/commands ]] || fail "docs/library.md: no line 'cc ...'"
     inside "$work/$1/use" ./packages.sh
+    rm -rf --one-file-system "${work:?}/$1/use"
+
+    begin "first use: the OpenFX plugin in a bare Debian $1"
+    bare "$1" use
+    cp "$folder/debian-$1"/postchain-openfx_*.deb "$first_use"/openfx.{sh,py} "$work/$1/use/try/"
+    inside "$work/$1/use" ./openfx.sh
     rm -rf --one-file-system "${work:?}/$1/use"
 
     begin "first use: the service in Debian $1, booted by systemd"

@@ -161,6 +161,29 @@ TEST(Messages, GoWithTheirCause) {
     fails("/no/such/camera.json");
     node.set("camera_file", "");
     works();
+    const auto set_project = [&](double width, double height) {
+        node.object().properties.set("OfxImageEffectPropProjectSize", {width, height});
+    };
+    for (const auto& [width, height] : {std::pair(16385, 9), {9, 16385}, {900000, 900000}}) {
+        set_project(width, height);
+        fails(concat("the frame has ", std::max(width, kWidth), "x", std::max(height, kHeight),
+                     " pixels, and the limit is 16384 a side")
+                  .c_str());
+    }
+    set_project(kWidth, kHeight);
+    works();
+    // Options of a later release.
+    for (const char* key : {"motion_meaning", "motion_channels", "depth_meaning", "depth_channel",
+                            "matte_channel", "noise"}) {
+        const double known = node.object().parameters.at(key).numbers(2)[0];
+        for (const double number : {-1.0, 99.0}) {
+            node.set(key, number);
+            fails(key);
+            EXPECT_THAT(node.message(), HasSubstr(concat("option number ", number)));
+        }
+        node.set(key, known);
+    }
+    works();
     // A neighbor that cannot be read is left out.
     node.connect("Depth", [](double time) -> std::optional<Picture> {
         if (time != 2) return std::nullopt;
@@ -177,6 +200,9 @@ TEST(Messages, OfChainsAndValues) {
     Node node(host, "postchain.chain", kWidth, kHeight);
     connect_scene(node);
     set_lens(node);
+    node.set("chain", 99);
+    EXPECT_EQ(node.render(2), kStatFailed);
+    EXPECT_THAT(node.message(), HasSubstr("chain: has no option number 99"));
     node.choose("chain", "from chain_file");
     EXPECT_EQ(node.render(2), kStatFailed);
     EXPECT_THAT(node.message(), HasSubstr("chain_file: is empty"));
@@ -316,6 +342,9 @@ TEST(Mattes, KeepWhatTheyCover) {
     EXPECT_EQ(node.rendered(2), source());
     node.choose("matte_effect", "unmoved");
     EXPECT_EQ(node.rendered(2), source());
+    node.set("matte_effect", 99);
+    EXPECT_EQ(node.render(2), kStatFailed);
+    EXPECT_THAT(node.message(), HasSubstr("matte_effect"));
 }
 
 // Light of surfaces that the frame does not show.

@@ -69,14 +69,18 @@ class OpenFx : public sequence::SequenceTest {
     void SetUp() override {
         SequenceTest::SetUp();
         settings_.on_existing = io::OnExisting::overwrite;
-        for (const int frame : {1, 2, 3})
-            postchain::test::write_frame(in(frame), uneven_planes(kWidth, kHeight, frame));
+        write_frames(1);
         std::string camera;
         for (const Lens& one : kLens)
             camera += concat(camera.empty() ? "" : ", ", "\"", one.key, "\": ", one.value);
         auto file = parse_camera("{" + camera + "}", "camera.json");
         EXPECT_TRUE(file.status().ok()) << file.status().message();
         settings_.source.camera = std::move(file);
+    }
+    void write_frames(float pixel_aspect) {
+        for (const int frame : {1, 2, 3})
+            postchain::test::write_frame(in(frame), uneven_planes(kWidth, kHeight, frame),
+                                         {.attributes = {{"pixelAspectRatio", pixel_aspect}}});
     }
     // Frame 2 by the command's own functions.
     ImageF of_command(Chain chain) {
@@ -105,13 +109,26 @@ TEST_F(OpenFx, AChainHasTheBitsOfTheCommand) {
 TEST_F(OpenFx, AnEffectHasTheBitsOfItsPass) {
     Node node(host_, "postchain.joint_blur", kWidth, kHeight);
     connect_scene(node);
-    for (const Lens& one : kLens) node.use(one.key, one.value);
+    for (const Lens& one : kLens)
+        if (one.key != std::string("focus_distance")) node.use(one.key, one.value);
     node.set("samples", 9);
     node.set("seed", 5);
-    const ImageF color = of_command(
-        postchain::test::chain_of("joint_blur", {{"samples", int64_t(9)}, {"seed", int64_t(5)}}));
-    EXPECT_EQ(node.rendered(2), color);
-    EXPECT_NE(color, uneven_planes(kWidth, kHeight, 2).color);
+    std::vector<ImageF> colors;
+    // Square pixels, and pixels twice as wide, whose canonical coordinates are too.
+    for (const double aspect : {1.0, 2.0}) {
+        write_frames(float(aspect));
+        const double width = aspect * kWidth;
+        node.object().properties.set("OfxImageEffectPropProjectSize", {width, double(kHeight)});
+        for (auto& [name, clip] : node.object().clips)
+            clip.properties.set("OfxImagePropPixelAspectRatio", {aspect});
+        node.use("focus_at", 0.5 * width, 0.75 * kHeight);
+        colors.push_back(of_command(postchain::test::chain_of(
+            "joint_blur",
+            {{"samples", int64_t(9)}, {"seed", int64_t(5)}, {"focus_at", std::array{0.5, 0.25}}})));
+        EXPECT_EQ(node.rendered(2), colors.back()) << aspect;
+        EXPECT_NE(colors.back(), uneven_planes(kWidth, kHeight, 2).color);
+    }
+    EXPECT_NE(colors[0], colors[1]);
 }
 
 // Where the image is, how its rows lie, and which part of it is asked for change no bit.

@@ -1,7 +1,5 @@
 #include "tools/openfx/conventions.h"
 
-#include <algorithm>
-
 #include "config/profile.h"
 
 namespace postchain::openfx {
@@ -92,18 +90,18 @@ const std::vector<std::string>& channel_names() {
     return names;
 }
 
-Conventions read_conventions(const Values& values, double scale_x, double scale_y) {
-    const auto choice = [&](const char* name, size_t options) {
-        return std::min(size_t(std::max(values.integer(name), 0)), options - 1);
-    };
+Result<Conventions> read_conventions(const Values& values, double scale_x, double scale_y) {
     Conventions conventions;
     if (values.has(kMotionMeaning)) {
         const auto& meanings = motion_meanings();
-        const MotionMeaning& meaning = meanings[choice(kMotionMeaning, meanings.size())];
+        ASSIGN_OR_RETURN(const size_t at, values.choice(kMotionMeaning, meanings.size()));
+        ASSIGN_OR_RETURN(const size_t channels,
+                         values.choice(kMotionChannels, motion_channel_names().size()));
+        const MotionMeaning& meaning = meanings[at];
         conventions.meaning = &meaning;
         conventions.forward_at = meaning.forward_at;
         conventions.back_at = meaning.back ? meaning.back_at : -1;
-        switch (choice(kMotionChannels, motion_channel_names().size())) {
+        switch (channels) {
             case 1:
                 conventions.forward_at = 0, conventions.back_at = -1;
                 break;
@@ -132,16 +130,22 @@ Conventions read_conventions(const Values& values, double scale_x, double scale_
     }
     if (values.has(kDepthMeaning)) {
         const size_t encodings = depth_encoding_names().size();
-        const size_t encoding = choice(kDepthMeaning, depth_meaning_names().size());
-        conventions.depth_at = int(choice(kDepthChannel, channel_names().size()));
+        ASSIGN_OR_RETURN(const size_t encoding,
+                         values.choice(kDepthMeaning, depth_meaning_names().size()));
+        ASSIGN_OR_RETURN(const size_t channel,
+                         values.choice(kDepthChannel, channel_names().size()));
+        conventions.depth_at = int(channel);
         if (encoding < encodings)
             conventions.options.depth = DepthEncoding(encoding);
         else
             conventions.normalized = encoding == encodings ? Conventions::Normalized::near_is_0
                                                            : Conventions::Normalized::near_is_1;
     }
-    if (values.has(kMatteChannel))
-        conventions.matte_at = int(choice(kMatteChannel, channel_names().size()));
+    if (values.has(kMatteChannel)) {
+        ASSIGN_OR_RETURN(const size_t channel,
+                         values.choice(kMatteChannel, channel_names().size()));
+        conventions.matte_at = int(channel);
+    }
     return conventions;
 }
 

@@ -46,7 +46,8 @@ struct Conventions {
     std::string text() const;  // of the parts that motion vectors depend on
 };
 
-// Those that the values of an effect's parameters state. `scale_x`, `scale_y`: of the render.
-Conventions read_conventions(const Values& values, double scale_x, double scale_y);
+// Those that the values of an effect's parameters state. Error (chain): Values::choice().
+// `scale_x`, `scale_y`: of the render.
+Result<Conventions> read_conventions(const Values& values, double scale_x, double scale_y);
 
 }  // namespace postchain::openfx

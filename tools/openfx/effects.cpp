@@ -381,8 +381,10 @@ ParameterValue value_of(const Values& values, const Parameter& row, const Region
     if (has_switch(row) && !values.boolean(switch_of(row.key))) return std::monostate();
     if (is_choice(row)) {
         const std::vector<std::string> options = options_of(row);
-        const size_t index =
-            std::min(size_t(std::max(values.integer(row.key), 0)), options.size() - 1);
+        const int number = values.integer(row.key);
+        const size_t index = size_t(number);
+        // A text that the row refuses.
+        if (number < 0 || index >= options.size()) return concat("option number ", number);
         if (row.optional && index == 0) return std::monostate();
         if (row.type == ParameterType::integer) return row.allowed[index - size_t(row.optional)];
         return options[index];

@@ -105,6 +105,13 @@ int Values::integer(const std::string& name) const {
     return value;
 }
 
+Result<size_t> Values::choice(const std::string& name, size_t count) const {
+    const int index = integer(name);
+    if (index >= 0 && size_t(index) < count) return size_t(index);
+    return Status(StatusCode::chain,
+                  concat(name, ": has no option number ", index, "; choose one of the list"));
+}
+
 double Values::number(const std::string& name) const {
     double value = 0;
     if (const HostParameter parameter = handle(name))

@@ -60,7 +60,10 @@ class Values {
     Values at(double time) const { return {set_, time}; }
     bool has(const std::string& name) const;
     bool boolean(const std::string& name) const { return integer(name) != 0; }
-    int integer(const std::string& name) const;  // also the index of a choice
+    int integer(const std::string& name) const;
+    // The index of a choice. Error (chain): not one of `count`, as in a document of a later
+    // release.
+    Result<size_t> choice(const std::string& name, size_t count) const;
     double number(const std::string& name) const;
     std::array<double, 2> point(const std::string& name) const;
     std::string text(const std::string& name) const;

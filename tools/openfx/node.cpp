@@ -23,6 +23,8 @@ namespace {
 
 // Beyond this a host's region is infinite.
 constexpr double kInfinite = 1e6;
+// Pixels of a side: most devices' limit of a texture, and the command's of a frame.
+constexpr int kMaxSide = 16384;
 
 // Canonical coordinates -> pixels.
 Bounds pixels_of(const Region& region, const Moment& moment, double pixel_aspect) {
@@ -107,7 +109,13 @@ Result<Node> Node::read(const EffectType& type, Effect effect, const Moment& mom
     Node node(type, effect, moment);
     RETURN_IF_ERROR(node.read_clips());
     node.read_sizes();
-    node.conventions_ = read_conventions(node.values_, moment.scale_x, moment.scale_y);
+    const Bounds& window = node.window_;
+    if (std::max(window.width(), window.height()) > kMaxSide)
+        return input_error(concat("the frame has ", window.width(), "x", window.height(),
+                                  " pixels, and the limit is ", kMaxSide,
+                                  " a side; render a smaller frame or a proxy"));
+    ASSIGN_OR_RETURN(node.conventions_,
+                     read_conventions(node.values_, moment.scale_x, moment.scale_y));
     node.cut_after_ = node.values_.boolean(kCut);
     node.cut_before_ = node.values_.at(moment.time - 1).boolean(kCut);
     RETURN_IF_ERROR(node.read_chain());
@@ -173,7 +181,7 @@ Status Node::read_chain() {
                 table.set(parameters, row.key, value_of(values_, row, display)).at(row.key));
         RETURN_IF_ERROR(table.check(parameters));
     } else {
-        const size_t choice = size_t(std::max(values_.integer(kChain), 0));
+        ASSIGN_OR_RETURN(const size_t choice, values_.choice(kChain, chain_names().size() + 1));
         ChainText text;
         if (choice == 0) {
             const std::string path = values_.text(kChainFile);
@@ -182,7 +190,7 @@ Status Node::read_chain() {
             ASSIGN_OR_RETURN(text.text, read_text_file(path, StatusCode::chain));
             text.file_name = path;
         } else {
-            text = *embedded_chain(chain_names()[std::min(choice, chain_names().size()) - 1]);
+            text = *embedded_chain(chain_names()[choice - 1]);
         }
         ChainFile file = parse_chain(text, builtin_passes(), lines_of(values_.text(kOverrides)));
         RETURN_IF_ERROR(file.status());
@@ -201,6 +209,7 @@ Status Node::read_chain() {
     if (connected(Clip::matte)) {
         const Parameter& effect = *link_parameters().find(kMatteEffect);
         const ParameterValue value = value_of(values_, effect, display);
+        RETURN_IF_ERROR(effect.check(value).at(effect.key));
         const bool named = std::any_of(chain_.links.begin(), chain_.links.end(),
                                        [](const ChainLink& link) { return !link.matte.empty(); });
         for (ChainLink& link : chain_.links) {

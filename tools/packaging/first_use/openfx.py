@@ -1,5 +1,6 @@
 """First use of the OpenFX bundle: describes every effect and renders a moving edge by Motion Blur, in a host of a few
-lines. Usage: openfx.py POSTCHAIN.OFX"""
+lines. Usage: openfx.py POSTCHAIN.OFX [MESSAGE]
+MESSAGE: the render must fail instead, with a message on the node that contains these words."""
 import ctypes
 import sys
 
@@ -125,8 +126,12 @@ effects = suite(function(P, PP)(lambda effect, to: pointer(to, objects[effect]))
                 function(P, D, ctypes.POINTER(D))(get_region), function(P)(lambda _: 0))
 
 
+shown = []  # messages on the node
+
+
 def show(_effect, _kind, _id, _format, text):
-    sys.exit(f"message on the node: {text.decode()}")
+    shown.append(text.decode())
+    return OK
 
 
 messages = suite(UNUSED, function(P, S, S, S, S)(show), function(P)(lambda _: OK))
@@ -141,10 +146,10 @@ class Plugin(ctypes.Structure):
                 ("set_host", ctypes.CFUNCTYPE(None, P)), ("main", ctypes.CFUNCTYPE(I, S, P, P, P))]
 
 
-def act(plugin, action, effect=None, **arguments):
+def act(plugin, action, effect=None, expected=OK, **arguments):
     in_arguments = handle_of(Object(**arguments)) if arguments else None
     status = plugin.main(action, handle_of(effect) if effect else None, in_arguments, handle_of(Object()))
-    assert status == OK, (plugin.identifier, action, status)
+    assert status == expected, (plugin.identifier, action, status, shown)
 
 
 library = ctypes.CDLL(sys.argv[1])
@@ -174,9 +179,13 @@ for name, pixels in (("Source", image(lambda x: (float(x < 32),) * 3 + (1.0,))),
     effect.clips[name].properties["OfxImageClipPropConnected"] = [1]
 effect.properties["OfxImageEffectPropProjectSize"] = [float(WIDTH), float(HEIGHT)]
 act(blur, b"OfxActionCreateInstance", effect)
-act(blur, b"OfxImageEffectActionRender", effect, OfxPropTime=1.0, OfxImageEffectPropRenderScale=[1.0, 1.0],
-    OfxImageEffectPropRenderWindow=[0, 0, WIDTH, HEIGHT])
+act(blur, b"OfxImageEffectActionRender", effect, FAILED if sys.argv[2:] else OK, OfxPropTime=1.0,
+    OfxImageEffectPropRenderScale=[1.0, 1.0], OfxImageEffectPropRenderWindow=[0, 0, WIDTH, HEIGHT])
 act(blur, b"OfxActionDestroyInstance", effect)
 row = list(effect.clips["Output"].pixels)[HEIGHT // 2 * WIDTH * 4::4][:WIDTH]
-assert row[20] == 1 and row[44] == 0 and 0.2 < row[31] < 0.8, row
+if sys.argv[2:]:
+    assert len(shown) == 1 and sys.argv[2] in shown[0] and set(row) == {-1}, (shown, row)
+    print("message on the node:", shown[0])
+    sys.exit()
+assert not shown and row[20] == 1 and row[44] == 0 and 0.2 < row[31] < 0.8, row
 print("rendered; the edge:", *(f"{value:.2f}" for value in row[27:37]))

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # First use of the Debian packages in this folder, in a minimal system as root: installs all but the service, which
 # first_use/service.sh installs; builds the programs of docs/library.md with a C compiler and pkg-config alone; filters
-# a generated scene by the command and by the Python module, and an edge by the OpenFX plugin.
+# a generated scene by the command and by the Python module. The OpenFX plugin is used by first_use/openfx.sh.
 set -euo pipefail
 export DEBIAN_FRONTEND=noninteractive
 rm -f postchain-service_*.deb
@@ -34,4 +34,3 @@ color = postchain.Chain("fast").run(shot.frame, before=shot.before, after=shot.a
 print("python3-postchain", postchain.__version__, color.shape, postchain.diff("render/both.0001.exr", color)["flip"])
 PYTHON
 postchain-view --help | head -n 3
-python3 openfx.py /usr/OFX/Plugins/postchain.ofx.bundle/Contents/Linux-x86-64/postchain.ofx

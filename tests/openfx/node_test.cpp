@@ -130,7 +130,11 @@ TEST(Messages, GoWithTheirCause) {
         EXPECT_EQ(node.message(), "");
     };
     node.connect("Depth", Feed());
-    fails("inverse_depth");
+    fails("; connect Depth");
+    works();
+    node.connect("Motion", Feed());
+    node.connect("Depth", Feed());
+    fails("; connect Depth and Motion");
     works();
     node.connect("Source", Feed());
     fails("Source: is not connected");

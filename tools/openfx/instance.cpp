@@ -153,7 +153,7 @@ HostStatus Instance::is_identity(Properties in, Properties out) {
 
 Result<ImageF> Instance::filter(const Node& node, const Node::Frame& frame) {
     PlanOptions options;
-    ASSIGN_OR_RETURN(auto plan, make_plan(node.chain(), frame.description, options));
+    ASSIGN_OR_RETURN(auto plan, node.plan(frame.description, options));
     const auto start = std::chrono::steady_clock::now();
     std::string report = elisions_of(plan);
     ImageF color;
@@ -164,7 +164,7 @@ Result<ImageF> Instance::filter(const Node& node, const Node::Frame& frame) {
             [&](Executor& executor, const gl::Device& device) {
                 options.device = executor.device_class();
                 if (options.device != DeviceClass::software) {
-                    ASSIGN_OR_RETURN(plan, make_plan(node.chain(), frame.description, options));
+                    ASSIGN_OR_RETURN(plan, node.plan(frame.description, options));
                 }
                 ASSIGN_OR_RETURN(auto planes, executor.filter(plan, frame.planes));
                 color = std::move(planes.at(Role::color));

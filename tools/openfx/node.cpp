@@ -313,6 +313,17 @@ void Node::find_wanted() {
         wanted_ = wanted_ | (own_ & RoleSet{Role::inverse_depth, Role::motion});
 }
 
+Result<Plan> Node::plan(const FrameDescription& frame, const PlanOptions& options) const {
+    auto plan = make_plan(chain_, frame, options);
+    if (plan.ok()) return plan;
+    const RoleSet lacking = chain_.required() - own_;
+    std::string clips;
+    for (const Clip clip : {Clip::depth, Clip::motion})
+        if (lacking.has(role_of_clip(clip)))
+            clips += concat(clips.empty() ? "; connect " : " and ", kClipNames[size_t(clip)]);
+    return Status(plan.status().code(), plan.status().message() + clips);
+}
+
 std::vector<int> Node::frames_of(Clip clip) const {
     const Role role = role_of_clip(clip);
     std::vector<int> frames = {0};

@@ -53,6 +53,8 @@ class Node {
     std::vector<int> frames_of(Clip clip) const;
     // Without pixels, and with unknown bounds.
     FrameDescription description() const;
+    // make_plan(); an error also names the clips that would bring the planes it lacks.
+    Result<Plan> plan(const FrameDescription& frame, const PlanOptions& options) const;
     // The rectangle that a result can fill, and that of the frame, pixels.
     Bounds window() const { return window_; }
     // `window` in the host's canonical coordinates.

@@ -208,7 +208,7 @@ TEST_F(SessionTest, TheMotionPathFollowsTheVectors) {
     settle();
     const auto path_of_ground = motion_path(*session_, 0, 0);
     ASSERT_GT(path_of_ground.size(), 2u);
-    // The ground came by (-3, 1.5) pixels and goes on by (-2, 1); the shutter is open for half a frame.
+    // The ground came by (-3, 1.5) pixels and goes on by (-2, 1); the shutter is open for half.
     EXPECT_NEAR(path_of_ground.front()[0], 0.5 + 0.75, 1e-5);
     EXPECT_NEAR(path_of_ground.front()[1], 0.5 - 0.375, 1e-5);
     EXPECT_NEAR(path_of_ground.back()[0], 0.5 - 0.5, 1e-5);

@@ -65,6 +65,43 @@ TEST(Bands, OfAStepTakeEqualTimes) {
     }
 }
 
+// A recorded run cuts a step of whole groups, or launches it by its list; the same for every length
+// of a list on both sides of the limit.
+TEST(Bands, OfARecordedRunTakeAtMostTheirTime) {
+    Plan plan;
+    Step step;
+    step.groups = {7, 5, 1};
+    for (const uint64_t taps :
+         {uint64_t(kBandTaps), uint64_t(kBandTaps / 2), uint64_t(kBandTaps / 14)}) {
+        step.group_taps = taps;
+        unsigned groups = 0;
+        for (Launch launch = launch_of(plan, step); launch.bands.more();) {
+            EXPECT_FALSE(launch.by_list);
+            const Band band = launch.next();
+            EXPECT_LE(double(band.groups()) * double(taps), kBandTaps) << taps;
+            groups += band.groups();
+        }
+        EXPECT_EQ(groups, 35u) << taps;
+    }
+    step.group_taps = uint64_t(kBandTaps / 100);
+    step.work_list = 0;
+    for (const int blocks : {1, 100, 101, 1000}) {
+        PlanTexture list;
+        list.width = blocks;
+        plan.textures = {list};
+        Launch launch = launch_of(plan, step);
+        EXPECT_EQ(launch.by_list, blocks <= 100) << blocks;
+        unsigned groups = 0;
+        while (launch.bands.more()) {
+            const Band band = launch.next();
+            EXPECT_LE(band.groups(), 100u) << blocks;
+            groups += band.groups();
+        }
+        // Rows of 64 groups; those beyond the list return at once.
+        EXPECT_EQ(groups, blocks <= 100 ? 0u : unsigned((blocks + 63) / 64 * 64)) << blocks;
+    }
+}
+
 TEST(Bands, RatesAreOfPrograms) {
     BandRates rates;
     EXPECT_EQ(rates.of(3), kUnknownRate);

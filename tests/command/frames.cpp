@@ -24,8 +24,10 @@ Planes make_planes(int width, int height, int frame) {
             planes.color.at(x, y, 1) = float(square ? 0.5 + 0.4 * stripes : 0.2);
             planes.color.at(x, y, 2) = float(square ? 0.1 : 0.4 - 0.25 * stripes);
             planes.depth.at(x, y) = square ? 2 : 6;
-            planes.motion.at(x, y, 0) = planes.back.at(x, y, 0) = square ? 6 : -2;
-            planes.motion.at(x, y, 1) = planes.back.at(x, y, 1) = square ? 3 : 1;
+            planes.motion.at(x, y, 0) = square ? 6 : -2;
+            planes.motion.at(x, y, 1) = square ? 3 : 1;
+            planes.back.at(x, y, 0) = square ? 5 : -3;
+            planes.back.at(x, y, 1) = square ? 2 : 1.5f;
         }
     }
     return planes;

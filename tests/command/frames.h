@@ -11,8 +11,9 @@
 
 namespace postchain::test {
 
-// Canonical motion, depth as distance: a bright square at distance 2 before a ground at distance 6,
-// the square moving by (6, 3) pixels per frame, the ground by (-2, 1).
+// Canonical motion, depth as distance: a bright square at distance 2 before a ground at distance 6.
+// The square moves by (6, 3) pixels to the next frame and came by (5, 2) from the previous one, the
+// ground by (-2, 1) and (-3, 1.5).
 struct Planes {
     ImageF color;   // RGBA, alpha 1
     ImageF depth;   // distance along the view axis

@@ -344,11 +344,13 @@ TEST(Planner, ShapesAreTold) {
     const pc_frame frame = engine_frame();
     const uint64_t shape = plan(by, chain, frame).shape;
     EXPECT_EQ(pc_chain_set_number(chain.get(), 0, "seed", 7), PC_OK);
-    pc_frame narrow = frame;
-    narrow.width = 90;
-    const pc_plan again = plan(by, chain, narrow);
+    pc_frame small = frame;
+    small.width = 90;
+    small.height = 50;
+    const pc_plan again = plan(by, chain, small);
     EXPECT_EQ(again.shape, shape);
     EXPECT_EQ(again.made_width, 90u);
+    EXPECT_EQ(again.made_height, 50u);
     // Row 0 is the top, unless it is said to be the bottom.
     pc_frame top = frame, bottom = frame;
     top.flags |= PC_TOP_LEFT;

@@ -69,7 +69,7 @@ Imf::Header header_of(const FilePart& part, bool multi) {
     header.compression() = part.compression;
     header.lineOrder() = part.line_order;
     for (const FileChannel& c : part.channels) {
-        header.channels().insert(c.name, Imf::Channel(c.type, c.sampling, c.sampling));
+        header.channels().insert(c.name, Imf::Channel(c.type, c.x_sampling, c.y_sampling));
     }
     if (part.tile > 0) {
         header.setTileDescription(
@@ -93,20 +93,20 @@ std::unique_ptr<PartPlanes> planes_of(const FilePart& part, const Imath::Box2i& 
     auto planes = std::make_unique<PartPlanes>();
     for (size_t c = 0; c < part.channels.size(); ++c) {
         const FileChannel& channel = part.channels[c];
-        const int s = channel.sampling;
-        const size_t size = channel.type == Imf::HALF ? 2 : 4;
-        const int width = (window.max.x - window.min.x) / s + 1;
-        const int height = (window.max.y - window.min.y) / s + 1;
+        const auto& [name, type, step_x, step_y] = channel;
+        const size_t size = type == Imf::HALF ? 2 : 4;
+        const int width = (window.max.x - window.min.x) / step_x + 1;
+        const int height = (window.max.y - window.min.y) / step_y + 1;
         std::vector<char>& bytes = planes->bytes.emplace_back(size_t(width) * height * size);
         for (int y = 0; y < height && !part.black; ++y) {
             for (int x = 0; x < width; ++x) {
                 const uint32_t bits =
-                    sample_bits(part, c, window.min.x + x * s, window.min.y + y * s);
+                    sample_bits(part, c, window.min.x + x * step_x, window.min.y + y * step_y);
                 std::memcpy(bytes.data() + (size_t(y) * width + x) * size, &bits, size);
             }
         }
-        planes->buffer.insert(channel.name, Imf::Slice::Make(channel.type, bytes.data(), window,
-                                                             size, size * size_t(width), s, s));
+        planes->buffer.insert(name, Imf::Slice::Make(type, bytes.data(), window, size,
+                                                     size * size_t(width), step_x, step_y));
     }
     return planes;
 }
@@ -147,7 +147,7 @@ void write_deep(Imf::MultiPartOutputFile& out, int index, const FilePart& part) 
     buffer.insertSampleCountSlice(Imf::Slice(Imf::UINT, origin(counts.data(), sizeof(unsigned)),
                                              sizeof(unsigned), sizeof(unsigned) * width));
     for (size_t c = 0; c < part.channels.size(); ++c) {
-        const auto& [name, type, sampling] = part.channels[c];
+        const auto& [name, type, x_sampling, y_sampling] = part.channels[c];
         buffer.insert(name,
                       Imf::DeepSlice(type, origin(pointers[c].data(), sizeof(char*)), sizeof(char*),
                                      sizeof(char*) * width, type == Imf::HALF ? 2 : 4));

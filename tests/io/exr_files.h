@@ -23,7 +23,7 @@ namespace postchain::test {
 struct FileChannel {
     std::string name;
     Imf::PixelType type = Imf::HALF;
-    int sampling = 1;  // in x and y
+    int x_sampling = 1, y_sampling = x_sampling;
 };
 
 struct FilePart {

@@ -104,10 +104,13 @@ TEST_F(BadInput, LuminanceChromaAndSubsampledChannels) {
     EXPECT_THAT(read_error(in, {{Role::color, {0, {"Y", "RY", "BY"}}}}),
                 HasSubstr("luminance-chroma"));
     FilePart sub = yc;
-    sub.channels = {{"R"}, {"G"}, {"B", Imf::HALF, 2}};
-    write_file(in, {sub});
-    EXPECT_THAT(read_error(in, {{Role::color, {0, {"R", "G", "B"}}}}),
-                AllOf(HasSubstr("channel B"), HasSubstr("subsampled 2x2")));
+    for (const auto& [x, y, words] :
+         {std::tuple(2, 2, "2x2"), std::tuple(2, 1, "2x1"), std::tuple(1, 2, "1x2")}) {
+        sub.channels = {{"R"}, {"G"}, {"B", Imf::HALF, x, y}};
+        write_file(in, {sub});
+        EXPECT_THAT(read_error(in, {{Role::color, {0, {"R", "G", "B"}}}}),
+                    AllOf(HasSubstr("channel B"), HasSubstr(std::string("subsampled ") + words)));
+    }
 }
 
 TEST_F(BadInput, ARoleThatIsNotThere) {

@@ -116,7 +116,8 @@ TEST_F(ExrChunks, SubsampledChannels) {
          {Imf::NO_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION}) {
         FilePart part = every_type();
         part.channels.push_back({"half_size", Imf::FLOAT, 2});
-        part.channels.push_back({"quarter", Imf::HALF, 4});
+        part.channels.push_back({"wide", Imf::HALF, 4, 1});
+        part.channels.push_back({"high", Imf::HALF, 1, 4});
         part.data = {{-8, -4}, {23, 39}};
         part.compression = compression;
         part.repeating = true;

@@ -34,7 +34,9 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
     TempFolder folder;
     FilePart beauty;
     for (const char* name : {"R", "G", "B", "A", "mask", "small"})
-        beauty.channels.push_back({name, Imf::HALF, std::string(name) == "small" ? 2 : 1});
+        beauty.channels.push_back({name, Imf::HALF});
+    beauty.channels.back().x_sampling = 2;
+    beauty.channels.back().y_sampling = 3;
     for (const auto& [name, type] : {std::pair("Z", Imf::FLOAT),
                                      {"half.Z", Imf::HALF},
                                      {"mv.x", Imf::FLOAT},
@@ -83,11 +85,11 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         EXPECT_EQ(frame.planes.at(Role::color).at(6, 6, 3), test::sample_value(parts[0], 3, -4, 6));
         const ImageF color = new_color(frame);
         WriteOptions options;
-        options.window = Window{-7, 3, 12, 20};
+        options.window = Window{-7, 4, 12, 19};
         const auto report = must(write_filtered(out, frame, color, options));
         EXPECT_THAT(report.notes,
                     testing::Contains(HasSubstr("data window (-4, 6)-(9, 17) grown")));
-        const Window expected = sampled ? Window{-8, 2, 13, 21} : *options.window;
+        const Window expected = sampled ? Window{-8, 3, 13, 20} : *options.window;
         auto file = must(ExrFile::open(out));
         EXPECT_EQ(file.parts()[0].data_window, expected);
         EXPECT_EQ(file.parts()[0].display_window, (Window{-10, 0, 30, 24}));

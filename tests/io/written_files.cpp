@@ -131,14 +131,15 @@ std::vector<std::string> attribute_changes(const std::string& in, const std::str
 
 void expect_channel(const PartPixels& pixels, const FilePart& made, size_t channel,
                     uint32_t outside) {
-    const auto& [name, type, step] = made.channels[channel];
+    const auto& [name, type, step_x, step_y] = made.channels[channel];
     const PartPixels::Plane* plane = pixels.find(name);
     ASSERT_NE(plane, nullptr) << name;
     const size_t size = size_t(bytes_of(plane->channel.type));
     const std::byte* at = plane->bytes.get();
     for (int row = 0; row < plane->height; ++row)
         for (int column = 0; column < plane->width; ++column, at += size) {
-            const int x = pixels.window.min_x + column * step, y = pixels.window.min_y + row * step;
+            const int x = pixels.window.min_x + column * step_x;
+            const int y = pixels.window.min_y + row * step_y;
             uint32_t bits = 0;
             std::memcpy(&bits, at, size);
             ASSERT_EQ(bits, made.data.intersects(Imath::V2i(x, y))

@@ -107,6 +107,7 @@ TEST_F(Source, EveryConventionGivesTheCanonicalPlanes) {
         EXPECT_EQ(back == frame.planes.end(), name == "arnold" || name == "vray");
         if (back != frame.planes.end()) {
             EXPECT_LE(test::largest_difference(*back->second, planes.back), 1e-6);
+            EXPECT_NEAR(frame.description.bounds.max_speed_back_px, std::sqrt(29.0), 1e-5);
         }
         EXPECT_NEAR(frame.description.bounds.max_speed_px, std::sqrt(45.0), 1e-5);
     }

@@ -2,6 +2,7 @@
 by X-Forwarded-For, as behind a proxy, or by their own addresses.
 
 usage: isolation_test.py SERVE_FAKE"""
+import select
 import socket
 import time
 import unittest
@@ -121,6 +122,35 @@ class Busy(Clients):
         for client in clients:
             client.close()
         wait_until(lambda: self.server.ask("GET", "/readyz")[0] == 200)
+
+
+class Disks(Clients):
+    settings = ["trust_own=1"]
+    FILES = ["GET /v1/browse", "GET /v1/chains", "GET /v1/image?input=in.exr&frame=1", "POST /v1/plan", "POST /v1/preview",
+             "POST /v1/jobs", "POST /v1/jobs/1/retry", "GET /v1/jobs/1/thumbnail.png", "GET /v1/jobs/1/outputs.zip",
+             "GET /v1/jobs/1/report/index.html", "GET /v1/jobs/1/frames/1", "GET /v1/jobs/1/frames/1/output",
+             "GET /v1/jobs/1/frames/1/before.png", "GET /v1/jobs/1/frames/1/after.png"]
+    OTHERS = ["GET /v1/jobs", "GET /v1/jobs/1", "GET /v1/jobs/1/frames", "PATCH /v1/jobs/1", "DELETE /v1/jobs/1",
+              "DELETE /v1/jobs/1/record", "POST /v1/chain/check", "GET /v1/session", "GET /healthz", "GET /readyz",
+              "GET /metrics"]
+
+    def sent(self, request, address):
+        body = "{}" if request[0] == "P" and not request.endswith("retry") else ""
+        return self.send(f"{request} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nX-Forwarded-For: {address}\r\n"
+                         f"Content-Length: {len(body)}\r\n" + ("Content-Type: application/json\r\n" if body else ""),
+                         body=body)
+
+    def test_only_requests_that_read_files_wait_for_disks(self):
+        clients = [self.sent("GET /v1/browse?folder=endless", f"192.0.2.{i}") for i in range(40)]
+        wait_until(lambda: self.waiting() >= 40)
+        waits = {self.sent(request, f"198.51.100.{i}"): request for i, request in enumerate(self.FILES)}
+        for request in self.OTHERS:
+            with self.sent(request, "203.0.113.1") as client:
+                self.assertTrue(statuses(read_all(client)), request)
+        answered, _, _ = select.select(list(waits), [], [], 0.5)
+        self.assertEqual([waits[client] for client in answered], [])
+        for client in [*clients, *waits]:
+            client.close()
 
 
 class Connections(Attacked):

@@ -198,6 +198,22 @@ TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
     EXPECT_EQ(queue_->asked, attempts_);
 }
 
+TEST_F(Remote, AnOutputFolderIsMadeIfItsJobSaysSo) {
+    remote_.max_jobs = 1;
+    open();
+    const std::string before = submit(body());
+    ASSERT_TRUE(holds(1));
+    const std::string fails = submit(in_folder(body(), "gone"));
+    submit(in_folder(body(R"(, "mkdir": true)"), "made"));
+    for (const char* folder : {"gone", "made"}) fs::remove_all(root(folder));
+    test::got(service_->cancel(user(), before));
+    EXPECT_EQ(ended(fails).state, JobState::failed);
+    EXPECT_THAT(job(fails).message, HasSubstr("gone: folder does not exist"));
+    EXPECT_FALSE(fs::exists(root("gone")));
+    ASSERT_TRUE(holds(2));
+    EXPECT_TRUE(fs::is_directory(root("made")));
+}
+
 // As after the death of a process between its submission and its note of it.
 TEST_F(Remote, AJobThatTheQueueHasIsNotHandedOverAgain) {
     queue_->loses_answers = true;

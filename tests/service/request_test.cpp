@@ -352,6 +352,11 @@ TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
             for (const Diagnostic& one : problem.diagnostics)
                 EXPECT_THAT(one.message, Not(HasSubstr("unknown key"))) << name << " " << key;
         }
+        if (name == "study") continue;
+        // Frames are read and planned alike.
+        for (const Parameter& row : reader_->run_table().rows())
+            if (row.group == sequence::kInputGroup || row.group == sequence::kPlanGroup)
+                EXPECT_TRUE(kind["properties"].contains(row.key)) << name << " " << row.key;
     }
 }
 

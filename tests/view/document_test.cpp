@@ -10,6 +10,7 @@
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tools/apps/view/chain_text.h"
+#include "tools/apps/view/messages.h"
 #include "tools/apps/view/parameter_words.h"
 
 namespace postchain::view {
@@ -256,6 +257,18 @@ TEST(ChainText, EveryFormOfAFileIsSaved) {
         const std::string saved = save(text, document);
         EXPECT_EQ(saved.starts_with("# top\n"), text.starts_with("# top\n")) << saved;
     }
+}
+
+TEST(Messages, TheNewestFiftyAreKeptEachOnce) {
+    Messages messages;
+    for (int i = 1; i <= 60; ++i) messages.say("message " + std::to_string(i));
+    ASSERT_EQ(messages.list().size(), 50u);
+    EXPECT_EQ(messages.list().front().text, "message 11");
+    messages.say("message 30", true);
+    ASSERT_EQ(messages.list().size(), 50u);
+    EXPECT_EQ(messages.list().back().text, "message 30");
+    EXPECT_TRUE(messages.list().back().error);
+    EXPECT_EQ(std::ranges::count(messages.list(), "message 30", &Message::text), 1);
 }
 
 TEST(Words, EveryParameterHasAGroup) {

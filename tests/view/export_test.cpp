@@ -70,11 +70,18 @@ TEST_F(ExportTest, MessagesNameWhatTheWindowHas) {
 TEST_F(ExportTest, ImagesAndSheet) {
     open();
     settle();
-    ASSERT_TRUE(write(job_of(ExportKind::png, "shown.png")).ok());
-    ASSERT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
-    for (const char* name : {"shown.png", "sheet.png"})
+    for (const auto& [kind, name] :
+         {std::pair(ExportKind::png, "shown.png"), std::pair(ExportKind::sheet, "sheet.png")}) {
+        ExportJob job = job_of(kind, name);
+        ASSERT_TRUE(write(job).ok());
         EXPECT_TRUE(test::read_text(path(name)).starts_with("\x89PNG")) << name;
-    EXPECT_EQ(write(job_of(ExportKind::png, "shown.png")).code(), StatusCode::output);
+        write_text(path(name), "mine");
+        EXPECT_EQ(write(job).code(), StatusCode::output);
+        EXPECT_TRUE(test::read_text(path(name)) == "mine") << name;
+        job.replace = true;
+        EXPECT_TRUE(write(job).ok());
+        EXPECT_TRUE(test::read_text(path(name)).starts_with("\x89PNG")) << name;
+    }
     stop_ = true;
     EXPECT_EQ(write(job_of(ExportKind::sheet, "other.png")).code(), StatusCode::canceled);
 }

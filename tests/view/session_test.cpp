@@ -208,8 +208,9 @@ TEST_F(SessionTest, TheMotionPathFollowsTheVectors) {
     settle();
     const auto path_of_ground = motion_path(*session_, 0, 0);
     ASSERT_GT(path_of_ground.size(), 2u);
-    // The ground moves by (-2, 1) pixels per frame; the shutter is open for half of one.
-    EXPECT_NEAR(path_of_ground.front()[0], 0.5 + 0.5, 1e-5);
+    // The ground came by (-3, 1.5) pixels and goes on by (-2, 1); the shutter is open for half.
+    EXPECT_NEAR(path_of_ground.front()[0], 0.5 + 0.75, 1e-5);
+    EXPECT_NEAR(path_of_ground.front()[1], 0.5 - 0.375, 1e-5);
     EXPECT_NEAR(path_of_ground.back()[0], 0.5 - 0.5, 1e-5);
     EXPECT_NEAR(path_of_ground.back()[1], 0.5 + 0.25, 1e-5);
 }

@@ -108,7 +108,9 @@ TEST_F(BrowseTest, HasALimitOfFilesAndOfTheirBytes) {
     };
     for (int i = 1; i <= 101; ++i) {
         write(concat(base_, "/root/many/c", 1000 + i, "x.yaml"), chain);
-        if (i >= 100) EXPECT_EQ(listed("many"), 100u) << i << " files";
+        if (i >= 100) {
+            EXPECT_EQ(listed("many"), 100u) << i << " files";
+        }
     }
     const size_t most = size_t(1) << 18;
     const auto of_bytes = [&](size_t bytes) {

@@ -355,8 +355,9 @@ TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
         if (name == "study") continue;
         // Frames are read and planned alike.
         for (const Parameter& row : reader_->run_table().rows())
-            if (row.group == sequence::kInputGroup || row.group == sequence::kPlanGroup)
+            if (row.group == sequence::kInputGroup || row.group == sequence::kPlanGroup) {
                 EXPECT_TRUE(kind["properties"].contains(row.key)) << name << " " << row.key;
+            }
     }
 }
 

@@ -304,8 +304,10 @@ int set_parameter(void* handle, ...) {
     if (parameter.properties.owner != kText) return not_used();
     va_list values;
     va_start(values, handle);
-    parameter.text = va_arg(values, const char*);
+    const std::string text = va_arg(values, const char*);
     va_end(values);
+    if (parameter.text == text) fault("a parameter was set to the text that it has");
+    parameter.text = text;
     if (!current->may_set) fault("a parameter was set in an action that may not");
     return kStatOK;
 }

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "chain/base/parameter.h"
 #include "chain/vk/program_set.h"
@@ -71,6 +73,12 @@ TEST(ProgramFiles, AreBoundAsTheIndexSays) {
         EXPECT_EQ(matches_of(text, R"(register\((\w+), space0\))"), places_of(program, "register"));
         EXPECT_THAT(text, HasSubstr("void main("));
         EXPECT_EQ(program.at("shader_model"), "5.1");
+        std::vector<std::string> loads;
+        for (const json& unit : program.at("units"))
+            if (unit.at("kind") == "image" && unit.at("access") != "write")
+                loads.push_back("typed load of one uint from " +
+                                unit.at("register").get<std::string>());
+        EXPECT_EQ(program.at("notes"), json(loads));
         EXPECT_EQ(text.find("SamplerState"), std::string::npos);
     }
     for (const json& program : of_msl.at("programs")) {

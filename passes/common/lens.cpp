@@ -140,8 +140,7 @@ const ParameterTable& parameter_table() {
                      .max = 1,
                      .soft_max = 0.1,
                      .unit = "display heights",
-                     .help = "largest radius, the same part of images "
-                             "of every size",
+                     .help = "largest radius, the same part of images of every size",
                      .unset_means = "max_radius_px decides",
                      .excludes = "max_radius_px"})
             .table();

@@ -51,8 +51,8 @@ float time_of(int k, float order, SampleSet set, float part, float random) {
 }
 
 // Sample k of the set. xy: in the unit disc, z: the order of its time (common/lens_samples.comp). With the
-// shutter, the inner half of a middling number of samples is turned by the other random number too: one
-// turn for all leaves a hatch in lamps.
+// shutter and kFewestTurned to kMostTurned samples, their inner half is turned by the other random number
+// too: one turn for all leaves a hatch in lamps.
 vec3 lens_sample(int k, SampleSet set, vec2 random) {
 #if LENS
     const bool turned = kShutter && set.n >= kFewestTurned && set.n <= kMostTurned && k < int(set.n) / 2;

@@ -263,7 +263,7 @@ Status Instance::check(double time) {
     ASSIGN_OR_RETURN(const Node node, node_at(Moment{time}));
     ASSIGN_OR_RETURN(const auto frame, node.read_frame());
     check_signs_once(node, frame);
-    ASSIGN_OR_RETURN(const Plan plan, make_plan(node.chain(), frame.description));
+    ASSIGN_OR_RETURN(const Plan plan, node.plan(frame.description, {}));
     std::string report = concat("frame ", frame.description.frame_number, "\n", elisions_of(plan),
                                 health_of(frame.health, frame.description.planes));
     for (const std::string& note : frame.notes) report += note + "\n";

@@ -14,7 +14,8 @@ namespace {
 constexpr double kNoLimit = 1e9;
 constexpr double kSquare = 1e-3;  // tolerance of axes for unit length and right angles
 
-// By priority: of two that give the same value, the first is used. docs/profiles.md names the sources.
+// By priority: of two that give the same value, the first is used. docs/profiles.md names the
+// sources.
 using Row = CameraAttribute;
 constexpr Row kAttributes[] = {
     {"aperture", "OpenEXR", "f-number", "f_stop", ""},

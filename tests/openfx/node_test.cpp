@@ -131,6 +131,8 @@ TEST(Messages, GoWithTheirCause) {
     };
     node.connect("Depth", Feed());
     fails("; connect Depth");
+    node.changed("check", 2);
+    EXPECT_THAT(node.status(), HasSubstr("; connect Depth"));
     works();
     node.connect("Motion", Feed());
     node.connect("Depth", Feed());

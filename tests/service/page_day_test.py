@@ -77,8 +77,8 @@ class Day(OnTheService):
                           f"postchain.model.subject.input === 'shots/sharp.####.exr' && {SHOWN}")
         self.assertTrue(self.is_hidden("job"))
         self.browser.call("POST", "/back", {})
-        self.browser.wait("!postchain.model.subject && "
-                          "document.getElementById('missing').innerText === 'Choose frames on the left.'")
+        self.browser.wait("!postchain.model.subject")
+        self.wait_for_text("#missing", "Choose frames on the left.")
         self.browser.call("POST", "/forward", {})
         self.browser.wait("postchain.model.subject?.input === 'shots/sharp.####.exr'")
         self.browser.call("POST", "/forward", {})
@@ -99,7 +99,7 @@ class Day(OnTheService):
             self.assertEqual(server.stop(), 143)
             self.browser.wait("document.getElementById('status').innerText.startsWith('connection lost')")
             self.browser.run("postchain.state.set({frame: 3});")
-            self.browser.wait("document.getElementById('missing').innerText === 'The service does not answer.'")
+            self.wait_for_text("#missing", "The service does not answer.")
             server = Server(command)
             self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 3 && "
                               "document.getElementById('missing').hidden")

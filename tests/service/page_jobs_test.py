@@ -136,7 +136,7 @@ class Jobs(OnTheService):
         for job in jobs:
             self.server.ended(job)
         self.open()
-        self.assertEqual(self.text("#missing"), "Choose frames on the left.")
+        self.wait_for_text("#missing", "Choose frames on the left.")
         self.browser.run("location.hash = args[0];", f"job={jobs[0]}")
         self.browser.wait("postchain.model.subject?.job === args[0]", jobs[0])
         self.browser.run("postchain.open_job(args[0]); postchain.open_job(args[1]);", *jobs)

@@ -90,6 +90,10 @@ class OnTheService(unittest.TestCase):
     def text(self, selector):
         return self.browser.run("return document.querySelector(args[0])?.innerText ?? null;", selector)
 
+    def wait_for_text(self, selector, expected):
+        """For what the page draws with its next picture."""
+        self.browser.wait("document.querySelector(args[0])?.innerText === args[1]", selector, expected)
+
     def state(self, key):
         return self.browser.run("return postchain.state.get(args[0]);", key)
 

@@ -377,29 +377,28 @@ void describe_in_context(const EffectType& type, Effect effect, bool filter) {
     define.page();
 }
 
-ParameterValue value_of(const Values& values, const Parameter& row, const Region& display) {
-    if (has_switch(row) && !values.boolean(switch_of(row.key))) return std::monostate();
+Result<ParameterValue> value_of(const Values& values, const Parameter& row, const Region& display) {
+    if (has_switch(row) && !values.boolean(switch_of(row.key))) return ParameterValue();
     if (is_choice(row)) {
         const std::vector<std::string> options = options_of(row);
-        const int number = values.integer(row.key);
-        const size_t index = size_t(number);
-        // A text that the row refuses.
-        if (number < 0 || index >= options.size()) return concat("option number ", number);
-        if (row.optional && index == 0) return std::monostate();
-        if (row.type == ParameterType::integer) return row.allowed[index - size_t(row.optional)];
-        return options[index];
+        ASSIGN_OR_RETURN(const size_t index, values.choice(row.key, options.size()));
+        if (row.optional && index == 0) return ParameterValue();
+        if (row.type == ParameterType::integer)
+            return ParameterValue(row.allowed[index - size_t(row.optional)]);
+        return ParameterValue(options[index]);
     }
     switch (row.type) {
         case ParameterType::boolean:
-            return values.boolean(row.key);
+            return ParameterValue(values.boolean(row.key));
         case ParameterType::integer:
-            return int64_t(values.integer(row.key)) | int64_t(row.odd);
+            return ParameterValue(int64_t(values.integer(row.key)) | int64_t(row.odd));
         case ParameterType::number:
-            return values.number(row.key);
+            return ParameterValue(values.number(row.key));
         case ParameterType::point: {
             const auto point = values.point(row.key);
-            return std::array<double, 2>{(point[0] - display.x1) / (display.x2 - display.x1),
-                                         (display.y2 - point[1]) / (display.y2 - display.y1)};
+            return ParameterValue(
+                std::array<double, 2>{(point[0] - display.x1) / (display.x2 - display.x1),
+                                      (display.y2 - point[1]) / (display.y2 - display.y1)});
         }
         default: {
             const std::string text = values.text(row.key);

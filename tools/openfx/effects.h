@@ -56,8 +56,8 @@ void describe_in_context(const EffectType& type, Effect effect, bool filter);
 using Region = RectangleD;
 
 // The value of a row at the time of `values`: unset if it is optional and not switched on. Points
-// are places in `display`, from its top left.
-ParameterValue value_of(const Values& values, const Parameter& row, const Region& display);
+// are places in `display`, from its top left. Error (chain): Values::choice().
+Result<ParameterValue> value_of(const Values& values, const Parameter& row, const Region& display);
 // Grays out the rows that have no effect with these parameters, and the values of rows that are
 // unset.
 void enable_rows(const Values& values, const ParameterTable& table, ConstParameterRef parameters);

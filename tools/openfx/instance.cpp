@@ -278,8 +278,8 @@ void Instance::refresh(double time) {
     if (type_->pass) {
         const auto pass = type_->pass->create();
         for (const Parameter& row : type_->pass->parameters->rows()) {
-            const ParameterValue value = value_of(values, row, {0, 0, 1, 1});
-            if (row.check(value).ok()) row.set(pass->parameters(), value);
+            const auto value = value_of(values, row, {0, 0, 1, 1});
+            if (value.ok() && row.check(*value).ok()) row.set(pass->parameters(), *value);
         }
         enable_rows(values, *type_->pass->parameters, pass->parameters());
     }

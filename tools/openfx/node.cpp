@@ -176,9 +176,10 @@ Status Node::read_chain() {
         chain_.append(builtin_passes(), type_->pass->name);
         const ParameterTable& table = *type_->pass->parameters;
         const ParameterRef parameters = chain_.links[0].pass->parameters();
-        for (const Parameter& row : table.rows())
-            RETURN_IF_ERROR(
-                table.set(parameters, row.key, value_of(values_, row, display)).at(row.key));
+        for (const Parameter& row : table.rows()) {
+            ASSIGN_OR_RETURN(const ParameterValue value, value_of(values_, row, display));
+            RETURN_IF_ERROR(table.set(parameters, row.key, value).at(row.key));
+        }
         RETURN_IF_ERROR(table.check(parameters));
     } else {
         ASSIGN_OR_RETURN(const size_t choice, values_.choice(kChain, chain_names().size() + 1));
@@ -199,7 +200,7 @@ Status Node::read_chain() {
             const ParameterTable& table = *link.type->parameters;
             const Parameter* at = table.find(kFocusAt);
             if (!at) continue;
-            const ParameterValue place = value_of(values_, *at, display);
+            ASSIGN_OR_RETURN(const ParameterValue place, value_of(values_, *at, display));
             if (place == ParameterValue()) continue;
             for (const char* other : {"focus_distance", "focus"})
                 RETURN_IF_ERROR(table.set(link.pass->parameters(), other, {}));
@@ -208,8 +209,7 @@ Status Node::read_chain() {
     }
     if (connected(Clip::matte)) {
         const Parameter& effect = *link_parameters().find(kMatteEffect);
-        const ParameterValue value = value_of(values_, effect, display);
-        RETURN_IF_ERROR(effect.check(value).at(effect.key));
+        ASSIGN_OR_RETURN(const ParameterValue value, value_of(values_, effect, display));
         const bool named = std::any_of(chain_.links.begin(), chain_.links.end(),
                                        [](const ChainLink& link) { return !link.matte.empty(); });
         for (ChainLink& link : chain_.links) {
@@ -232,7 +232,7 @@ Status Node::read_camera(CameraFiles& files) {
     }
     Camera camera;
     for (const Parameter* row : camera_rows(*type_)) {
-        const ParameterValue value = value_of(values_, *row, display_region());
+        ASSIGN_OR_RETURN(const ParameterValue value, value_of(values_, *row, display_region()));
         RETURN_IF_ERROR(camera_parameters().set(&camera, row->key, value).at(row->key));
     }
     return Status();
@@ -243,8 +243,8 @@ Camera Node::camera_at(int offset) const {
     if (!type_->has(Clip::depth)) return camera;
     const Values values = values_.at(moment_.time + offset);
     for (const Parameter* row : camera_rows(*type_)) {
-        const ParameterValue value = value_of(values, *row, display_region());
-        if (row->check(value).ok()) row->set(&camera, value);
+        const auto value = value_of(values, *row, display_region());
+        if (value.ok() && row->check(*value).ok()) row->set(&camera, *value);
     }
     const Display display{display_.width(), display_.height(), pixel_aspect_};
     return frame_camera({}, camera_file_.get(), moment_.frame() + offset, display)

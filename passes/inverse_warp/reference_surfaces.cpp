@@ -584,7 +584,7 @@ class ShownHere {
     // Does this frame show something farther there?
     bool refutes(const Surface& s, int x, int y) const {
         const std::optional<Place> at = place_of(s, x, y);
-        return at && kFarther * surface(*at).inverse_depth < s.inverse_depth;
+        return at && kOneDepth * surface(*at).inverse_depth < s.inverse_depth;
     }
 
   private:

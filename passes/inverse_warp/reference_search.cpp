@@ -332,7 +332,7 @@ bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface&
     const Vec at = rounded(x + s.displacement(here, frames.half_open));
     const Vec inside = frames.here.inside(at);
     if (inside.x != at.x || inside.y != at.y) return true;
-    return s.inverse_depth <= kOneDepth * frames.here.surface(at).inverse_depth;
+    return s.inverse_depth <= kFarther * frames.here.surface(at).inverse_depth;
 }
 
 // Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge

@@ -98,7 +98,7 @@ class PlaneSurfaces {
         s.b = 0.5 * h * (chosen.forward - chosen.back);
         const double ratio = dot(s.b, s.b) / std::max(dot(s.a, s.a), 1e-6);
         s.straight = smoothstep(kBent, kTurned, ratio);
-        if (s.straight > 0) s.straight *= bounce_of(x, y, chosen);
+        if (s.straight > 0) s.straight *= bounce_of(x, y, chosen, ratio);
         if (settings_.shutter) {
             const double longest = settings_.shutter->max_path_px;
             if (const double path = s.path(); path > longest) {
@@ -111,31 +111,32 @@ class PlaneSurfaces {
         return s;
     }
 
-    // 1: the pixel's surface bounces, 0: it turns, as it does if no frame beside shows it. What
-    // turns accelerates in the frames before or after too.
-    double bounce_of(int x, int y, const Motion& own) const {
+    // 1: the pixel's surface bounces, 0: it turns, as everything does in a frame without neighbors.
+    // What turns accelerates in the frames before or after too.
+    double bounce_of(int x, int y, const Motion& own, double ratio) const {
         const Vec here = own.forward - own.back;
-        double bounce = 1;
-        bool known = false;
+        std::optional<double> bounce;
         for (const bool after : {false, true}) {
-            const std::optional<Vec> there = acceleration_beside(x, y, own, after);
-            if (!there) continue;
-            known = true;
-            const double squared = std::max(dot(here, here), 1e-6);
-            const double along = std::max(dot(*there, here) / squared, 0.0);
-            const double across = std::abs(there->x * here.y - there->y * here.x) / squared;
-            bounce = std::min({bounce, 1 - smoothstep(kBounce, kTurn, along),
-                               1 - smoothstep(kBounceAcross, kTurnAcross, across)});
+            const Planes::Turns& planes = after ? planes_.after : planes_.before;
+            if (!planes.motion || !planes.motion_back) continue;
+            double by_neighbor = smoothstep(kTurned, kTurnedUnseen, ratio);
+            if (const auto there = acceleration_beside(planes, x, y, own, after)) {
+                const double squared = std::max(dot(here, here), 1e-6);
+                const double along = std::max(dot(*there, here) / squared, 0.0);
+                const double across = std::abs(there->x * here.y - there->y * here.x) / squared;
+                by_neighbor = std::min(1 - smoothstep(kBounce, kTurn, along),
+                                       1 - smoothstep(kBounceAcross, kTurnAcross, across));
+            }
+            bounce = std::min(bounce.value_or(1), by_neighbor);
         }
-        return known ? bounce : 0;
+        return bounce.value_or(0);
     }
 
     // In the frame before or after, at the pixel where the surface comes from or goes or, if that
     // shows another one, at the adjacent one that fits best. Another surface has another motion
     // between the frames.
-    std::optional<Vec> acceleration_beside(int x, int y, const Motion& own, bool after) const {
-        const Planes::Turns& planes = after ? planes_.after : planes_.before;
-        if (!planes.motion || !planes.motion_back) return std::nullopt;
+    std::optional<Vec> acceleration_beside(const Planes::Turns& planes, int x, int y,
+                                           const Motion& own, bool after) const {
         const Vec p = {double(x), double(y)}, between = after ? own.forward : own.back;
         const Vec at = after ? p + between : p - between;
         const double i = std::floor(at.x + 0.5), j = std::floor(at.y + 0.5);
@@ -584,7 +585,7 @@ class ShownHere {
     // Does this frame show something farther there?
     bool refutes(const Surface& s, int x, int y) const {
         const std::optional<Place> at = place_of(s, x, y);
-        return at && kOneDepth * surface(*at).inverse_depth < s.inverse_depth;
+        return at && kFarther * surface(*at).inverse_depth < s.inverse_depth;
     }
 
   private:

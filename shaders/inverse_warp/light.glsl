@@ -34,6 +34,6 @@ uvec4 pack_of_neighbor(usampler2D surfaces_here, Surface s, ivec2 x, out bool hi
     const Here here = place_of(surfaces_here, s, x);
     hidden = s.inverse_depth >= 0.0 && !is_shown(here, s);
     const bool refuted =
-        here.inside && here.surface.inverse_depth * kOneDepth < s.inverse_depth;
+        here.inside && here.surface.inverse_depth * kFarther < s.inverse_depth;
     return refuted ? bits | uvec4(0u, 0u, 0u, kRefuted) : bits;
 }

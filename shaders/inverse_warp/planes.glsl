@@ -151,23 +151,38 @@ vec2 turn_in(sampler2D forward, sampler2D back, bool after, vec2 at, vec2 betwee
 }
 #endif
 
-// The larger one of both neighbors; if none shows the surface, it is taken to turn.
-vec2 turn_beside(ivec2 p, vec4 motion) {
-    vec2 turn = kUnknownTurn;
-#ifdef TURNS_BEFORE
-    turn = max(turn, turn_in(motion_before, motion_back_before, false, vec2(p) - motion.zw,
-                             motion.zw, motion.xy - motion.zw));
-#endif
-#ifdef TURNS_AFTER
-    turn = max(turn, turn_in(motion_after, motion_back_after, true, vec2(p) + motion.xy,
-                             motion.xy, motion.xy - motion.zw));
-#endif
-    return turn.x < 0.0 ? vec2(1.0) : turn;
-}
-
 float smoothstep_of(float from, float to, float x) {
     precise const float t = clamp((x - from) / (to - from), 0.0, 1.0), s = t * t * (3.0 - 2.0 * t);
     return s;
+}
+
+// 1: a surface with this turn_in() in a neighbor bounces, 0: it turns, and accelerates there too. One that the
+// neighbor does not show bounces if its path is bent far enough. ratio: (|b|/|a|)^2
+float bounce_by(vec2 turn, float ratio) {
+    if (turn.x < 0.0) return smoothstep_of(kTurned, kTurnedUnseen, ratio);
+    precise const float bounce = 1.0 - max(smoothstep_of(kBounce, kTurn, turn.x),
+                                           smoothstep_of(kBounceAcross, kTurnAcross, turn.y));
+    return bounce;
+}
+
+// By both neighbors. A frame without them takes everything for a turn.
+float bounce_of(ivec2 p, vec4 motion, float ratio) {
+#if defined(TURNS_BEFORE) || defined(TURNS_AFTER)
+    float bounce = 1.0;
+#else
+    float bounce = 0.0;
+#endif
+#ifdef TURNS_BEFORE
+    const vec2 before = turn_in(motion_before, motion_back_before, false, vec2(p) - motion.zw, motion.zw,
+                                motion.xy - motion.zw);
+    bounce = min(bounce, bounce_by(before, ratio));
+#endif
+#ifdef TURNS_AFTER
+    const vec2 after = turn_in(motion_after, motion_back_after, true, vec2(p) + motion.xy, motion.xy,
+                               motion.xy - motion.zw);
+    bounce = min(bounce, bounce_by(after, ratio));
+#endif
+    return bounce;
 }
 
 // The surface of pixel p. q: its inverse depth; `motion`: xy: motion, zw: motion_back
@@ -179,12 +194,7 @@ Surface surface_of(ivec2 p, float q, bool edge, vec4 motion) {
     s.b = 0.5 * (v.xy - v.zw);
     precise const float ratio = precise_dot(s.b, s.b) / max(precise_dot(s.a, s.a), 1e-6);
     s.straight = smoothstep_of(kBent, kTurned, ratio);
-    if (s.straight > 0.0) {
-        // A surface that bounces accelerates in this frame alone.
-        const vec2 turn = turn_beside(p, motion);
-        s.straight *= 1.0 - max(smoothstep_of(kBounce, kTurn, turn.x),
-                                smoothstep_of(kBounceAcross, kTurnAcross, turn.y));
-    }
+    if (s.straight > 0.0) s.straight *= bounce_of(p, motion, ratio);
     const float path = path_of(s);
     if (path > uniforms.max_path_px) {
         s.a *= uniforms.max_path_px / path;

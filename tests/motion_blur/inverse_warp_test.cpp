@@ -172,6 +172,9 @@ TEST(InverseWarp, WhatTurnsIsToldFromWhatBounces) {
         EXPECT_LT(error(ball, sideways, given), 0.1 * ball_still);
         EXPECT_LT(error(ball, spin, given), 0.1 * ball_still);
         EXPECT_LT(error(keys, still, given), 0.1 * ball_still);
+        // Their neighbors show something else everywhere: the bend of the path alone decides.
+        EXPECT_LT(error(ball, still, given, 1), 0.1 * ball_still);
+        EXPECT_GT(error(ball, sideways, given, 1), 0.5 * ball_still);
     }
 }
 

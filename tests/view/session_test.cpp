@@ -95,6 +95,7 @@ TEST_F(SessionTest, FilteredFramesAreKept) {
     settle();
     EXPECT_EQ(session_->playback().frame(), 1) << "back where it began";
     EXPECT_EQ(session_->frames_with_result(), (std::set<int>{1, 2, 3}));
+    const SharedFrame first = session_->source();
     // Each is shown at once, and is what run writes.
     for (const int frame : {2, 3, 1}) {
         session_->playback().go_to(frame);
@@ -104,6 +105,7 @@ TEST_F(SessionTest, FilteredFramesAreKept) {
         EXPECT_FALSE(session_->shown().draft);
         expect_run_of(frame);
     }
+    EXPECT_EQ(session_->source(), first) << "it is not read again";
     const auto kept = session_->shown().color;
     EXPECT_TRUE(document().set(0, "samples", int64_t(12)).ok());
     EXPECT_TRUE(session_->frames_with_result().empty()) << "of another chain";

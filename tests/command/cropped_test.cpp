@@ -98,21 +98,6 @@ TEST_F(CroppedTest, TheSamePictureAsOfTheWholeFrame) {
     expect_same_image("all", {"--frames", "1-4", "--precision", "fp16"});
 }
 
-// The reach of guertin's blur: 1.006 max_blur_px + 0.5 (docs/motion_blur.md).
-TEST_F(CroppedTest, TheDataWindowGrowsByTheReachOfTheChain) {
-    write_both();
-    write_text(at("short.yaml"),
-               "postchain: 1\npasses: [motion_blur: {mode: guertin, max_blur_px: 10, samples: 5}]");
-    expect_ends(filter("short"), 0);
-    const Window crop = crop_of(2), grown = crop.grown(11);
-    EXPECT_EQ(data_window(out(2)), grown);
-    EXPECT_TRUE(contains(sidecar(2)["write_notes"].dump(), "grown to " + grown.text()));
-    // A chain without effect writes the file's own window.
-    write_text(at("off.yaml"), "postchain: 1\npasses: [motion_blur: {shutter_frames: 0}]");
-    ASSERT_EQ(filter("off", {"--on-existing", "overwrite"}).code, 0);
-    EXPECT_EQ(data_window(out(2)), crop);
-}
-
 TEST_F(CroppedTest, KeptDataWindowsSayWhatIsLost) {
     write_both({2});
     write_text(at("short.yaml"),

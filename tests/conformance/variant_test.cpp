@@ -143,6 +143,25 @@ class EveryVariant : public ::testing::TestWithParam<Variant> {
     }
 };
 
+TEST_P(EveryVariant, StoresColorAndLayersAsTheirOwnBoundsAllow) {
+    FrameDescription frame = rich_frame(kWidth, kHeight).description;
+    for (const bool color : {false, true})
+        for (const bool layers : {false, true}) {
+            frame.bounds.color_is_half = color;
+            frame.bounds.layers_are_half = layers;
+            PlanOptions options = complete();
+            options.precision = Precision::fp16;
+            const Plan plan = must(make_plan(chain(), frame, options));
+            const auto expect_format = [&](Role role, bool half) {
+                const PlanTexture& texture = plan.textures[size_t(plan.outputs.at(role))];
+                EXPECT_FALSE(texture.imported);
+                EXPECT_EQ(texture.format, half ? Format::rgba16f : Format::rgba32f) << texture.name;
+            };
+            expect_format(Role::color, color);
+            expect_format(Role::layers, layers);
+        }
+}
+
 TEST_P(EveryVariant, AgreesWithItsReference) {
     const Chain one = chain();
     const auto expect = [&](const char* name, const TestFrame& frame) {

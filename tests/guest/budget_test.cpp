@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <string>
+#include <thread>
 
 #include "chain/guest/budgets.h"
 #include "tests/guest/host.h"
@@ -201,6 +203,68 @@ TEST(TimeBudget, OfManyChains) {
               [&] {
                   for (const auto& made : chains) run(guest, made, host.frame);
               });
+}
+
+// The timestamps of a device that takes as long as the test says.
+class Timestamps {
+  public:
+    Timestamps() {
+        epoxy_glQueryCounter = [](GLuint name, GLenum) { taken_[name] = now_; };
+        epoxy_glGetQueryObjectiv = [](GLuint, GLenum, GLint* value) { *value = GL_TRUE; };
+        epoxy_glGetQueryObjectui64v = [](GLuint name, GLenum, GLuint64* value) {
+            *value = taken_.at(name);
+        };
+    }
+    ~Timestamps() {
+        epoxy_glQueryCounter = counter_;
+        epoxy_glGetQueryObjectiv = available_;
+        epoxy_glGetQueryObjectui64v = result_;
+    }
+    static void pass(std::chrono::nanoseconds time) { now_ += GLuint64(time.count()); }
+
+  private:
+    static inline GLuint64 now_ = 0;  // ns
+    static inline std::map<GLuint, GLuint64> taken_;
+    const decltype(epoxy_glQueryCounter) counter_ = epoxy_glQueryCounter;
+    const decltype(epoxy_glGetQueryObjectiv) available_ = epoxy_glGetQueryObjectiv;
+    const decltype(epoxy_glGetQueryObjectui64v) result_ = epoxy_glGetQueryObjectui64v;
+};
+
+// The chain's revision stays: only its part changes, and returns.
+TEST(TimeBudget, EachPartHasItsSamples) {
+    make_host_context();
+    const Timestamps timestamps;
+    guest::Budgets budgets;
+    guest::ChainHandle made(std::move(*guest::ChainHandle::parse("joint_blur")));
+    ASSERT_TRUE(made.set_number(0, "samples", 32).ok());
+    ASSERT_TRUE(budgets.set(made.version(), budget_of(10)).ok());
+    gl::Clock clock{gl::Device{}};
+    uint64_t tag = 0;
+    const auto samples = [&] {
+        const auto chain = budgets.version(made.version()).chain;
+        const auto [pass, row] = guest::samples_of(*chain).at(0);
+        return std::get<int64_t>(row->get(chain->links[pass].pass->parameters()));
+    };
+    const auto after_frames_of_13_ms = [&] {
+        auto state = pc::make<pc_budget_state>();
+        budgets.query(made.version(), state);
+        const uint32_t changes = state.changes;
+        run_until([&] { return budgets.query(made.version(), state), state.changes > changes; },
+                  [&] {
+                      EXPECT_TRUE(budgets.govern(made.version(), clock, ++tag));
+                      clock.begin(tag, tag);
+                      Timestamps::pass(std::chrono::milliseconds(13));
+                      clock.mark(0, "blur");
+                      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                  });
+        return samples();
+    };
+    EXPECT_EQ(samples(), 32);
+    EXPECT_EQ(after_frames_of_13_ms(), 24);
+    EXPECT_EQ(after_frames_of_13_ms(), 16);
+    EXPECT_TRUE(budgets.undo(made.version()));
+    EXPECT_EQ(samples(), 24);
+    EXPECT_FALSE(budgets.undo(made.version())) << "once";
 }
 
 TEST(TimeBudget, BadValues) {

@@ -1,4 +1,5 @@
 // mode: inverse_warp with neighboring frames, which show what is occluded in this frame.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/motion_blur/support.h"
@@ -210,6 +211,36 @@ TEST(Neighbors, CoverInAnotherLightToo) {
                     EXPECT_GT(out.at(mirrored ? kWidth - 1 - x : x, y, 3), 0.97) << x << "," << y;
             expect_reference(warp(), frame, 0.01);
         }
+}
+
+// Everything rests: stripes of a wall before the ground, and in this frame the wall alone.
+TEST(Neighbors, AreMarkedAtEdgesAndWhereThisFrameHidesThem) {
+    constexpr int kWide = 70, kHigh = 67;  // several work groups, and squares cut by the border
+    const auto is_wall = [](int x, int y) {
+        return (std::clamp(x, 0, kWide - 1) + 2 * std::clamp(y, 0, kHigh - 1)) % 23 < 9;
+    };
+    BlurFrame frame(kWide, kHigh), neighbor(kWide, kHigh);
+    ImageF expected((kWide + 3) / 4, (kHigh + 3) / 4, 1);
+    std::vector<uint32_t> marks(expected.pixels());
+    for (int y = 0; y < kHigh; ++y)
+        for (int x = 0; x < kWide; ++x) {
+            const bool wall = is_wall(x, y);
+            if (!wall) neighbor.depth().at(x, y) = 0.1f;
+            const bool edge = is_wall(x - 1, y) != wall || is_wall(x + 1, y) != wall ||
+                              is_wall(x, y - 1) != wall || is_wall(x, y + 1) != wall;
+            marks[size_t(y / 4 * expected.width + x / 4)] |=
+                (uint32_t(edge) | uint32_t(!wall) << 16) << (y % 4 * 4 + x % 4);
+        }
+    // The bits are read as numbers: of the pixels that are hidden, and half of those at edges.
+    std::copy(marks.begin(), marks.end(), expected.data.begin());
+    for (const Neighbor side : kNeighbors)
+        for (const auto& [role, plane] : neighbor.planes) frame.planes[role_of(side, role)] = plane;
+    FrameDescription description = describe(frame.planes);
+    description.bounds = {};  // a plan for frames that may move
+    const auto stages =
+        filter_with_stages(warp(), description, frame.planes, on_device({.elide = false})).stages;
+    for (const char* name : {"marks_before", "marks_after"})
+        EXPECT_TRUE(equal_bits(stages.at(concat("0.motion_blur.", name)), expected)) << name;
 }
 
 // For a shutter that hardly opens, paths do not reach neighboring frames.

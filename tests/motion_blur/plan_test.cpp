@@ -1,6 +1,7 @@
 // The pass's plans, elisions, requirements and errors.
 
 #include <limits>
+#include <set>
 
 #include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
@@ -46,8 +47,11 @@ TEST(Plan, ClassesOfBlocks) {
         std::vector<std::string> steps;
         const Plan plan = plan_of(chain, frame, options);
         bool classed = false;
+        std::set<std::string> programs;
         for (const auto& step : plan.steps) {
             steps.push_back(step.name);
+            EXPECT_TRUE(programs.insert(step.program.text()).second)
+                << step.name << " does nothing less than another step";
             classed = classed || step.name == "classify";
             const bool writes_color = step.name == "keep" || step.name.rfind("gather", 0) == 0;
             EXPECT_EQ(step.work_list >= 0, classed && writes_color) << step.name;

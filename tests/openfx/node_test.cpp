@@ -1,8 +1,11 @@
 // Life of a node in a host's graph: identity, messages, focus, cuts, abort, many instances.
+#include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <thread>
 
 #include "tests/command/frames.h"
@@ -466,6 +469,27 @@ TEST(LifeDeathTest, WithoutADriver) {
         std::_Exit(0);
     };
     EXPECT_EXIT(render(), ::testing::ExitedWithCode(0), "^$");
+}
+
+// The next render makes anew what it needs.
+TEST(Life, PurgeDeletesTheDevicesTextures) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.set("samples", 3);
+    const ImageF before = node.rendered(2);
+    static std::atomic<bool> deleted;
+    deleted = false;
+    const auto delete_textures = epoxy_glDeleteTextures;
+    epoxy_glDeleteTextures = [](GLsizei, const GLuint*) { deleted = true; };
+    EXPECT_EQ(
+        host.act(host.plugin("postchain.motion_blur"), "OfxActionPurgeCaches", &node.object()),
+        kStatOK);
+    for (int i = 0; i < 1000 && !deleted; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_TRUE(deleted);
+    EXPECT_EQ(node.rendered(2), before);  // after the purge
+    epoxy_glDeleteTextures = delete_textures;
 }
 
 // The last effect that is unloaded ends the device; the next render makes another.

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+
 #include "tests/support/gpu.h"
 
 namespace postchain::sequence {
@@ -113,6 +115,15 @@ TEST(CryptomatteFilter, BoxesOfANeighborAreInTheFramesWindow) {
     both.ranks[0].coverages.back() = 1;
     frame.neighbor_cryptomattes[Neighbor::before] = std::make_shared<const FrameCryptomattes>(both);
     EXPECT_EQ(coverage_runs(chain, plan, frame, {})[0].slots.size(), 2u);
+}
+
+TEST(CryptomatteFilter, ALevelHoldsTwoRanks) {
+    RankedCoverage ranks(2, 1, 4);
+    for (CryptoId& id : ranks.ids) id = std::bit_cast<CryptoId>(float(&id - ranks.ids.data()));
+    for (float& coverage : ranks.coverages)
+        coverage = 0.125f * float(&coverage - ranks.coverages.data());
+    EXPECT_THAT(stored_level(ranks, 0).data, ElementsAre(0, 0, 1, 0.125f, 4, 0.5f, 5, 0.625f));
+    EXPECT_THAT(stored_level(ranks, 1).data, ElementsAre(2, 0.25f, 3, 0.375f, 6, 0.75f, 7, 0.875f));
 }
 
 TEST(CryptomatteFilter, MemoryIsBounded) {

@@ -162,7 +162,9 @@ TEST(JobSettings, ErrorsNameTheSetting) {
         {"profile", "maya"},       {"behind", "a.##.##.exr"},
         {"no_elide", "no_rule"},   {"elide", "no_rule"},
         {"output", "a.##.##.exr"}, {"compression", "zip:0"},
-        {"channels", "R,,G"}};
+        {"channels", "R,,G"},      {"fill_mask", ".fill"},
+        {"fill_mask", "fill."},    {"fill_mask", "a b"},
+        {"fill_mask", "f/"}};
     for (const auto& [key, value] : wrong) {
         const auto settings = settings_of({{key, value}});
         ASSERT_FALSE(settings.ok()) << key;

@@ -365,6 +365,26 @@ TEST_F(RunnerTest, EveryViewIsFilteredAsAlone) {
     }
 }
 
+// The reach of guertin's blur: 1.006 max_blur_px + 0.5 (docs/motion_blur.md).
+TEST_F(RunnerTest, TheDataWindowGrowsByTheReachOfTheChain) {
+    const io::Window crop = {40, 34, 61, 51};
+    test::write_frame(
+        in(1), test::make_planes(crop.width(), crop.height(), 1),
+        {.origin_x = crop.min_x, .origin_y = crop.min_y, .display = {{0, 0, 119, 89}}});
+    settings_.on_existing = io::OnExisting::overwrite;
+    const auto expect_window = [&](DataWindow how, const io::Window& expected) {
+        settings_.source.data_window = how;
+        EXPECT_TRUE(go().ok());
+        EXPECT_EQ(test::must(io::ExrFile::open(out(1))).parts()[0].data_window, expected);
+    };
+    chain("postchain: 1\npasses: [motion_blur: {mode: guertin, max_blur_px: 10, samples: 5}]\n");
+    expect_window(DataWindow::grow, crop.grown(11));
+    EXPECT_THAT(sidecar(1)["write_notes"].dump(), HasSubstr("grown to " + crop.grown(11).text()));
+    expect_window(DataWindow::keep, crop);
+    chain("postchain: 1\npasses: [motion_blur: {shutter_frames: 0}]\n");
+    expect_window(DataWindow::grow, crop);
+}
+
 // FXAA is left out of a view of one color, which therefore needs no more pixels than it has.
 TEST_F(RunnerTest, TheDataWindowHoldsWhatEveryViewReaches) {
     chain("postchain: 1\npasses: [fxaa]\n");

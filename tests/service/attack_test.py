@@ -205,6 +205,14 @@ class Sizes(Attacked):
             with self.subTest(what):
                 self.refused(raw, status)
 
+    def test_a_refusal_reaches_a_client_that_is_still_sending(self):
+        client = self.server.connect()
+        client.sendall((POST + "Content-Length: 2000000\r\n\r\n").encode())
+        for _ in range(3):  # the reply was sent before the first of them
+            time.sleep(0.1)
+            client.sendall(b"x" * 100000)
+        self.assertEqual(statuses(read_all(client)), [413])
+
     def test_memory_does_not_follow_the_length_that_is_claimed(self):
         before = self.server.memory_kib()
         held = []

@@ -197,6 +197,14 @@ class Gate : public Hanging {
     std::unique_ptr<Worker> worker_;
 };
 
+TEST_F(Gate, AWorkerDoesNotBeginWithoutItsDevice) {
+    egl::ContextOptions missing;
+    missing.device = 99;
+    Worker other(*store_, *readers_, counters_, gate_, *registry_,
+                 WorkerSettings{.device = missing});
+    EXPECT_THAT(other.begin().message(), HasSubstr("99"));
+}
+
 TEST_F(Gate, AWaitingJobCanBeCanceled) {
     const DeviceGate::Reservation preview(gate_);
     const std::string id = waiting();

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <set>
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
@@ -45,11 +46,27 @@ TEST_F(Team, JobsOfTwoUsersInterleave) {
     test::HeldPass::held = false;
     EXPECT_EQ(done(a).owner, "ann");
     done(b);
+    const auto why_requeued = [&](const std::string& id) {
+        std::set<std::string> reasons;
+        for (const Event& event : events(id))
+            if (event.type == "requeued") reasons.insert(event.data);
+        return reasons;
+    };
     // Neither has waited for the end of the other.
     for (const std::string& id : {a, b}) {
-        EXPECT_THAT(types_of(id), HasSubstr("requeued")) << id;
+        EXPECT_THAT(why_requeued(id), testing::ElementsAre(R"({"why":"another job goes first"})"))
+            << id;
         for (const JobFrame& frame : frames(id)) EXPECT_LE(frame.attempts, 1) << frame.frame;
     }
+    test::HeldPass::held = true;
+    test::HeldPass::waits = false;
+    const std::string c = submit(in_folder(held_body(), "c"), "ann");
+    ASSERT_TRUE(waits());
+    const auto drained = std::async(std::launch::async, [&] { service_->drain(); });
+    ASSERT_TRUE(wait_for([&] { return service_->health().draining; }));
+    test::HeldPass::held = false;
+    drained.wait();
+    EXPECT_THAT(why_requeued(c), testing::ElementsAre(R"({"why":"stopped"})"));
 }
 
 // It would lose what it has measured.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 
 #include "config/chain_file.h"
 #include "passes/registry.h"
@@ -283,6 +284,15 @@ TEST(Words, EveryParameterHasAGroup) {
             EXPECT_EQ(all.find('_'), std::string::npos) << all;
             EXPECT_EQ(all.find("--"), std::string::npos) << all;
             EXPECT_TRUE(labels.insert(words.label).second) << name << ": " << words.label;
+            // Words that are neither keys nor options stay.
+            std::istringstream text(row.unset_means);
+            size_t at = 0;
+            for (std::string word; text >> word;) {
+                if (word.find('_') != std::string::npos || word.starts_with("--")) continue;
+                at = words.unset.find(word, at);
+                ASSERT_NE(at, std::string::npos) << word << " of " << row.unset_means << all;
+                at += word.size();
+            }
         }
     };
     for (const PassType& type : builtin_passes().types()) check(*type.parameters, type.name);

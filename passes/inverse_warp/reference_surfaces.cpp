@@ -119,7 +119,7 @@ class PlaneSurfaces {
         for (const bool after : {false, true}) {
             const Planes::Turns& planes = after ? planes_.after : planes_.before;
             if (!planes.motion || !planes.motion_back) continue;
-            double by_neighbor = smoothstep(kTurned, kTurnedUnseen, ratio);
+            double by_neighbor = smoothstep(kBentUnseen, kTurnedUnseen, ratio);
             if (const auto there = acceleration_beside(planes, x, y, own, after)) {
                 const double squared = std::max(dot(here, here), 1e-6);
                 const double along = std::max(dot(*there, here) / squared, 0.0);

@@ -157,9 +157,9 @@ float smoothstep_of(float from, float to, float x) {
 }
 
 // 1: a surface with this turn_in() in a neighbor bounces, 0: it turns, and accelerates there too. One that the
-// neighbor does not show bounces if its path is bent far enough. ratio: (|b|/|a|)^2
+// neighbor does not show bounces if it stops or turns back. ratio: (|b|/|a|)^2
 float bounce_by(vec2 turn, float ratio) {
-    if (turn.x < 0.0) return smoothstep_of(kTurned, kTurnedUnseen, ratio);
+    if (turn.x < 0.0) return smoothstep_of(kBentUnseen, kTurnedUnseen, ratio);
     precise const float bounce = 1.0 - max(smoothstep_of(kBounce, kTurn, turn.x),
                                            smoothstep_of(kBounceAcross, kTurnAcross, turn.y));
     return bounce;

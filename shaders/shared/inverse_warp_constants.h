@@ -23,8 +23,9 @@ INVERSE_WARP_NUMBER kFarther = 1.02;  // inverse depths beyond this ratio are fa
 // Chosen on closed forms (InverseWarp.WhatTurns...): 6.3 dB on five rendered balls that bounce, .3 on a pendulum.
 // With .16 and .36 flagpole gains .03 (motion .06), and grass in gusts (*test*) loses .05.
 INVERSE_WARP_NUMBER kBent = 0.25, kTurned = 0.44;  // (|b|/|a|)^2 from which a path may bounce, and does fully
-// Chosen on exact shots: temporal error of bounce .164 to .143 (balanced), .139 to .114 (best).
-INVERSE_WARP_NUMBER kTurnedUnseen = 1.0;  // likewise, from kTurned on, if a neighbor does not show the surface
+// Likewise if a neighbor does not show the surface: from a path on that stops. Chosen on exact shots: temporal error
+// of bounce .164 to .143 (balanced), .139 to .114 (best); from 1.0 to 2.0 that of stop .114 to .123.
+INVERSE_WARP_NUMBER kBentUnseen = 0.81, kTurnedUnseen = 1.0;
 // Accelerations in the neighbors along that in this frame, as parts of it: up to the first one a surface bounces,
 // from the second one on it turns. Then likewise across it.
 INVERSE_WARP_NUMBER kBounce = 0.2, kTurn = 0.5;

@@ -189,7 +189,7 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
                   {"9 frames examined, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
                    "largest speed 2.236 to 6.708 (frame 1) px a frame",
                    "farthest distance 6 scene units", "no unusual frames"});
-    expect_ends(plain, 0, {"missing in the sequence: 9"});
+    expect_ends(plain, 0, {"1 frame missing: 9"});
     // One frame of each unusual kind.
     write_frame(in(2), make_planes(40, 32, 2));
     FrameFile bare;

@@ -177,6 +177,8 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     expect_prints(run({"inspect", at("")}), 0, {"in.####.exr: ", "missing: 2, 5"});
     const auto listed = json_lines(run({"inspect", at(""), "--json"}).out).at(0);
     EXPECT_EQ(listed["sequences"][0]["last"], 6);
+    std::filesystem::copy(in(6), at("in.20261130.exr"));
+    expect_prints(run({"inspect", at("")}), 0, {"; at least 1000000 frames missing, from 2 on"});
     expect_ends(run({"inspect", at("."), "--frames", "1"}), 2, {"--frames: has no effect"});
     EXPECT_EQ(run({"inspect"}).code, 2);
     EXPECT_EQ(run({"inspect", at("none.exr")}).code, 4);

@@ -125,7 +125,7 @@ class Check(unittest.TestCase):
         # A date beside the frames is no reason to look for twenty million others.
         shutil.copytree(self.path / "good", self.path / "dated")
         shutil.copy(self.path / "good/o.0001.exr", self.path / "dated/o.20261130.exr")
-        self.assertIn("dated/o.####.exr: has frames 1 and 20261130, more than 1000000 frames apart; "
+        self.assertIn("dated/o.####.exr: from frame 1 to 20261130 are more than 1000000 frames; "
                       "choose some with --frames", self.call(2, "check", "dated/o.####.exr"))
         self.states("dated/o.####.exr", "--frames", "1-8", code=0)
         self.call(2, "check")

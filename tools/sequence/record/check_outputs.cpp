@@ -161,9 +161,9 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
         const int first = on_disk.begin()->first, last = on_disk.rbegin()->first;
         // One stray file, such as a date, may be a billion frames away.
         if (int64_t(last) - first >= int64_t(io::kMaxFrames))
-            return Status(StatusCode::usage, concat(pattern.text(), ": has frames ", first, " and ",
-                                                    last, ", more than ", io::kMaxFrames,
-                                                    " frames apart; choose some with --frames"));
+            return Status(StatusCode::usage, concat(pattern.text(), ": from frame ", first, " to ",
+                                                    last, " are more than ", io::kMaxFrames,
+                                                    " frames; choose some with --frames"));
         for (int frame = first; frame <= last; ++frame) numbers.push_back(frame);
     }
     std::vector<CheckedOutput> outputs;

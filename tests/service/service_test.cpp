@@ -226,6 +226,12 @@ TEST_F(Jobs, AFaultNamesTheKeysOfTheRequest) {
     EXPECT_THAT(refused(body(R"(, "ocio": "in.0001.exr")")).detail,
                 HasSubstr("ocio: has no effect by itself; add png: true, output_transfer: or "
                           "input_transfer"));
+    for (const std::string more : {"", R"(, "frames": "1-6")"}) {
+        std::string one = body(more);
+        one.replace(one.find("o.####"), 6, "o");
+        EXPECT_THAT(refused(one).detail, HasSubstr("error: output: out/o.exr: the output name is "
+                                                   "the same for 6 frames"));
+    }
 }
 
 TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {

@@ -71,6 +71,11 @@ class Check(unittest.TestCase):
                                   5: "foreign", 6: "other settings", 7: "other settings",
                                   8: "whole"})
         self.assertIn("half=true", frames[5]["why"])
+        (bad / "o.0002.exr").mkdir()
+        states, frames = self.states("bad/o.####.exr", code=1)
+        self.assertEqual((states[2], frames[1]["why"].rsplit(": ", 1)[-1], frames[1].get("bytes")),
+                         ("damaged", "is not a file", None))
+        (bad / "o.0002.exr").rmdir()
         table = self.call(1, "check", "bad/o.####.exr", "good/o.####.exr")
         lines = [line.split() for line in table.splitlines()]
         self.assertEqual(lines[1][:5], ["2", "1", "2", "2", "1"])
@@ -117,6 +122,12 @@ class Check(unittest.TestCase):
         states, _ = self.states("good/o.####.exr", "--frames", "7-10", code=1)
         self.assertEqual(states, {7: "whole", 8: "whole", 9: "missing", 10: "missing"})
         self.assertIn("--frames", self.call(4, "check", "none/o.####.exr"))
+        # A date beside the frames is no reason to look for twenty million others.
+        shutil.copytree(self.path / "good", self.path / "dated")
+        shutil.copy(self.path / "good/o.0001.exr", self.path / "dated/o.20261130.exr")
+        self.assertIn("dated/o.####.exr: from frame 1 to 20261130 are more than 1000000 frames; "
+                      "choose some with --frames", self.call(2, "check", "dated/o.####.exr"))
+        self.states("dated/o.####.exr", "--frames", "1-8", code=0)
         self.call(2, "check")
         self.assertIn("--like", self.call(4, "check", "good/o.####.exr", "--like",
                                           "in/sharp.0001.exr"))

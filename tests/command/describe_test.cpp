@@ -177,6 +177,8 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     expect_prints(run({"inspect", at("")}), 0, {"in.####.exr: ", "missing: 2, 5"});
     const auto listed = json_lines(run({"inspect", at(""), "--json"}).out).at(0);
     EXPECT_EQ(listed["sequences"][0]["last"], 6);
+    std::filesystem::copy(in(6), at("in.20261130.exr"));
+    expect_prints(run({"inspect", at("")}), 0, {"; at least 1000000 frames missing, from 2 on"});
     expect_ends(run({"inspect", at("."), "--frames", "1"}), 2, {"--frames: has no effect"});
     EXPECT_EQ(run({"inspect"}).code, 2);
     EXPECT_EQ(run({"inspect", at("none.exr")}).code, 4);
@@ -189,7 +191,7 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
                   {"9 frames examined, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
                    "largest speed 2.236 to 6.708 (frame 1) px a frame",
                    "farthest distance 6 scene units", "no unusual frames"});
-    expect_ends(plain, 0, {"missing in the sequence: 9"});
+    expect_ends(plain, 0, {"1 frame missing: 9"});
     // One frame of each unusual kind.
     write_frame(in(2), make_planes(40, 32, 2));
     FrameFile bare;

@@ -57,6 +57,15 @@ class Names(Case):
             self.assertNotIn("did you mean", self.said(4, "inspect", typed))
 
 
+class Folders(Case):
+    def test_one_that_is_missing_is_found_before_a_frame_is_read(self):
+        (self.folder / "no.0001.exr").write_bytes(b"no EXR")
+        for output, why in (("none/out.png", "folder none does not exist; create it first"),
+                            ("no.0001.exr/out.png", "no.0001.exr is a file, not a folder")):
+            for words in (["sheet", "no.0001.exr", "-o"], ["diff", "no.0001.exr", "no.0001.exr", "--map"]):
+                self.assertEqual(self.said(5, *words, output), f"postchain: error: {output}: {why}\n")
+
+
 class Options(Case):
     def test_every_subcommand_names_the_closest_option(self):
         subcommands = re.findall(r"^  (\w+)  ", run("--help").stdout, re.M)

@@ -9,6 +9,7 @@
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
 #include "tests/support/status.h"
+#include "tests/support/text_file.h"
 #include "tools/service/store/job_store.h"
 
 namespace postchain::service {
@@ -20,8 +21,10 @@ using test::got;
 using test::HeldPass;
 using test::problem_of;
 using test::ServiceTest;
+using test::write_text;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 class Jobs : public ServiceTest {
   protected:
@@ -223,6 +226,12 @@ TEST_F(Jobs, AFaultNamesTheKeysOfTheRequest) {
     EXPECT_THAT(refused(body(R"(, "ocio": "in.0001.exr")")).detail,
                 HasSubstr("ocio: has no effect by itself; add png: true, output_transfer: or "
                           "input_transfer"));
+    for (const std::string more : {"", R"(, "frames": "1-6")"}) {
+        std::string one = body(more);
+        one.replace(one.find("o.####"), 6, "o");
+        EXPECT_THAT(refused(one).detail, HasSubstr("error: output: out/o.exr: the output name is "
+                                                   "the same for 6 frames"));
+    }
 }
 
 TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
@@ -402,6 +411,46 @@ TEST_F(Jobs, CanceledAndTriedAgain) {
     EXPECT_EQ(done(id).done, 12);
     EXPECT_EQ(problem_of(service_->retry(user(), id)).kind, Problem::Kind::conflict);
     EXPECT_EQ(problem_of(service_->cancel(user(), "77")).kind, Problem::Kind::not_found);
+}
+
+TEST_F(Jobs, AJobThatGoesOnWithAnEditedFileMixesNoFrames) {
+    for (const std::string edited : {"", "chain.yaml", "camera.json"}) {
+        const std::string chain = "postchain: 1\npasses: [held]\n", camera = R"({"f_stop": 2})";
+        write_text(root("chain.yaml"), chain);
+        write_text(root("camera.json"), camera);
+        const std::string body = in_folder(R"({"chain": "chain.yaml", "camera": "camera.json",
+ "input": "in.####.exr", "output": "out/o.####.exr", "on_existing": "skip"})",
+                                           "edited" + edited);
+        close();
+        hold();
+        const std::string id = submit(body);
+        ASSERT_TRUE(waits());
+        wait_for_done(id, 2);
+        got(service_->cancel(user(), id));
+        HeldPass::held = false;
+        if (edited != "camera.json")
+            write_text(root("chain.yaml"),
+                       edited.empty() ? chain : "postchain: 1\npasses: [held, fxaa]\n");
+        else
+            write_text(root("camera.json"), R"({"f_stop": 4})");
+        retry(id);
+        if (edited.empty()) {
+            EXPECT_EQ(done(id).done, 6) << "written again, with the same text";
+            continue;
+        }
+        const Job failed = ended(id);
+        EXPECT_EQ(failed.state, JobState::failed);
+        EXPECT_EQ(failed.exit_code, 4);
+        EXPECT_EQ(failed.done, 2);
+        EXPECT_THAT(failed.message, StartsWith(edited + ": the "));
+        EXPECT_THAT(failed.message, HasSubstr(" was changed after frame 1 was made with it; submit "
+                                              "the job again, with on_existing: skip"));
+        // Made again, all of them.
+        const std::string again = submit(body);
+        EXPECT_EQ(done(again).done, 6);
+        for (const JobFrame& frame : frames(again))
+            EXPECT_EQ(frame.state, FrameState::written) << frame.frame;
+    }
 }
 
 TEST_F(Jobs, KeysAndAFullQueue) {

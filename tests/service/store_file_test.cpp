@@ -35,7 +35,9 @@ namespace postchain::service {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::EndsWith;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     EXPECT_THAT(refusal(), HasSubstr("another service uses this store"));
@@ -60,8 +62,12 @@ TEST_F(StoreTest, OtherFilesAreRefusedAndStay) {
         run_sql(concat("PRAGMA user_version = ", version));
         EXPECT_THAT(refusal(), HasSubstr(why));
     }
-    EXPECT_EQ(JobStore::open(folder_.path("nowhere/store.db"), 3).status().code(),
-              StatusCode::output);
+    const std::string nowhere = folder_.path("nowhere/store.db");
+    for (const Status& missing : {JobStore::open(nowhere, 3).status(), back_up(path(), nowhere)}) {
+        EXPECT_EQ(missing.code(), StatusCode::output);
+        EXPECT_THAT(missing.message(), StartsWith(nowhere + ": folder "));
+        EXPECT_THAT(missing.message(), EndsWith(" does not exist; create it first"));
+    }
 }
 
 // While the store is in use, by this program and by SQLite's own; the copy is whole and usable.

@@ -85,6 +85,9 @@ TEST_F(TuneCommand, BadArgumentsAndFrames) {
                    2, "chain.yaml");
     EXPECT_EQ(test::read_text(at("chain.yaml")), test::kChainText);
     expect_refused(tune({"--budget", "1s", "--frames", "1-3"}), 4, "1 requested frame not on disk");
+    // A folder that is missing is found before the frames, not after the last chain.
+    expect_refused(tune({"--budget", "1s", "--frames", "1-3", "-o", at("none/tuned.yaml")}), 5,
+                   "none/tuned.yaml: folder ");
     // Color without depth and motion.
     for (const bool truth : {false, true})
         expect_refused(tune({"--budget", "1s", "-i", at("truth.####.exr")}, truth), 4, "motion");

@@ -172,6 +172,7 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
     if (!work.maps.empty())
         work.compare.map = diff.map_metric.empty() ? kDefaultMap : diff.map_metric;
     RETURN_IF_ERROR(work.files.check());
+    RETURN_IF_ERROR(work.files.check_folders());
     work.files.remove_left_temporaries();
     return Status();
 }

@@ -159,7 +159,7 @@ void print_folder(const Json& folder) {
         else
             text += concat(frames, " frames, ", first, " to ", last);
         if (const std::vector<int> missing = sequence["missing"]; !missing.empty())
-            text += concat("; ", missing.size(), " missing: ", sequence::frames_text(missing));
+            text += "; " + sequence::gaps_text(missing);
         std::printf("%s\n", printable(text).c_str());
     }
 }
@@ -270,8 +270,7 @@ Result<int> inspect_subcommand(const Options& options) {
         if (const int stopped = look_at_others(settings, list, survey); stopped != kExitOk)
             return stopped;
     if (!list.gaps.empty())
-        log::warning(concat(settings.input.color().text(), ": frames missing in the sequence: ",
-                            sequence::frames_text(list.gaps)));
+        log::warning(concat(settings.input.color().text(), ": ", sequence::gaps_text(list.gaps)));
     if (options.json)
         print_line({{"sequence", survey.json()}});
     else

@@ -212,10 +212,8 @@ Result<int> run_subcommand(const Options& options, const std::optional<sequence:
         log::warning("--cuts: frames not in the sequence: " +
                      sequence::frames_text({cuts.begin(), cuts.end()}));
     if (!summary->gaps.empty())
-        log::warning(concat(settings.input.color().text(), ": frames missing in the sequence, ",
-                            summary->gaps.size(),
-                            summary->gaps.size() == 1 ? " frame: " : " frames: ",
-                            sequence::frames_text(summary->gaps)));
+        log::warning(
+            concat(settings.input.color().text(), ": ", sequence::gaps_text(summary->gaps)));
     log::info(concat(text, " of ", summary->total,
                      summary->total == 1 ? " frame in " : " frames in ",
                      log::duration(summary->elapsed_s)));

@@ -70,6 +70,7 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     const auto earlier = stopped_walk(settings);
     ASSIGN_OR_RETURN(const auto files, files_of(settings, earlier.has_value()));
     RETURN_IF_ERROR(files.check());
+    RETURN_IF_ERROR(files.check_folders());
     files.remove_left_temporaries();
 
     const StopOnSignal stop;

@@ -206,6 +206,12 @@ Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
         concat(path, ": exists already, and is not replaced; move it, or write elsewhere"));
 }
 
+Status check_folder_of(const std::string& path) {
+    const std::string folder = own_folder(path);
+    if (::access((folder + "/").c_str(), W_OK | X_OK) == 0) return Status();
+    return output_error(path, why_not_in(folder, errno));
+}
+
 AtomicFile::AtomicFile(const std::string& folder, std::string path, const std::string& name)
     : folder_(folder),
       path_(std::move(path)),

@@ -32,6 +32,9 @@ enum class OnExisting {
 // an existing file is an error (output). AtomicFile::commit() checks again.
 Result<bool> skipped_already(const std::string& path, OnExisting on_existing);
 
+// Errors (output), before any work: the folder of `path` is missing or takes no files.
+Status check_folder_of(const std::string& path);
+
 class AtomicFile {
   public:
     // Errors (output): missing folder, a file in place of the folder, a folder in place of the

@@ -275,6 +275,11 @@ Status OutputFiles::check() const {
     return check_existing();
 }
 
+Status OutputFiles::check_folders() const {
+    for (const OutputFile& file : files_) RETURN_IF_ERROR(check_folder_of(file.path));
+    return Status();
+}
+
 void OutputFiles::remove_left_temporaries() const {
     std::map<std::string, std::set<std::string>> names;  // file names by folder
     for (const auto& [path, index] : file_at_)

@@ -60,7 +60,7 @@ CheckedOutput looked_at(int frame, const std::string& path) {
     CheckedOutput found{.frame = frame, .path = path, .why = "is not on disk"};
     std::error_code error;
     if (!fs::exists(path, error)) return found;
-    found.bytes = fs::file_size(path, error);
+    if (const auto bytes = fs::file_size(path, error); !error) found.bytes = bytes;
     const Json sidecar = sidecar_beside(path);
     std::string provenance;
     found.state = OutputState::damaged;
@@ -158,8 +158,13 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
             return Status(StatusCode::input, pattern.text() +
                                                  ": no frame is on disk; give the frames with "
                                                  "--frames to list them as missing");
-        for (int frame = on_disk.begin()->first; frame <= on_disk.rbegin()->first; ++frame)
-            numbers.push_back(frame);
+        const int first = on_disk.begin()->first, last = on_disk.rbegin()->first;
+        // One stray file, such as a date, may be a billion frames away.
+        if (int64_t(last) - first >= int64_t(io::kMaxFrames))
+            return Status(StatusCode::usage, concat(pattern.text(), ": from frame ", first, " to ",
+                                                    last, " are more than ", io::kMaxFrames,
+                                                    " frames; choose some with --frames"));
+        for (int frame = first; frame <= last; ++frame) numbers.push_back(frame);
     }
     std::vector<CheckedOutput> outputs;
     for (const int frame : numbers) {

@@ -47,6 +47,7 @@ Result<SheetWork> work_of(const SheetSettings& sheet) {
     work.files.write(
         io::OutputFile{sheet.output, "the contact sheet", "name another with --output"});
     RETURN_IF_ERROR(work.files.check());
+    RETURN_IF_ERROR(work.files.check_folders());
     work.files.remove_left_temporaries();
 
     std::vector<std::map<int, std::string>> on_disk;

@@ -46,6 +46,13 @@ std::string frames_text(const std::vector<int>& frames, size_t most) {
     return text;
 }
 
+std::string gaps_text(const std::vector<int>& gaps) {
+    if (gaps.size() >= io::kMaxFrames)
+        return concat("at least ", gaps.size(), " frames missing, from ", gaps[0], " on");
+    return concat(gaps.size(), gaps.size() == 1 ? " frame" : " frames",
+                  " missing: ", frames_text(gaps));
+}
+
 std::string absent_files(int frame, const RunSettings& settings) {
     std::string list;
     for (const auto& [role, pattern] : settings.input.patterns) {

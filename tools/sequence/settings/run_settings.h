@@ -98,4 +98,7 @@ Status absent_frame(int frame, const RunSettings& settings);
 // "1-4, 7"; at most `most` numbers and runs of consecutive numbers.
 std::string frames_text(const std::vector<int>& frames, size_t most = 20);
 
+// "2 frames missing: 3, 5", of gaps that are listed up to io::kMaxFrames.
+std::string gaps_text(const std::vector<int>& gaps);
+
 }  // namespace postchain::sequence

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "tools/sequence/files/atomic_file.h"
 #include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
@@ -101,6 +102,7 @@ void StoreLock::set_newest(int64_t id) const {
 }
 
 Status StoreFile::take() {
+    RETURN_IF_ERROR(io::check_folder_of(path_));
     try {
         database_.emplace(path_);
         RETURN_IF_ERROR(lock_.take(path_));
@@ -208,6 +210,7 @@ Status back_up(const std::string& store, const std::string& file) try {
     if (fs::exists(file, error) && (fs::equivalent(store, file, error) || !is_store(file)))
         return Status(StatusCode::usage,
                       "--backup: " + file + " is not a backup of a store; choose another name");
+    RETURN_IF_ERROR(io::check_folder_of(file));
     const std::string part = file + ".tmp";
     fs::remove(part, error);
     {

@@ -19,11 +19,14 @@ namespace fs = std::filesystem;
 using sequence::FrameTask;
 using sequence::RunSettings;
 
+constexpr size_t kFramesToCompare = 16;
+
 class FramesWork {
   public:
     FramesWork(const Job& job, JobRequest& request, const WorkContext& context)
         : id_(job.id),
           body_(job.body),
+          started_ms_(job.started_ms),
           request_(request),
           chain_(request.chain.chain),
           settings_(request.run),
@@ -37,8 +40,15 @@ class FramesWork {
     WorkEnd work() {
         const auto begun = context_.store.has_begun(id_);
         if (!begun.ok()) return store_failed(begun.status());
-        if (!*begun)
+        if (!*begun) {
             if (auto end = begin()) return *end;
+        } else {
+            context_.progress.does("the frames that are done were not read");
+            const Status status = same_look();
+            context_.progress.does("");
+            if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+            if (!status.ok()) return WorkEnd::failed(status);
+        }
         // Frames missing at the beginning are in the store by now. A frame that goes missing later
         // fails.
         if (missing_ == sequence::MissingPolicy::error)
@@ -84,6 +94,33 @@ class FramesWork {
         const auto refused = std::ranges::find(*frames, FrameState::quarantined, &JobFrame::state);
         if (refused != frames->end()) first_failure_ = Status(StatusCode::output, refused->message);
         return std::nullopt;
+    }
+
+    // A job that goes on reads its files again. With an edited one the frames to do would look
+    // otherwise than those that are done. Errors (input).
+    Status same_look() const {
+        const auto& files = settings_.other_inputs;
+        const auto edited = std::ranges::find_if(
+            files, [&](const io::InputFile& file) { return made_after(file.path, started_ms_); });
+        if (edited == files.end()) return Status();
+        const auto frames = context_.store.frames(id_);
+        if (!frames.ok()) return Status();  // the work needs the store too, and says why
+        std::vector<int> others;            // done, and not what this request makes
+        for (const JobFrame& frame : *frames) {
+            std::error_code error;
+            if (frame.state != FrameState::written ||
+                !fs::exists(settings_.output.format(frame.frame), error))
+                continue;
+            if (is_own_output(request_, frame.frame)) return Status();
+            // A frame that is held, or whose input was rendered again, is among them too.
+            others.push_back(frame.frame);
+            if (others.size() == kFramesToCompare) break;
+        }
+        if (others.empty()) return Status();
+        return Status(StatusCode::input,
+                      concat(context_.reader.roots().shown(edited->path), ": ", edited->what,
+                             " was changed after frame ", others[0],
+                             " was made with it; submit the job again, with on_existing: skip"));
     }
 
     // ----------------------------------------------------------------------------- batches
@@ -268,6 +305,7 @@ class FramesWork {
     }
 
     const std::string id_, body_;
+    const int64_t started_ms_;
     const JobRequest& request_;
     const Chain& chain_;
     RunSettings settings_;

@@ -113,7 +113,10 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
         return submission;
     }
     const auto tasks = tasks_of(job.run);
-    if (!tasks.ok()) return refuse(job.run.frames ? "frames" : "input", tasks.status());
+    if (!tasks.ok()) {
+        const bool of_output = tasks.status().message().starts_with(job.run.output.text() + ": ");
+        return refuse(of_output ? "output" : job.run.frames ? "frames" : "input", tasks.status());
+    }
     submission.frames = int(tasks->size());
     std::error_code error;
     const std::string folder = job.run.output.folder();

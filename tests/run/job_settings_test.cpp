@@ -164,7 +164,7 @@ TEST(JobSettings, ErrorsNameTheSetting) {
         {"output", "a.##.##.exr"}, {"compression", "zip:0"},
         {"channels", "R,,G"},      {"fill_mask", ".fill"},
         {"fill_mask", "fill."},    {"fill_mask", "a b"},
-        {"fill_mask", "f/"}};
+        {"fill_mask", "f/"},       {"behind", "in.####.exr"}};
     for (const auto& [key, value] : wrong) {
         const auto settings = settings_of({{key, value}});
         ASSERT_FALSE(settings.ok()) << key;

@@ -416,6 +416,11 @@ Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& regist
             return Status(StatusCode::usage, concat(option_name("behind"),
                                                     ": the input already names behind=; give one"));
     }
+    if (const auto behind = run.input.patterns.find(Role::behind);
+        behind != run.input.patterns.end() && behind->second.text() == run.input.color().text())
+        return Status(StatusCode::usage,
+                      concat(option_name("behind"), ": ", behind->second.text(),
+                             " is the input itself; name a render without the surfaces in front"));
     if (!job.frames.empty()) {
         ASSIGN_OR_RETURN(run.frames, named("frames", io::FrameRange::parse(job.frames)));
     }

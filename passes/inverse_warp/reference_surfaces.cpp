@@ -112,7 +112,7 @@ class PlaneSurfaces {
     }
 
     // 1: the pixel's surface bounces, 0: it turns, as everything does in a frame without neighbors.
-    // What turns accelerates in the frames before or after too.
+    // A surface that turns accelerates in the frames before or after too.
     double bounce_of(int x, int y, const Motion& own, double ratio) const {
         const Vec here = own.forward - own.back;
         std::optional<double> bounce;

@@ -99,7 +99,7 @@ class OutputFiles {
     Status check_existing() const;
     Status check_existing(const std::vector<std::string>& paths) const;  // only these outputs
     Status check() const;                                                // everything
-    // Of a job that makes no folders. Errors (output): a folder is missing or takes no files.
+    // For a job that makes no folders. Errors (output): a folder is missing or takes no files.
     Status check_folders() const;
 
     // After check(): removes temporaries (.NAME.PID.tmp) that killed processes have left.

@@ -323,9 +323,9 @@ class FramesWork {
 
 }  // namespace
 
-Result<std::vector<FrameTask>> tasks_of(const RunSettings& settings) {
+Result<std::vector<FrameTask>> tasks_of(const RunSettings& settings, bool writes) {
     std::vector<int> gaps;
-    auto tasks = sequence::plan_tasks(settings, true, gaps);
+    auto tasks = sequence::plan_tasks(settings, writes, gaps);
     if (tasks.ok() && tasks->size() > kMaxFramesOfJob)
         return Status(StatusCode::usage, concat("frames: ", tasks->size(), " are more than ",
                                                 kMaxFramesOfJob, "; submit several jobs"));

@@ -9,8 +9,10 @@ namespace postchain::service {
 
 inline constexpr size_t kMaxFramesOfJob = 100'000;
 
-// The frames of a job, from the files on disk. Errors: those of plan_tasks(); (usage) too many.
-Result<std::vector<sequence::FrameTask>> tasks_of(const sequence::RunSettings& settings);
+// The frames of a job, from the files on disk. `writes` as for plan_tasks(). Errors: those of
+// plan_tasks(); (usage) too many.
+Result<std::vector<sequence::FrameTask>> tasks_of(const sequence::RunSettings& settings,
+                                                  bool writes = true);
 
 // Checks that the folders of a run still are under the roots. Errors (input), (output).
 Status check_run_paths(const sequence::RunSettings& settings, const Roots& roots);

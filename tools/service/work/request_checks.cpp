@@ -114,7 +114,7 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     }
     const auto tasks = tasks_of(job.run);
     if (!tasks.ok()) {
-        const bool of_output = tasks.status().message().starts_with(job.run.output.text() + ": ");
+        const bool of_output = tasks_of(job.run, false).ok();
         return refuse(of_output ? "output" : job.run.frames ? "frames" : "input", tasks.status());
     }
     submission.frames = int(tasks->size());

@@ -285,5 +285,77 @@ TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
     EXPECT_TRUE(std::filesystem::exists(report + "/notes.txt"));
 }
 
+class ReplacedReport : public ::testing::Test {
+  protected:
+    void SetUp() override { ASSERT_TRUE(prepare(report_, io::OnExisting::fail).ok()); }
+    void write(const std::string& name) const {
+        const std::filesystem::path path = report_ + "/" + name;
+        std::filesystem::create_directories(path.parent_path());
+        test::write_text(path, "text");
+    }
+    // Writes the files, replaces the report, and returns those of the files that are left.
+    std::vector<std::string> left_of(const std::vector<std::string>& names) const {
+        for (const auto& name : names) write(name);
+        EXPECT_TRUE(prepare(report_, io::OnExisting::overwrite).ok());
+        std::vector<std::string> left;
+        for (const auto& name : names)
+            if (std::filesystem::exists(report_ + "/" + name)) left.push_back(name);
+        return left;
+    }
+    test::TempFolder folder_;
+    std::string report_ = folder_.path("report");
+};
+
+TEST_F(ReplacedReport, LosesItsOwnFilesAlone) {
+    EXPECT_THAT(
+        left_of({"results/paper.1.json", "results/paper.-12.json", "results/paper.time.json",
+                 "truth/0a/both.0001.exr", "images/paper.0001.exr", "images/paper.-0001.exr",
+                 "index.html", "report.csv", "report.md"}),
+        ::testing::IsEmpty());
+    EXPECT_FALSE(std::filesystem::exists(report_ + "/results"));
+    EXPECT_FALSE(std::filesystem::exists(report_ + "/truth"));
+    const std::vector<std::string> mine = {"results/paper.mine.json", "results/1.json",
+                                           "results/.1.json",         "results/paper.1.txt",
+                                           "results/paper..json",     "results/paper.-.json",
+                                           "truth/0a/sharp.0001.exr", "truth/0a/both.exr",
+                                           "truth/mine.exr",          "images/paper.1.exr",
+                                           "images/paper.000a.exr",   "images/0001.exr",
+                                           "images/old/a.0001.exr",   "report.txt"};
+    EXPECT_EQ(left_of(mine), mine);
+}
+
+// The list of a report says which pictures are its own.
+TEST_F(ReplacedReport, LosesTheListedPictures) {
+    for (const char* list : {R"({"images": [{"path": "images/a.png"}, {"path": 1}, {}, 2]})",
+                             R"({"images": {"path": "images/a.png"}})", R"([1])", "{"}) {
+        test::write_text(report_ + "/report.json", list);
+        const bool is_list = std::string(list).find("}, 2]") != std::string::npos;
+        EXPECT_THAT(left_of({"images/a.png", "images/b.0001.exr"}),
+                    ::testing::ElementsAre(is_list ? "images/b.0001.exr" : "images/a.png"))
+            << list;
+        std::filesystem::remove_all(report_ + "/images");
+    }
+}
+
+// Links lead out of the report.
+TEST_F(ReplacedReport, LeavesWhatItsLinksNameAlone) {
+    const std::string mine = folder_.path("mine");
+    std::filesystem::create_directory(mine);
+    for (const char* name : {"/both.0001.exr", "/paper.1.json", "/paper.0001.exr"})
+        test::write_text(mine + name, "mine");
+    std::filesystem::create_directory(report_ + "/truth");
+    for (const char* link : {"/truth/0a", "/results", "/images"})
+        std::filesystem::create_directory_symlink(mine, report_ + link);
+    EXPECT_TRUE(prepare(report_, io::OnExisting::overwrite).ok());
+    std::filesystem::remove_all(report_ + "/truth");
+    std::filesystem::create_directory_symlink(mine, report_ + "/truth");
+    std::filesystem::create_directory(mine + "/0a");
+    test::write_text(mine + "/0a/both.0001.exr", "mine");
+    EXPECT_TRUE(prepare(report_, io::OnExisting::overwrite).ok());
+    for (const char* name :
+         {"/both.0001.exr", "/paper.1.json", "/paper.0001.exr", "/0a/both.0001.exr"})
+        EXPECT_TRUE(std::filesystem::exists(mine + name)) << name;
+}
+
 }  // namespace
 }  // namespace postchain::experiment

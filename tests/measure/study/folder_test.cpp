@@ -132,10 +132,37 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
                                "out/scenes/notes.txt"};
     for (const char* file : own) write_text(at(file), "mine");
     write_text(at("out/report.json"), "{}");
+    // Of a scene that the study no longer has, and of a run that was killed.
+    keep(study({.scene = "t"}), "other");
+    fs::copy(at("other/tasks/t.one_vs_two.json"), at("out/tasks"));
+    write_text(at("out/tasks/t.one_vs_two.claim"), "");
     EXPECT_EQ(test::error_of(open(study(), "out", io::OnExisting::overwrite)), "");
     for (const char* file : own) EXPECT_TRUE(fs::exists(at(file))) << file;
-    for (const char* file : {"out/tasks/s.one_vs_two.json", "out/report.json"})
+    for (const char* file : {"out/tasks/s.one_vs_two.json", "out/tasks/t.one_vs_two.json",
+                             "out/tasks/t.one_vs_two.claim", "out/report.json"})
         EXPECT_FALSE(fs::exists(at(file))) << file;
+}
+
+TEST_F(StudyFolderTest, ReportsOfItsScenesAreRemovedIfTheyAreReports) {
+    keep(study(), "out");
+    for (const char* folder : {"s", "s/one_vs_two", "t/mine"})
+        fs::create_directories(at(concat("out/scenes/", folder)));
+    const std::string mark = concat("/", experiment::kFolderMark);
+    for (const char* folder : {"out/scenes/s", "out/scenes/s/one_vs_two"})
+        for (const std::string& name : {mark, std::string("/report.json")})
+            write_text(at(folder + name), "{}");
+    write_text(at("out/scenes/s/notes.txt"), "mine");
+    write_text(at("out/scenes/t/mine/report.json"), "{}");
+    EXPECT_EQ(test::error_of(open(study(), "out", io::OnExisting::overwrite)), "");
+    EXPECT_FALSE(fs::exists(at("out/scenes/s/one_vs_two")));
+    EXPECT_FALSE(fs::exists(at("out/scenes/s/report.json")));
+    // The mark stays as long as there is a file of the user.
+    for (const std::string& file :
+         {"s" + mark, std::string("s/notes.txt"), std::string("t/mine/report.json")})
+        EXPECT_TRUE(fs::exists(at("out/scenes/" + file))) << file;
+    fs::remove(at("out/scenes/s/notes.txt"));
+    EXPECT_EQ(test::error_of(open(study(), "out", io::OnExisting::overwrite)), "");
+    EXPECT_FALSE(fs::exists(at("out/scenes/s")));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "passes/registry.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/study/study_reader.h"
 
 namespace postchain::study {
@@ -68,10 +70,21 @@ TEST(StudyFile, QuestionsNameThePairs) {
     const Study study = study_of(kHead + "questions: [[three, one]]\nscenes:\n" + kScene);
     ASSERT_EQ(study.pairs.size(), 1u);
     EXPECT_EQ(tasks_of(study)[0].name, "s.three_vs_one");
+    const auto asking = [](const std::string& questions) {
+        return kHead + "questions: " + questions + "\nscenes:\n" + kScene;
+    };
     expect_refused(
-        {{kHead + "questions: [[one, four]]\nscenes:\n" + kScene,
-          "study.yaml:3:19: error: questions[0]: unknown chain 'four'"},
-         {kHead + "questions: [[one, two], [two, one]]\nscenes:\n" + kScene, "is asked twice"}});
+        {{asking("[[one, four]]"), "study.yaml:3:19: error: questions[0]: unknown chain 'four'"},
+         {asking("[[four, one]]"), "questions[0]: unknown chain 'four'"},
+         {asking("[[one, [two]]]"), "questions[0]: is a chain's name"},
+         {asking("[[one, two], [two, one]]"), "questions[1]: is asked twice"},
+         {asking("[[one, two], [one, two]]"), "questions[1]: is asked twice"},
+         {asking("[[two, two]]"), "questions[0]: compares a chain with itself"},
+         {asking("[]"), "questions: is a list of pairs"},
+         {asking("{one: two}"), "questions: is a list of pairs"},
+         {asking("[[one, two, three]]"), "questions[0]: is a pair of chains"},
+         {asking("[one]"), "questions[0]: is a pair of chains"},
+         {asking("[{equal: time}]"), "questions[0]: is a pair of chains"}});
 }
 
 const std::string kSampled =
@@ -115,9 +128,16 @@ TEST(StudyFile, WhatIsNotEqualIsRefused) {
           "adaptive samples adaptively"},
          {kSampled + "questions: [{pair: [more, joint], equal: price}]" + end,
           "questions[0].equal: is samples or time"},
+         {kSampled + "questions: [{pair: [more, joint], equal: [time]}]" + end,
+          "questions[0].equal: is samples or time"},
          {kSampled + "questions: [{pair: [more, joint], equa: time}]" + end, "unknown key 'equa'"},
          {kSampled + "margins: {hdr_flp: 1}" + end, "unknown metric 'hdr_flp'"},
-         {kSampled + "margins: {psnr: 0}" + end, "margins.psnr"},
+         {kSampled + "margins: [psnr]" + end, "margins: is a map of metrics"},
+         {kSampled + "margins: {psnr: 0}" + end, "margins.psnr: is a number above 0"},
+         {kSampled + "margins: {psnr: -1.5}" + end, "margins.psnr: is a number above 0"},
+         {kSampled + "margins: {psnr: .inf}" + end, "margins.psnr: is a number above 0"},
+         {kSampled + "margins: {psnr: much}" + end, "margins.psnr: is a number above 0"},
+         {kSampled + "margins: {psnr: [1]}" + end, "margins.psnr: is a number above 0"},
          {kSampled + "sweep: ['fxaa.preset=12,39']" + end, "unknown key 'sweep'"}});
 }
 
@@ -134,6 +154,10 @@ TEST(StudyFile, AChainMayBeAListOfPasses) {
     EXPECT_THAT(write_chain(study.chains[1].chain), HasSubstr("neighbors: none"));
 }
 
+std::string sweeping(const std::string& keys) {
+    return "postchain_study: 1\nkind: bench\n" + keys + "\nscenes:\n" + kScene;
+}
+
 TEST(StudyFile, ABenchComparesWithItsFirstVariant) {
     const Study study = study_of(
         "postchain_study: 1\nkind: bench\nchain: paper\nsweep: ['motion_blur.samples=5,9,13']\n"
@@ -142,6 +166,32 @@ TEST(StudyFile, ABenchComparesWithItsFirstVariant) {
     EXPECT_EQ(study.pairs[1], (std::pair<size_t, size_t>(0, 2)));
     EXPECT_EQ(tasks_of(study).size(), 1u);
     EXPECT_EQ(study.names()[1], "motion_blur.samples=9");
+    EXPECT_EQ(study.chain_name, "paper");
+    EXPECT_EQ(
+        study_of(sweeping("chain: paper\nmax_variants: 3\nsweep: ['motion_blur.samples=5,9,13']"))
+            .chains.size(),
+        3u);
+}
+
+TEST(StudyFile, ASweepThatCannotBeMadeIsRefused) {
+    const std::string sweep = "\nsweep: ['motion_blur.samples=5,9,13']";
+    expect_refused(
+        {{sweeping("sweep: ['motion_blur.samples=5,9']"), "chain: is missing"},
+         {sweeping("chain: papr" + sweep), "chain: unknown chain 'papr'"},
+         {sweeping("chain: [fxa]" + sweep), "unknown pass"},
+         {sweeping("chain: paper"), "sweep: is a list of texts"},
+         {sweeping("chain: paper\nsweep: []"), "sweep: is a list of texts"},
+         {sweeping("chain: paper\nsweep: 'motion_blur.samples=5,9'"), "sweep: is a list of texts"},
+         {sweeping("chain: paper\nsweep: [samples]"), "study.yaml:4:9: error: sweep: "},
+         {sweeping("chain: paper\nsweep: ['motion_blur.sample=5,9']"), "samples"},
+         {sweeping("chain: paper\nsweep: ['camera.aperture_image=a.png,b.png']"),
+          "pictures of apertures cannot be swept"},
+         {sweeping("chain: paper\nsweep: ['motion_blur.samples=5']"), "makes one variant"},
+         {sweeping("chain: paper\nmax_variants: 2" + sweep), "error: sweep: "},
+         {sweeping("chain: paper\nmax_variants: 0" + sweep), "is an integer in 1..100000"},
+         {sweeping("chain: paper\nmax_variants: 100001" + sweep), "is an integer in 1..100000"},
+         {sweeping("chain: paper\nmax_variants: 2.5" + sweep), "is an integer in 1..100000"},
+         {sweeping("chain: paper\nmax_variants: [3]" + sweep), "is an integer in 1..100000"}});
 }
 
 TEST(StudyFile, FaultsAreNamedAtTheirPlaces) {
@@ -161,6 +211,30 @@ TEST(StudyFile, FaultsAreNamedAtTheirPlaces) {
          {chains("{one: papr, two: fast}"), "unknown chain 'papr' (did you mean 'paper'?)"},
          {chains("{one: paper, two: [fxa]}"), "study.yaml:2:28: error: passes[0]: unknown pass"},
          {chains("{one: paper, two: {fxaa: {}}}"), "is not a chain's name, file or list"},
+         {chains("{one: paper, two: ''}"), "chains.two: "},
+         {chains("{one: paper, 'two!': fast}"), "chains.two!: a name has letters, digits"},
+         {chains("{one: paper, " + std::string(65, 'a') + ": fast}"), "a name has letters, digits"},
+         {chains("{one: paper}"), "chains: is a map of at least two chains"},
+         {chains("[paper, fast]"), "chains: is a map of at least two chains"},
+         {"postchain_study: 1\nscenes:\n" + kScene, "chains: is a map of at least two chains"},
+         {kHead + "kind: both\nscenes:\n" + kScene, "kind: is ab or bench"},
+         {kHead + "title: [a]\nscenes:\n" + kScene, "title: "},
+         {kHead + "title: ''\nscenes:\n" + kScene, "title: "},
+         {kHead + "title: \"a\\0b\"\nscenes:\n" + kScene, "title: "},
+         {kHead + "settings: [repeats]\nscenes:\n" + kScene, "settings: is a map of settings"},
+         {kHead + "settings: {repeats: [1]}\nscenes:\n" + kScene, "settings.repeats: "},
+         {kHead + "settings: {repeats: 0x}\nscenes:\n" + kScene, "settings.repeats: "},
+         {kHead + "settings: {camera: ''}\nscenes:\n" + kScene, "settings.camera: is empty"},
+         {kHead + "scenes: {a: b}\n", "scenes: is a list"},
+         {kHead + "scenes: []\n", "scenes: is a list"},
+         {kHead + "scenes: [a]\n", "scenes[0]: a scene is a map"},
+         {kHead + "scenes:\n  - {name: s, truth: b.exr}\n", "scenes[0].input: is missing"},
+         {kHead + "scenes:\n  - {input: a.exr, truth: b.exr}\n", "scenes[0].name"},
+         {kHead + "scenes:\n  - {name: s, input: 'a.##.##.exr', truth: b.exr}\n",
+          "scenes[0].input: "},
+         {kHead + "scenes:\n  - {name: s, input: a.exr, truth: 'color=a.exr,depth=b.exr'}\n",
+          "scenes[0].truth: give one pattern"},
+         {kHead + "scenes: [\n", "study.yaml"},
          {"postchain_study: 2\nchains: {one: paper, two: fast}\nscenes:\n" + kScene,
           "postchain_study: is 1"},
          {"[]", "a study is a map"},
@@ -184,6 +258,52 @@ TEST(StudyFile, EveryPathIsAskedFor) {
         "study.yaml", builtin_passes(), paths, "1");
     EXPECT_THAT(asked, ::testing::IsSupersetOf({"./own.yaml", "a.exr", "b.exr", "c.json"}));
     EXPECT_FALSE(file.status().ok());
+}
+
+// The pictures of a chain's and a camera's apertures, a profile and a color configuration are files
+// too.
+TEST(StudyFile, EveryPathInAFileIsAskedFor) {
+    const test::TempFolder folder;
+    test::write_text(folder.path("chain.yaml"),
+                     "postchain: 1\ncamera: {aperture_image: chain.png}\npasses: [fxaa]\n");
+    test::write_text(
+        folder.path("camera.json"),
+        R"({"aperture_image": "camera.png", "frames": {"3": {"aperture_image": "frame.png"}}})");
+    const StudyPaths paths = {[&](const std::string& path) -> Result<std::string> {
+                                  if (path == "chain.yaml" || path == "camera.json")
+                                      return folder.path(path);
+                                  return Status(StatusCode::usage, path + " is outside");
+                              },
+                              [](const io::PathPattern& pattern) { return Result(pattern); }};
+    const auto said = [&](const std::string& chain, const std::string& setting) {
+        return text_of(read_study("postchain_study: 1\nchains: {one: paper, two: " + chain +
+                                      "}\nscenes:\n  - {name: s, input: a.exr, truth: b.exr" +
+                                      setting + "}\n",
+                                  "study.yaml", builtin_passes(), paths, "1")
+                           .diagnostics);
+    };
+    EXPECT_EQ(said("fast", ""), "");
+    EXPECT_THAT(said("chain.yaml", ""), HasSubstr("chains.two: its aperture_image: "));
+    EXPECT_THAT(said("fast", ", camera: camera.json"),
+                AllOf(HasSubstr("camera.png is outside"), HasSubstr("frame.png is outside")));
+    EXPECT_THAT(said("fast", ", ocio: config.ocio"), HasSubstr("config.ocio is outside"));
+    EXPECT_THAT(said("fast", ", profile: ./own.yaml"), HasSubstr("./own.yaml is outside"));
+    EXPECT_EQ(said("fast", ", profile: cycles"), "");
+}
+
+TEST(StudyFile, HasALimitedNumberOfTasks) {
+    constexpr size_t kChains = 20, kPairs = kChains * (kChains - 1) / 2;
+    const auto scenes = [](size_t count) {
+        std::string text = "postchain_study: 1\nchains:\n";
+        for (size_t i = 0; i < kChains; ++i) text += concat("  c", i, ": paper\n");
+        text += "scenes:\n";
+        for (size_t i = 0; i < count; ++i)
+            text += concat("  - {name: s", i, ", input: a.exr, truth: b.exr}\n");
+        return text;
+    };
+    EXPECT_EQ(text_of(read(scenes(kMaxTasks / kPairs)).diagnostics), "");
+    EXPECT_THAT(text_of(read(scenes(kMaxTasks / kPairs + 1)).diagnostics),
+                HasSubstr("has more than 10000 tasks"));
 }
 
 }  // namespace

@@ -10,8 +10,10 @@
 namespace postchain::study {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 Study bench_of_two_chains() {
     std::string text =
@@ -70,6 +72,56 @@ TEST(StudyReport, ASceneThatFailedIsInNoTable) {
     EXPECT_EQ(report.table("hdr_flip")->scenes.size(), 2u);
     EXPECT_NEAR(*report.table("hdr_flip")->scenes[1].gains[1], 0.2, 1e-12);
     EXPECT_THAT(report_as_markdown(report), HasSubstr(failed.failure));
+}
+
+Study ab_of_two_pairs() {
+    StudyFile file = read_study(
+        "postchain_study: 1\nchains: {a: [fxaa], b: paper, c: fast}\n"
+        "questions: [{pair: [a, b], equal: time}, {pair: [a, c], equal: time}]\nscenes:\n"
+        "  - {name: s, input: 's.####.exr', truth: 'b.####.exr'}\n",
+        "study.yaml", builtin_passes(), paths_beside("study.yaml"), "1");
+    EXPECT_EQ(text_of(file.diagnostics), "");
+    return std::move(file.study);
+}
+
+TEST(StudyReport, APairMeasuredAloneGivesItsOwnTimeRatio) {
+    const Study study = ab_of_two_pairs();
+    const auto timed = [](const std::optional<double>& of_a, const std::optional<double>& of_b) {
+        TaskResult made;
+        made.renderer = of_b ? "one" : "another";
+        made.variants = {{"a", {{"hdr_flip", {0.5}}}, of_a}, {"b", {{"hdr_flip", {0.4}}}, of_b}};
+        return made;
+    };
+    const StudyReport report = make_report(study, {timed(2, 3), timed(2, 8)});
+    EXPECT_DOUBLE_EQ(*report.time_ratios[0], 1.5);
+    EXPECT_DOUBLE_EQ(*report.time_ratios[1], 4);
+    EXPECT_EQ(report.notes[0], "Measured on one.");
+    EXPECT_THAT(report.notes, Not(Contains(HasSubstr("different devices"))));
+    // A task without a time gives no ratio, whichever side lacks it.
+    const StudyReport partly = make_report(study, {timed(std::nullopt, 3), timed(2, std::nullopt)});
+    EXPECT_EQ(partly.condition(0), "equal time, not measured");
+    EXPECT_EQ(partly.condition(1), "equal time, not measured");
+    EXPECT_THAT(partly.notes, Contains(HasSubstr("different devices")));
+    EXPECT_EQ(make_report(study, {timed(0, 3), timed(2, 0)}).condition(0),
+              "equal time, not measured");
+}
+
+TEST(StudyReport, AFailureOfSeveralTasksStandsOnce) {
+    TaskResult dark, empty;
+    dark.failure = "no light";
+    empty.failure = "no frame";
+    const Study study = ab_of_two_pairs();
+    EXPECT_EQ(make_report(study, {dark, dark}).scenes[0].failure, "no light");
+    EXPECT_EQ(make_report(study, {dark, empty}).scenes[0].failure, "no light; no frame");
+}
+
+// RFC 4180, and no formulas.
+TEST(StudyReport, TextsOfTheTableAreQuoted) {
+    Study study = ab_of_two_pairs();
+    study.scenes[0].family = "=1+\"2\"";
+    TaskResult made;
+    made.variants = {{"a", {{"hdr_flip", {0.5}}}, 1.0}, {"b", {{"hdr_flip", {0.4}}}, 1.0}};
+    EXPECT_THAT(report_as_csv(make_report(study, {made, made})), HasSubstr("\"'=1+\"\"2\"\"\""));
 }
 
 }  // namespace

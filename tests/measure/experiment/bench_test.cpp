@@ -126,6 +126,20 @@ TEST_F(Bench, AVariantWithAnotherShutterThanAGeneratedTruthIsWarnedOf) {
                 Not(::testing::Contains(StartsWith(variants.front().name + " filters"))));
 }
 
+// Without a generated truth nothing says which camera it was rendered with.
+TEST_F(Bench, VariantsOfOneTruthWithSeveralCamerasAreNoted) {
+    const auto noted = [&](const BenchSettings& with, const char* key) {
+        const Report report = done(test::must(sweep({key})), with);
+        return std::ranges::count(report.notes,
+                                  "variants differ in camera but share one ground truth");
+    };
+    BenchSettings blind = settings();
+    blind.truth.clear();
+    EXPECT_EQ(noted(settings(), "camera.f_stop=2,4,8"), 1);
+    EXPECT_EQ(noted(settings(), "motion_blur.samples=5,7,9"), 0);
+    EXPECT_EQ(noted(blind, "camera.f_stop=2,4"), 0);
+}
+
 TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
     BenchSettings blind = settings();
     blind.truth.clear();

@@ -96,6 +96,9 @@ TEST(Outcome, AVariantWorseThanTheInputIsNamed) {
     // Over frames that both have: the variant failed on the frame where the input is bad.
     EXPECT_THAT(warnings({{.3, std::nullopt}, {.1, .1}}, {.2, .9}),
                 ElementsAre(HasSubstr("v0 0.3, the input 0.2")));
+    EXPECT_THAT(warnings({{.1, .3}, {.1, .1}}, {std::nullopt, .2}),
+                ElementsAre(HasSubstr("v0 0.3, the input 0.2")));
+    EXPECT_THAT(warnings({{.3, std::nullopt}}, {std::nullopt, .2}), IsEmpty());
     // Many are counted, not listed.
     EXPECT_THAT(warnings(std::vector<Values>(9, Values{.3}), {.2}),
                 ElementsAre(AllOf(HasSubstr("9 of 9 variants are no better"), HasSubstr("v4 0.3"),
@@ -125,6 +128,8 @@ TEST(Outcome, ANoisyTruthIsDoubtedWithNumberAndRemedy) {
                     "error would have 0.8 instead of 1; give the ground truth about 4 times the "
                     "samples per pixel"));
     EXPECT_THAT(warnings(.945), IsEmpty());
+    EXPECT_THAT(warnings(.06), ElementsAre(HasSubstr("about 246 times the samples")));
+    EXPECT_THAT(warnings(.04), ElementsAre(HasSubstr("truth many more samples per pixel")));
 }
 
 TEST(Outcome, MseThatIsMostlyNoiseIsDoubted) {
@@ -132,6 +137,8 @@ TEST(Outcome, MseThatIsMostlyNoiseIsDoubted) {
     fill(report.variants[0].metrics, "mse", {.02});
     fill(report.variants[1].metrics, "mse", {.01});
     fill(report.truth_noise, kNoiseSigma, {.05});
+    state_outcome(report);
+    EXPECT_THAT(report.warnings, IsEmpty());
     fill(report.truth_noise, "mse", {.004});
     state_outcome(report);
     EXPECT_THAT(report.warnings, IsEmpty());
@@ -273,6 +280,12 @@ TEST(Verdict, WithoutATruthNobodyWins) {
     EXPECT_TRUE(comparison.metrics.empty());
     EXPECT_THAT(comparison.verdict, HasSubstr("Without a ground truth"));
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP is 0.15"));
+    const auto verdict = [&](double mse) {
+        fill(report.variants[1].metrics, "mse", {mse, 0});
+        return compare_variants(report, {}).verdict;
+    };
+    EXPECT_THAT(verdict(0.1), HasSubstr("HDR-FLIP is 0.15"));
+    EXPECT_THAT(verdict(0), HasSubstr("first and second give equal images"));
 }
 
 }  // namespace

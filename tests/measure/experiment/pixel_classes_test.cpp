@@ -64,9 +64,14 @@ TEST(PixelClasses, AreOutOfFocusByTheLens) {
         EXPECT_EQ(planes.count(defocused), 41u * 9);
         planes.planes[Role::inverse_depth] = ImageF(41, 9, 1, float(0.25 + offset * 0.9 / 64));
         EXPECT_EQ(planes.count(moving), 41u * 9);
-        planes.frame.camera.f_stop = {};
         planes.planes[Role::inverse_depth] = ImageF(41, 9, 1, 0.9f);
-        EXPECT_EQ(planes.count(moving), 41u * 9);
+        EXPECT_EQ(planes.count(defocused), 41u * 9);
+        for (const auto value : {&Camera::focal_length_mm, &Camera::sensor_width_mm,
+                                 &Camera::f_stop, &Camera::focus_distance}) {
+            Planes without = planes;
+            (without.frame.camera.*value).reset();
+            EXPECT_EQ(without.count(moving), 41u * 9);
+        }
     }
 }
 

@@ -111,6 +111,11 @@ TEST(Choices, ParetoSetLeavesOutWhatIsBeatenInBoth) {
     mark_pareto(report, "flip");
     EXPECT_FALSE(report.variants[1].pareto);
     EXPECT_TRUE(report.variants[2].pareto);
+    // Without a time, without a value.
+    report.variants[3].timing.reset();
+    report.variants[0].metrics.clear();
+    mark_pareto(report, "flip");
+    EXPECT_FALSE(report.variants[3].pareto || report.variants[0].pareto);
 }
 
 TEST(Choices, CheapestUnderALimitIsWritten) {
@@ -126,6 +131,14 @@ TEST(Choices, CheapestUnderALimitIsWritten) {
         met = choose_under(report, {{"flip", 0.01}});
         EXPECT_FALSE(*met);
         EXPECT_THAT(report.under[1], HasSubstr("no variant; the closest is v3 with 0.1"));
+        // Neither one without a time nor one without a value is chosen.
+        report.variants[1].timing.reset();
+        std::filesystem::remove(folder.path("under_flip.yaml"));
+        EXPECT_TRUE(*choose_under(report, {{"flip", 0.6}}));
+        EXPECT_THAT(report.under[2], HasSubstr("v2 with 0.6 in 3 ms"));
+        for (auto& variant : report.variants) variant.metrics.clear();
+        EXPECT_FALSE(*choose_under(report, {{"flip", 0.6}}));
+        EXPECT_THAT(report.under[3], HasSubstr("no variant has a value"));
     }
 }
 
@@ -137,9 +150,14 @@ TEST(Limits, FormMetricAndDirectionAreChecked) {
                                      {"psnr=30", "is not an error"},
                                      {"edges_in_blurred=1", "is not an error"}})
         EXPECT_THAT(test::error_of(parse_limit("--under", text, columns)), HasSubstr(said));
-    const Report report = choices();
+    Report report = choices();
     EXPECT_EQ(exceeding(report, {{"flip", 0.5}}).size(), 2u);
     EXPECT_TRUE(exceeding(report, {{"flip", 0.9}}).empty());
+    report.variants[0].metrics.clear();
+    report.variants[2].metrics["flip"].mean.reset();
+    EXPECT_TRUE(exceeding(report, {{"flip", 0.5}}).empty());
+    report.variants[3].metrics["nonfinite"].mean = 2;
+    EXPECT_THAT(exceeding(report, {{"flip", 0.5}}), ::testing::ElementsAre(HasSubstr("v3: ")));
 }
 
 }  // namespace

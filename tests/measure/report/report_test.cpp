@@ -44,7 +44,10 @@ Report filled() {
     variant.chain_hash = 0xabc;
     variant.metrics["flip"] = {{0.25, std::nullopt}, 0.25};
     variant.timing.emplace();
+    variant.timing->frame = 11;
     variant.timing->source = "clock";
+    variant.timing->trustworthy = false;
+    variant.timing->why_not = "few";
     variant.timing->passes = {{"0.fxaa", false, {1.5, 0.5, 3}}};
     variant.timing->total = {1.5, 0.5, 3};
     variant.split.emplace();
@@ -52,6 +55,9 @@ Report filled() {
     variant.split->mse = {0.1, 0.2, 0.3, 0.7};
     variant.split->cross = 0.1;
     variant.split->others["smape"].model = 0.5;
+    variant.split->seeds = 16;
+    variant.split->converged_noise = 0.001;
+    variant.split->convergence = {"fxaa.preset 12 -> 39"};
     variant.split->notes = {"what a split has to say"};
     variant.passes = {"fxaa"};
     variant.elisions.emplace_back(
@@ -139,13 +145,12 @@ TEST(ReportJson, NonFiniteNumbersAndForeignBytesStillMakeJson) {
 
 TEST(ReportJson, TimingAndSplitComeBack) {
     const Report report = filled();
-    const auto timing = Json(report.variants[0].timing).get<Timing>();
-    EXPECT_EQ(timing.passes[0].pass, "0.fxaa");
-    EXPECT_EQ(timing.total.median_ms, 1.5);
-    const auto split = Json(report.variants[0].split).get<ErrorSplit>();
-    EXPECT_EQ(*split.mse.model, 0.3);
-    EXPECT_EQ(*split.cross, 0.1);
-    EXPECT_FALSE(split.others.at("smape").precision);
+    const Json timing = report.variants[0].timing, split = report.variants[0].split;
+    EXPECT_EQ(Json(timing.get<Timing>()), timing);
+    EXPECT_EQ(Json(split.get<ErrorSplit>()), split);
+    EXPECT_EQ(timing.get<Timing>().passes[0].pass, "0.fxaa");
+    EXPECT_EQ(split.get<ErrorSplit>().converged_noise, 0.001);
+    EXPECT_FALSE(split.get<ErrorSplit>().others.at("smape").precision);
     EXPECT_FALSE(Json(nullptr).get<std::optional<Timing>>());
     EXPECT_THROW(Json::parse("{}").get<Timing>(), Json::exception);
     EXPECT_THROW(Json::parse("[]").get<ErrorSplit>(), Json::exception);
@@ -266,6 +271,13 @@ TEST(ReportMarkdown, BenchPutsErrorBesideTime) {
                                 "| one, two | 1.5 | 0.25 | 0.125 |  | yes |\n"
                                 "| slow | 20 | 0.25 | 0.125 |  |  |\n"
                                 "| input |  |  |  |  |  |\n"));
+    // One that was not timed has no place in the table; of many variants each has a row of its
+    // metrics.
+    report.variants[1].timing.reset();
+    EXPECT_THAT(report_as_markdown(report), Not(HasSubstr("| one, two | 1.5 |")));
+    report.variants.resize(5, report.variants[0]);
+    EXPECT_THAT(report_as_markdown(report),
+                HasSubstr("| variant | flip (lower is better) |\n|---|---|\n| slow | 0.25 |\n"));
     report.variants.resize(1);
     report.variants[0].elisions.clear();
     EXPECT_THAT(report_as_markdown(report), HasSubstr("Nothing: every plan is whole."));

@@ -131,7 +131,9 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
     const char* const own[] = {"out/tasks/mine.json", "out/tasks/notes.txt",
                                "out/scenes/notes.txt"};
     for (const char* file : own) write_text(at(file), "mine");
-    write_text(at("out/report.json"), "{}");
+    for (const char* name :
+         {"out/report.json", "out/report.csv", "out/report.md", "out/index.html"})
+        write_text(at(name), "{}");
     // Of a scene that the study no longer has, and of a run that was killed.
     keep(study({.scene = "t"}), "other");
     fs::copy(at("other/tasks/t.one_vs_two.json"), at("out/tasks"));
@@ -139,7 +141,8 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
     EXPECT_EQ(test::error_of(open(study(), "out", io::OnExisting::overwrite)), "");
     for (const char* file : own) EXPECT_TRUE(fs::exists(at(file))) << file;
     for (const char* file : {"out/tasks/s.one_vs_two.json", "out/tasks/t.one_vs_two.json",
-                             "out/tasks/t.one_vs_two.claim", "out/report.json"})
+                             "out/tasks/t.one_vs_two.claim", "out/report.json", "out/report.csv",
+                             "out/report.md", "out/index.html"})
         EXPECT_FALSE(fs::exists(at(file))) << file;
 }
 

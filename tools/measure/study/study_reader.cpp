@@ -76,7 +76,7 @@ std::optional<size_t> chain_of(const TextNode& at, const std::string& path, cons
                                Reporter& reporter) {
     const auto names = study.names();
     const auto found = std::ranges::find(names, at.text);
-    if (at.is_scalar() && found != names.end()) return size_t(found - names.begin());
+    if (found != names.end()) return size_t(found - names.begin());
     reporter.error(at, path,
                    at.is_scalar() ? unknown_word("chain", at.text, names) : "is a chain's name");
     return std::nullopt;
@@ -197,7 +197,7 @@ TextNode chain_of_passes(const TextNode& list) {
 
 std::optional<ChainText> chain_text(const TextNode& at, const std::string& path, Reading& reading) {
     if (at.is_list()) return ChainText{reading.file.study.file, {}, false, chain_of_passes(at)};
-    if (!at.is_scalar() || at.text.empty()) {
+    if (at.text.empty()) {
         reading.error(at, path, at.describe() + " is not a chain's name, file or list of passes");
         return std::nullopt;
     }

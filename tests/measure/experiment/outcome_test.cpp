@@ -145,6 +145,10 @@ TEST(Outcome, MseThatIsMostlyNoiseIsDoubted) {
     fill(report.truth_noise, "mse", {.006});
     state_outcome(report);
     EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("makes 0.006 of the 0.01 of v1")));
+    std::swap(report.variants[0].metrics, report.variants[1].metrics);
+    report.warnings.clear();
+    state_outcome(report);
+    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("makes 0.006 of the 0.01 of v0")));
 }
 
 // Values of one metric per frame of two variants.
@@ -268,6 +272,7 @@ TEST(Verdict, TilesAreTheSecondFigure) {
         compare_variants(fabricate("hdr_flip", Better::lower, a, b), tiles);
     EXPECT_NEAR(comparison.metrics[0].bootstrap->low, -0.1, 1e-12);
     EXPECT_EQ(comparison.metrics[0].tiles, 2);
+    EXPECT_THAT(comparison.metrics[0].words, HasSubstr("; tiles redrawn within these frames -0.1"));
     EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is closer"));
     EXPECT_THAT(comparison.verdict, HasSubstr("this need not hold for other frames"));
 }

@@ -55,6 +55,18 @@ TEST_F(TruthFiles, APartOfTheFramesIsTakenAndNoneIsRefused) {
     EXPECT_EQ(Truth::open(folder_.path("in.0001.exr"), {1, 2}).status().code(), StatusCode::usage);
 }
 
+TEST(Truth, IsOnePatternThatNamesAFileForEachFrame) {
+    const auto said = [](const char* pattern, const std::vector<int>& frames) {
+        const auto truth = Truth::open(pattern, frames);
+        EXPECT_EQ(truth.status().code(), StatusCode::usage) << pattern;
+        return test::error_of(truth);
+    };
+    EXPECT_THAT(said("color=a.####.exr,depth=b.####.exr", {1}), HasSubstr("give one pattern"));
+    EXPECT_THAT(said("a.##.##.exr", {1}), HasSubstr("--truth: "));
+    EXPECT_THAT(said("a.exr", {1, 2}), HasSubstr("a.exr: one file for 2 frames"));
+    EXPECT_EQ(Truth::open("a.exr", {1}).status().code(), StatusCode::input);  // it does not exist
+}
+
 TEST_F(TruthFiles, AnotherSizeNamesBoth) {
     test::write_truth(folder_.path(), 1, 3, 0.1f);
     test::write_truth(folder_.path(), 3, 1, 0.1f, 41);

@@ -128,7 +128,7 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
     // Removing a study removes its results and reports alone.
     keep(study(), "out");
     fs::create_directories(at("out/scenes"));
-    const char* const own[] = {"out/tasks/mine.json", "out/tasks/notes.txt",
+    const char* const own[] = {"out/notes.txt", "out/tasks/mine.json", "out/tasks/notes.txt",
                                "out/scenes/notes.txt"};
     for (const char* file : own) write_text(at(file), "mine");
     for (const char* name :

@@ -157,6 +157,32 @@ TEST(Messages, GoWithTheirCause) {
     node.connect("Motion", Picture{.pixels = ImageF(kWidth, kHeight, 3)});
     fails("Motion: has 3 channels");
     works();
+    node.connect("Motion", Picture{.pixels = ImageF(kWidth, kHeight, 1)});
+    fails("Motion: has 1 channels");
+    works();
+    node.connect("Source", Picture{.pixels = ImageF(kWidth, kHeight, 1)});
+    fails("Source: has no color; connect RGBA or RGB");
+    works();
+    node.connect("Motion", Picture{.pixels = ImageF(kWidth, kHeight, 2)});
+    fails("Motion: components are neither RGBA, RGB nor alpha");
+    works();
+    for (const char* field : {"OfxFieldLower", "OfxFieldUpper"}) {
+        node.object().field = field;
+        fails("fields are not filtered; deinterlace Source");
+    }
+    node.object().field = "OfxFieldBoth";
+    works();
+    const double depth_meaning = node.object().parameters.at("depth_meaning").numbers(2)[0];
+    node.choose("depth_meaning", "normalized");
+    fails("near_clip, far_clip: needed for a normalized depth");
+    node.use("near_clip", 0.1);
+    fails("near_clip, far_clip: needed for a normalized depth");
+    node.set("use_near_clip", 0);
+    node.use("far_clip", 100);
+    fails("near_clip, far_clip: needed for a normalized depth");
+    node.set("use_far_clip", 0);
+    node.set("depth_meaning", depth_meaning);
+    works();
     node.set("use_f_stop", 0);
     fails("f_stop");
     node.use("f_stop", 1.4);

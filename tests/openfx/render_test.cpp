@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "config/chain_find.h"
 #include "tests/openfx/test_host.h"
 #include "tests/run/fixture.h"
 #include "tests/support/images.h"
+#include "tests/support/text_file.h"
 
 namespace postchain::openfx::test {
 namespace {
@@ -36,10 +38,16 @@ ImageF scaled(ImageF image, float x, float y) {
     return image;
 }
 
-// Vectors from the frame before and to the next differ.
+// Vectors from the frame before and to the next differ. The upper rows are sky.
 Planes uneven_planes(int width, int height, int frame) {
     Planes planes = postchain::test::make_planes(width, height, frame);
     planes.back = scaled(planes.back, 0.75f, 0.5f);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < width; ++x) {
+            planes.depth.at(x, y) = std::numeric_limits<float>::infinity();
+            for (ImageF* vectors : {&planes.motion, &planes.back})
+                std::fill_n(vectors->pixel(x, y), 2, 0.0f);
+        }
     return planes;
 }
 
@@ -104,6 +112,48 @@ TEST_F(OpenFx, AChainHasTheBitsOfTheCommand) {
         node.choose("chain", chain);
         EXPECT_EQ(node.rendered(2), of_command(chain)) << chain << "\n" << node.message();
     }
+}
+
+// Cycles writes neither the motion of the sky nor the zoom's part of it.
+TEST_F(OpenFx, ACameraThatTurnsAndZoomsHasTheBitsOfTheCommand) {
+    const std::string path = folder_.path("camera.json");
+    settings_.source.camera_motion = sequence::CameraMotion::zoom;
+    Node node(host_, "postchain.joint_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.set("samples", 5);
+    node.set("camera_file", path);
+    const auto write_camera = [&](const std::string& more) {
+        postchain::test::write_text(
+            path, concat(R"({"sensor_width_mm": 36, "f_stop": 1.4, "focus_distance": 2,
+                             "meters_per_unit": 0.05, "focal_length_mm": 50)",
+                         more, "}"));
+    };
+    const auto of_both = [&](const std::string& more) {
+        write_camera(more);
+        settings_.source.camera = parse_camera(postchain::test::read_text(path), path);
+        EXPECT_TRUE(settings_.source.camera->status().ok()) << more;
+        const ImageF color =
+            of_command(postchain::test::chain_of("joint_blur", {{"samples", int64_t(5)}}));
+        EXPECT_EQ(node.rendered(2), color) << more;
+        return color;
+    };
+    const std::string zoom = R"(, "frames": {"1": {"focal_length_mm": 40},
+        "2": {"focal_length_mm": 50}, "3": {"focal_length_mm": 60}})";
+    // About y.
+    const std::string turn = R"(, "camera_matrix_world": {
+        "1": [[0.96, 0, -0.28, 0], [0, 1, 0, 0], [0.28, 0, 0.96, 0], [0, 0, 0, 1]],
+        "2": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+        "3": [[0.96, 0, 0.28, 0], [0, 1, 0, 0], [-0.28, 0, 0.96, 0], [0, 0, 0, 1]]})";
+    const std::vector<ImageF> all = {of_both(""), of_both(zoom), of_both(turn),
+                                     of_both(zoom + turn)};
+    for (size_t a = 0; a < all.size(); ++a)
+        for (size_t b = 0; b < a; ++b) EXPECT_NE(all[a], all[b]) << a << b;
+    // Vectors of other renderers have the zoom.
+    node.choose("motion_meaning", "nuke");
+    write_camera(zoom);
+    const ImageF zooming = node.rendered(2);
+    write_camera("");
+    EXPECT_EQ(node.rendered(2), zooming);
 }
 
 TEST_F(OpenFx, AnEffectHasTheBitsOfItsPass) {
@@ -174,6 +224,47 @@ TEST(Pixels, BoundsAndRowsOfTheHost) {
             ASSERT_EQ(output.pixels.at(x, y, 1), inside ? expected.at(x, y, 1) : -5)
                 << x << " " << y;
         }
+}
+
+// Color without an alpha is opaque, and an image without some channels gets those that it has.
+TEST(Pixels, ImagesOfFewerChannels) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.set("samples", 3);
+    node.choose("neighbors", "none");
+    ImageF color = uneven_planes(kWidth, kHeight, 2).color;
+    for (size_t i = 0; i < color.pixels(); ++i) color.data[4 * i + 3] = 1;
+    node.connect("Source", Picture{.pixels = color});
+    const ImageF expected = node.rendered(2);
+    node.connect("Source", Picture{.pixels = arranged(color, {0, 1, 2})});
+    EXPECT_EQ(node.rendered(2), expected);
+    for (const auto& channels : {std::vector{0, 1, 2}, {3}}) {
+        node.object().output.pixels = ImageF(kWidth, kHeight, int(channels.size()), -5);
+        EXPECT_EQ(node.render(2), kStatOK);
+        EXPECT_EQ(node.object().output.pixels, arranged(expected, channels));
+    }
+}
+
+// A window that the output does not have is no fault, and neither is a host without a pixel aspect.
+TEST(Pixels, NothingIsAskedFor) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.set("samples", 3);
+    const ImageF expected = node.rendered(2);
+    for (const double aspect : {0.0, -1.0}) {
+        for (auto& [name, clip] : node.object().clips)
+            clip.properties.set("OfxImagePropPixelAspectRatio", {aspect});
+        EXPECT_EQ(node.rendered(2), expected);
+    }
+    node.object().output.pixels = ImageF(kWidth, kHeight, 4, -5);
+    for (const auto& window : {std::array{kWidth, 0, kWidth + 9, kHeight},
+                               {-9, 0, 0, kHeight},
+                               {0, kHeight, kWidth, kHeight + 9},
+                               {3, 3, 3, 9}})
+        EXPECT_EQ(node.render(2, window), kStatOK) << node.message();
+    EXPECT_EQ(node.object().output.pixels, ImageF(kWidth, kHeight, 4, -5));
 }
 
 TEST(Pixels, HalvesAreWithinTheirStep) {

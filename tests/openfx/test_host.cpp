@@ -144,7 +144,8 @@ int bytes_of(const std::string& depth) {
 std::string components_of(int channels) {
     return channels == 4   ? "OfxImageComponentRGBA"
            : channels == 3 ? "OfxImageComponentRGB"
-                           : "OfxImageComponentAlpha";
+           : channels == 1 ? "OfxImageComponentAlpha"
+                           : "uk.co.thefoundry.OfxImageComponentMotionVectors";
 }
 
 // Where the row `y`, from the top, begins.
@@ -599,7 +600,7 @@ void Node::connect(const std::string& clip, Picture picture) {
 void Node::in(PropertyObject& in, double time) const {
     in.set("OfxPropTime", {time});
     in.set("OfxImageEffectPropRenderScale", {object_->scale_x, object_->scale_y});
-    in.set("OfxImageEffectPropFieldToRender", {std::string("OfxFieldNone")});
+    in.set("OfxImageEffectPropFieldToRender", {object_->field});
 }
 
 int Node::region_of_definition(double time, std::array<double, 4>& region) {

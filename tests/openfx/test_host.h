@@ -82,6 +82,7 @@ struct EffectObject {
     std::function<bool()> abort;
     Picture output;
     double scale_x = 1, scale_y = 1;
+    std::string field = "OfxFieldNone";
     std::atomic<int> abort_asked = 0;
 };
 

@@ -1,0 +1,62 @@
+// What insert.py puts into a copy of the source: a fault at every point, one of which is active.
+//
+//   POSTCHAIN_FAULT=NUMBER   the active fault: 8 * point + kind
+//   POSTCHAIN_REACHED=FILE   of kMaxPoints bytes. Each process that has it sets in a point's byte
+//   what it has seen
+#pragma once
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <type_traits>
+
+namespace postchain::fault_point {
+
+inline constexpr int kMaxPoints = 1 << 16;
+// Of insert.py. A condition that is always true or always false is told apart by its last bit.
+enum Kind { always_true, always_false, boundary, left_out, flipped, one_is_zero };
+enum Seen { seen_false = 1, seen_true = 2, seen = 4 };
+
+inline unsigned char nowhere[kMaxPoints];
+inline unsigned char* reached = nowhere;
+inline int active = -1;
+
+// Before main() and before the process is confined.
+__attribute__((constructor(101))) inline void begin() {
+    if (reached != nowhere) return;
+    if (const char* number = std::getenv("POSTCHAIN_FAULT")) active = std::atoi(number);
+    const char* path = std::getenv("POSTCHAIN_REACHED");
+    const int file = path ? open(path, O_RDWR | O_CLOEXEC) : -1;
+    if (file < 0) return;
+    void* at = mmap(nullptr, kMaxPoints, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    if (at != MAP_FAILED) reached = static_cast<unsigned char*>(at);
+    close(file);
+}
+
+inline void mark(int point, Seen what) {
+    if (!(reached[point] & what)) reached[point] |= what;
+}
+
+constexpr bool is_active(int point, Kind kind) {
+    if (std::is_constant_evaluated()) return false;
+    mark(point, seen);
+    return active == 8 * point + kind;
+}
+
+constexpr bool condition(int point, bool value) {
+    if (std::is_constant_evaluated()) return value;
+    mark(point, value ? seen_true : seen_false);
+    return active >> 1 == 4 * point ? active % 2 == 0 : value;
+}
+
+constexpr bool returned(int point, bool value) {
+    return is_active(point, flipped) ? !value : value;
+}
+
+constexpr int one(int point) {
+    return is_active(point, one_is_zero) ? 0 : 1;
+}
+
+}  // namespace postchain::fault_point

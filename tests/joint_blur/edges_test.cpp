@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <cfloat>
 #include <cmath>
 #include <iostream>
 #include <string>
@@ -337,6 +339,25 @@ TEST(EdgesReference, AgreesOnWhatACameraFollows) {
         const Difference difference = to_reference(followed(kDisc, 0.05, 0.8, 0.15), neighbors);
         EXPECT_LE(difference.fraction, 0.001) << difference.text;
     }
+}
+
+// Products of denormal numbers take a CPU many times as long. The places of colors are in the last
+// bits of paths, also in those of a still wall. A stage holds bits as whole numbers.
+TEST(EdgesStored, HaveNoDenormalPaths) {
+    const Scene scene = round_before_wall(kDisc, 0.05, 0.8, 44);
+    const FramePlanes planes = frames_of(scene);
+    const ImageF surfaces =
+        filter_with_stages(chain_of("joint_blur"), description_of(scene, planes), planes)
+            .stages.at("0.joint_blur.surfaces");
+    const auto bits_of = [](float path) { return double(std::bit_cast<uint32_t>(path)); };
+    int still = 0;
+    for (int y = 0; y < surfaces.height; ++y)
+        for (int x = 0; x < surfaces.width; ++x) {
+            const double bits = surfaces.at(x, y, 1);
+            EXPECT_FALSE(bits > 0 && bits < bits_of(FLT_MIN)) << x << ", " << y;
+            if (bits > 0 && bits < bits_of(1e-9F)) ++still;
+        }
+    EXPECT_GT(still, 0);
 }
 
 }  // namespace

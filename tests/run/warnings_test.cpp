@@ -217,7 +217,7 @@ TEST(DeviceWarnings, AFullDiskLeavesOutTheCacheOfPrograms) {
     test::TempFolder room;
     EXPECT_EQ(said(room.path("not/made/yet")), "");
     EXPECT_EQ(getenv("MESA_SHADER_CACHE_DISABLE"), nullptr);
-    EXPECT_THAT(said("/proc/none"), HasSubstr("/proc: the disk is full"));
+    EXPECT_THAT(said("/proc/none"), HasSubstr("/proc: the disk is full: compiled programs"));
     EXPECT_STREQ(getenv("MESA_SHADER_CACHE_DISABLE"), "true");
     unsetenv("MESA_SHADER_CACHE_DISABLE");
     before ? setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1) : unsetenv("MESA_SHADER_CACHE_DIR");

@@ -25,7 +25,7 @@ fs::path folder_of_cache() {
     for (const auto& [name, below] :
          {std::pair("MESA_SHADER_CACHE_DIR", ""), {"XDG_CACHE_HOME", ""}, {"HOME", ".cache"}})
         if (const char* folder = std::getenv(name); folder && *folder != 0)
-            return fs::path(folder) / below;
+            return *below != 0 ? fs::path(folder) / below : fs::path(folder);
     return {};
 }
 

@@ -57,6 +57,18 @@ class Names(Case):
             self.assertNotIn("did you mean", self.said(4, "inspect", typed))
 
 
+class Numbers(Case):
+    """As in chain files: none is octal or hexadecimal."""
+    def test_only_decimal_numbers(self):
+        for word, why in {"010": "'010' begins with 0", "0x10": "'0x10' is not a decimal number",
+                          "nan": "'nan' is not a finite number", "0": "Value 0 not in range 1 to 1024"}.items():
+            for words in (["sheet", "in.####.exr", "-o", "a.png", "--threads", word],
+                          ["info", "--threads", word]):
+                self.assertIn(f"--threads: {why}", self.said(2, *words))
+        self.assertIn("--idle: 'inf' is not a finite number",
+                      self.said(2, "run", "fast", "-i", "a.exr", "-o", "b.exr", "--watch", "--idle", "inf"))
+
+
 class Folders(Case):
     def test_one_that_is_missing_is_found_before_a_frame_is_read(self):
         (self.folder / "no.0001.exr").write_bytes(b"no EXR")

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "chain/base/stop.h"
 #include "tests/io/exr_files.h"
 
 namespace postchain::io {
@@ -182,6 +183,34 @@ TEST_F(OutputFilesTest, WhatIsThereIsReplacedAsItIsSaid) {
     all.write(output(at("o.exr")));
     EXPECT_TRUE(all.check_existing({at("free.exr")}).ok());
     EXPECT_FALSE(all.check_existing({at("free.exr"), at("o.exr")}).ok());
+}
+
+// A name for which its temporary, or its sidecar's, would be too long.
+TEST_F(OutputFilesTest, TheLongestNames) {
+    const auto status = [&](size_t bytes) {
+        return files(at(std::string(bytes, 'o'))).check_names();
+    };
+    EXPECT_TRUE(status(242).ok());
+    EXPECT_EQ(status(243).code(), StatusCode::usage);
+    EXPECT_THAT(status(243).message(),
+                HasSubstr("o: the name of the output has 243 bytes, more than 242; name another"));
+    std::string deep = at("");
+    while (deep.size() < 4000) deep += "dd/";
+    const auto below = [&](size_t bytes) {
+        return files(deep + std::string(bytes - deep.size(), 'o')).check_names();
+    };
+    EXPECT_TRUE(below(4082).ok());
+    EXPECT_THAT(below(4083).message(), HasSubstr("the path of the output has 4083 bytes"));
+}
+
+TEST_F(OutputFilesTest, StoppedChecksEnd) {
+    make("o.exr");
+    const OutputFiles clash = files(at("camera.json")),
+                      taken = files(at("o.exr"), OnExisting::fail);
+    const std::atomic<bool> stop = true;
+    const StopFlag scope(&stop);
+    EXPECT_EQ(clash.check_names().code(), StatusCode::internal);
+    EXPECT_EQ(taken.check_existing().code(), StatusCode::internal);
 }
 
 // A file may become an input between the check and the write.

@@ -102,9 +102,11 @@ TEST_F(RunnerTest, StopsWhenAsked) {
     size_t files = 0;
     for (int frame : numbers) files += fs::exists(out(frame)) ? 1 : 0;
     EXPECT_EQ(files, summary->written);
-    // Stop requested before the start: nothing is done.
-    settings_.on_existing = io::OnExisting::overwrite;
-    EXPECT_EQ(go({}, &stop)->written, 0u);
+    // Stop requested before the start: nothing is done, and existing outputs are not looked for.
+    const auto none = go({}, &stop);
+    ASSERT_TRUE(none.ok()) << none.status().message();
+    EXPECT_EQ(none->written, 0u);
+    EXPECT_EQ(none->total, 40u);
 }
 
 // The executor counts dispatches when a frame is finished: a frame that is given up adds none.

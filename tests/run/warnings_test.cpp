@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tests/run/fixture.h"
+#include "tools/sequence/run/device.h"
 
 namespace postchain::sequence::warnings_test {
 namespace {
@@ -200,6 +201,26 @@ TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
     EXPECT_THAT(report_on(planes_, file).warnings, Contains(unit));
     chain_.camera.meters_per_unit = 0.05;
     EXPECT_THAT(report_on(planes_, file).warnings, Not(Contains(unit)));
+}
+
+// The file system of /proc has no room. Mesa's index there would end the process.
+TEST(DeviceWarnings, AFullDiskLeavesOutTheCacheOfPrograms) {
+    const auto said = [](const std::string& folder) {
+        setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1);
+        std::string text;
+        EXPECT_TRUE(
+            choose_device("software", 0, [&](const std::string& line) { text += line; }).ok());
+        return text;
+    };
+    const char* before = getenv("MESA_SHADER_CACHE_DIR");
+    const std::string folder = before ? before : "";
+    test::TempFolder room;
+    EXPECT_EQ(said(room.path("not/made/yet")), "");
+    EXPECT_EQ(getenv("MESA_SHADER_CACHE_DISABLE"), nullptr);
+    EXPECT_THAT(said("/proc/none"), HasSubstr("/proc: the disk is full: compiled programs"));
+    EXPECT_STREQ(getenv("MESA_SHADER_CACHE_DISABLE"), "true");
+    unsetenv("MESA_SHADER_CACHE_DISABLE");
+    before ? setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1) : unsetenv("MESA_SHADER_CACHE_DIR");
 }
 
 }  // namespace

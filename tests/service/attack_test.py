@@ -69,7 +69,7 @@ class Shapes(Attacked):
                         "GET /", "G\tT / HTTP/1.1", "GET \x01 HTTP/1.1", "\x16\x03\x01\x02\x00",
                         "GET / http/1.1", "/ HTTP/1.1", "PRI * HTTP/2.0",
                         "CONNECT example.org:443 HTTP/1.1"]] + [
-                    f"GET {target} HTTP/1.1{close}" for target in ["*", "http://localhost/", "/v1/jobs/%2e%2e/x"]] + [
+                    f"GET {target} HTTP/1.1{close}" for target in ["*", "ftp://localhost/", "/v1/jobs/%2e%2e/x"]] + [
                     GET + f"{name}: a\r\n{name}: b\r\nConnection: close\r\n\r\n" for name in [
                         "Host", "Authorization", "Origin", "Idempotency-Key"]] + [
                     "GET / HTTP/1.1\r\nConnection: close\r\n\r\n", "GET / HTTP/1.0\r\n\r\n",
@@ -167,6 +167,13 @@ class OtherSites(Attacked):
                 ((200,), ["localhost", "LOCALHOST:1", "127.0.0.1", "[::1]:8080", "10.1.2.3"])]:
             for host in hosts:
                 self.assertIn(self.server.ask("GET", "/v1/jobs", headers={"Host": host})[0], expected, host)
+                if " " in host:
+                    continue
+                # RFC 9112, 3.2.2: the address of a target counts in place of Host.
+                other = "evil.example" if expected == (200,) else "localhost"
+                status = self.server.ask("GET", f"HTTP://{host}/v1/jobs?limit=5", headers={"Host": other})[0]
+                self.assertIn(status, expected, host)
+        self.assertEqual(self.server.ask("GET", "https://localhost")[0], 200)
 
     def test_origins(self):
         before = self.jobs()

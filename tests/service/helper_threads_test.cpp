@@ -1,15 +1,18 @@
-// Threads whose tasks take turns.
+// Threads whose tasks take turns, and the one that asks the disks.
 #include "tools/service/work/helper_threads.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "chain/base/stop.h"
+#include "tools/service/work/disk_check.h"
 
 namespace postchain::service {
 namespace {
@@ -187,6 +190,32 @@ TEST_F(Turns, ATaskAsksItsOwnFlag) {
     threads_->run([&] { of_other.set_value(is_stopped()); }, {"b", {}, {}});
     EXPECT_FALSE(of_other.get_future().get());
     EXPECT_FALSE(is_stopped());
+}
+
+TEST(DiskChecks, EndWithoutADiskThatDoesNotAnswer) {
+    std::promise<void> answers, asked;
+    std::optional<DiskCheck> disks(
+        std::in_place, std::vector<std::string>{"quick", "slow"},
+        [&, answer = answers.get_future().share()](const std::string& folder) -> std::string {
+            if (folder == "quick") return "quick: the disk is full";
+            answer.wait();
+            asked.set_value();
+            return "";
+        });
+    EXPECT_THAT(disks->fault(), testing::StartsWith("slow: the disk has not answered for "));
+    const auto begin = std::chrono::steady_clock::now();
+    disks.reset();
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+    answers.set_value();
+    asked.get_future().wait();
+}
+
+TEST(DiskChecks, NameEveryFault) {
+    DiskCheck disks({"a", "b", "c"}, [](const std::string& folder) {
+        return folder == "b" ? std::string() : folder + ": no";
+    });
+    EXPECT_EQ(disks.fault(), "a: no; c: no");
+    EXPECT_EQ(DiskCheck({"/nowhere"}).fault(), "/nowhere: cannot be written");
 }
 
 }  // namespace

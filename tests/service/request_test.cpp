@@ -153,11 +153,11 @@ TEST_F(RequestTest, ValuesAreStrict) {
         {"camera", {""}},
         {"priority", {1.0, "1", 1e300}},
         {"set", {"a=b", json::array({1})}},
-        {"chain", {5, json::array()}},
+        {"chain", {5, json::array(), "", std::string(300, 'c')}},
         {"kind", {"walk", 1}},
         {"max_memory", {"-1"}},
         {"precision", {"fp64"}},
-        {"input", {json::array({"a", "b"})}},
+        {"input", {json::array({"a", "b"}), std::string(300, 'i') + ".####.exr"}},
         {"output", {"out/o.png/"}},
         // Keys of other kinds. A job waits in its queue, not for a renderer.
         {"sweep", {json::array({"a=1"})}},
@@ -167,6 +167,7 @@ TEST_F(RequestTest, ValuesAreStrict) {
             const Problem problem = refused(with(key, value));
             ASSERT_FALSE(problem.diagnostics.empty()) << key << " " << value;
             EXPECT_EQ(problem.diagnostics[0].path.substr(0, key.size()), key) << value;
+            EXPECT_EQ(problem.kind, Problem::Kind::invalid) << key << " " << value;
         }
 }
 

@@ -234,6 +234,25 @@ TEST_F(Jobs, AFaultNamesTheKeysOfTheRequest) {
     }
 }
 
+TEST_F(Jobs, OutputsThatCannotBeAreRefusedAtSubmission) {
+    open();
+    const auto to = [&](const std::string& output) {
+        std::string one = body(R"(, "on_existing": "overwrite")");
+        return refused(one.replace(one.find("out/o.####.exr"), 14, output)).detail;
+    };
+    EXPECT_THAT(to("in.####.exr"),
+                HasSubstr("error: output: in.0001.exr: the output of frame 1 would replace the "
+                          "input in.0001.exr, which this job reads; name another output"));
+    EXPECT_THAT(to("out/" + std::string(230, 'o') + ".####.exr"),
+                HasSubstr("the name of the sidecar of frame 1 has 244 bytes"));
+    EXPECT_THAT(
+        refused(R"({"kind": "bench", "chain": {"postchain": 1, "passes": ["fxaa"]},
+                    "input": "in.####.exr", "output": ".", "sweep": ["fxaa.blend=stored"]})")
+            .detail,
+        HasSubstr("error: output: .: is the folder of a report, and the input in.0001.exr, which "
+                  "this job reads, is in it"));
+}
+
 TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
     std::ofstream(root("in.0002.exr"), std::ios::binary) << "no EXR";
     attempts_ = 1;

@@ -42,7 +42,10 @@ using testing::StartsWith;
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     EXPECT_THAT(refusal(), HasSubstr("another service uses this store"));
     fs::create_symlink(path(), folder_.path("link.db"));
-    EXPECT_FALSE(JobStore::open(folder_.path("link.db"), 3).ok()) << "by another name";
+    fs::create_directory(folder_.path("other"));
+    fs::create_hard_link(path(), folder_.path("other/hard.db"));
+    for (const char* name : {"link.db", "other/hard.db"})
+        EXPECT_FALSE(JobStore::open(folder_.path(name), 3).ok()) << name;
     store_.reset();
     EXPECT_EQ(refusal(), "opened");
 }

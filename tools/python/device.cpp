@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <set>
 
 #include "tools/python/errors.h"
@@ -26,6 +28,14 @@ struct Shared {
 Shared& shared() {
     static auto* const state = new Shared;  // outlives every thread
     return *state;
+}
+
+// Mesa's exit handlers, which are older than this one, would join threads that a forked process
+// does not have.
+void end_forked_process(int status, void*) {
+    if (shared().process == getpid()) return;
+    std::fflush(nullptr);
+    ::_exit(status);
 }
 
 }  // namespace
@@ -73,6 +83,8 @@ std::shared_ptr<Device> Device::create(const std::string& name) {
     shared().alive.insert(device.get());
     call.wait();
     if (!status.ok()) raise(status);
+    static const int at_exit = ::on_exit(end_forked_process, nullptr);
+    (void)at_exit;
     warn(warnings);
     return device;
 }

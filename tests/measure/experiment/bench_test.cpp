@@ -320,6 +320,25 @@ TEST_F(Bench, FilesThatChangeMeanwhileAreAnErrorAndLeaveNoResult) {
     }
 }
 
+// Looking at the files of all frames for each frame would be quadratic.
+TEST_F(Bench, AFileThatChangesLeavesTheResultsOfFramesFarFromIt) {
+    namespace fs = std::filesystem;
+    test::write_sequence(folder_.path(), 6);
+    test::write_truth(folder_.path(), 1, 6, 0.125f);
+    const auto variants = swept("5");
+    const std::string path = folder_.path("in.0006.exr");
+    const auto report = run(variants, settings(), nullptr, [&](const ExperimentProgress& progress) {
+        if (progress.done == 1)
+            fs::last_write_time(path, fs::last_write_time(path) + std::chrono::seconds(1));
+    });
+    EXPECT_THAT(test::error_of(report), HasSubstr("in.0006.exr: was changed"));
+    size_t kept = 100;
+    ASSERT_TRUE(run(variants, settings(), nullptr, [&](const ExperimentProgress& progress) {
+                    kept = std::min(kept, progress.done);
+                }).ok());
+    EXPECT_EQ(kept, 4u);
+}
+
 TEST_F(Bench, ResultsOfAnotherTruthDeviceOrSettingAreNotUsed) {
     const auto variants = swept("5");
     BenchSettings one = settings();

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
-#include <cmath>
 #include <map>
 
 #include "config/chain_find.h"
+#include "config/scalar.h"
 #include "passes/registry.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/state.h"
@@ -33,14 +33,12 @@ void refuse_empty_words(CLI::App& subcommand) {
             option->check(not_empty);
 }
 
-CLI::Validator number_within(double least, double most) {
-    const CLI::Range range(least, most);
+CLI::Validator number_within(const CLI::Validator& range) {
     return CLI::Validator(
         [range](std::string& text) {
-            double value = 0;
-            // CLI::Range accepts NaN.
-            if (CLI::detail::lexical_cast(text, value) && std::isnan(value))
-                return "'" + text + "' is not a number";
+            // CLI::Range accepts NaN, and 010 as 8.
+            if (const auto value = value_of_plain_text(text); !value.ok())
+                return value.status().message();
             return range(text);
         },
         range.get_description());
@@ -96,17 +94,17 @@ void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settin
         case ParameterType::integer:
             option = subcommand.add_option_function<int>(
                 name, [set](int value) { set(int64_t(value)); }, row.help);
-            option->check(CLI::Range(int(row.min), int(row.max)));
+            option->check(number_within(CLI::Range(int(row.min), int(row.max))));
             break;
         case ParameterType::number:
             option = subcommand.add_option_function<double>(
                 name, [set](double value) { set(value); }, row.help);
-            option->check(number_within(row.min, row.max));
+            option->check(number_within(CLI::Range(row.min, row.max)));
             break;
         case ParameterType::point:
             option = subcommand.add_option_function<std::array<double, 2>>(
                 name, [set](const std::array<double, 2>& point) { set(point); }, row.help);
-            option->check(number_within(row.min, row.max));
+            option->check(number_within(CLI::Range(row.min, row.max)));
             break;
         case ParameterType::choice:
             option = subcommand.add_option_function<std::string>(
@@ -174,7 +172,7 @@ Result<std::array<int, 2>> parse_size(const std::string& text) {
 
 void add_threads(CLI::App& subcommand, Options& o) {
     subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
+        ->check(number_within(CLI::Range(1, 1024)));
 }
 
 void add_device(CLI::App& subcommand, Options& o) {

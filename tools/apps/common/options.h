@@ -52,8 +52,9 @@ Result<std::array<int, 2>> parse_size(const std::string& text);
 // Refuses empty values everywhere: they come from unset shell variables.
 void refuse_empty_words(CLI::App& subcommand);
 
-// Refuses NaN and values outside the range, with the message of CLI::Range.
-CLI::Validator number_within(double least, double most);
+// Refuses what is no decimal number, as chain files do, and values outside the range, with the
+// message of CLI::Range.
+CLI::Validator number_within(const CLI::Validator& range);
 
 const ParameterTable& job_parameters();
 

@@ -502,10 +502,11 @@ RunSubcommand add_diff(CLI::App& subcommand, Options& o) {
                     "composite both over this linear gray before comparing "
                     "(default: compare premultiplied color)")
         ->type_name("GRAY")
-        ->check(number_within(0, 65504));
+        ->check(number_within(CLI::Range(0.0, 65504.0)));
     subcommand
         .add_option("--ppd", diff->pixels_per_degree, "pixels per degree of visual angle, for FLIP")
-        ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
+        ->check(
+            number_within(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree)))
         ->default_str(number_text(flip.pixels_per_degree));
     subcommand.add_option("--tone-mapper", diff->tone_mapper, "tone mapper of HDR-FLIP")
         ->check(CLI::IsMember(metrics::tone_mapper_names()))

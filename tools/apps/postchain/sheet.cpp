@@ -50,14 +50,14 @@ RunSubcommand add_sheet(CLI::App& subcommand, Options& o) {
     subcommand
         .add_option("--cells", sheet->cells,
                     "maximum number of frames on the sheet; more are sampled evenly")
-        ->check(CLI::Range(1, 10000))
+        ->check(number_within(CLI::Range(1, 10000)))
         ->capture_default_str();
     subcommand
         .add_option("--columns", sheet->columns,
                     "frames per row (default: about 16:9 for the sheet)")
-        ->check(CLI::Range(1, 10000));
+        ->check(number_within(CLI::Range(1, 10000)));
     subcommand.add_option("--width", sheet->width, "thumbnail width in pixels")
-        ->check(CLI::Range(16, 4096))
+        ->check(number_within(CLI::Range(16, 4096)))
         ->capture_default_str();
     add_on_existing(subcommand, "if the sheet exists", sheet->on_existing);
     add_displayed(subcommand, o);

@@ -169,12 +169,14 @@ RunSubcommand add_view(CLI::App& subcommand, Options& options) {
         .add_option("--shaders", view.shaders,
                     "folder with GLSL sources, compiled again after each change")
         ->type_name("DIR");
-    subcommand.add_option("--frame", view.frame, "frame to begin with")->type_name("N");
+    subcommand.add_option("--frame", view.frame, "frame to begin with")
+        ->check(number_within(CLI::Range(-io::kMaxFrameNumber, io::kMaxFrameNumber)))
+        ->type_name("N");
     subcommand.add_option("--size", view.size, "width x height of the window")
         ->capture_default_str();
     subcommand
         .add_option("--ui-scale", view.ui_scale, "size of text and widgets (default: the screen's)")
-        ->check(number_within(0.5, 4));
+        ->check(number_within(CLI::Range(0.5, 4.0)));
     subcommand
         .add_option("--state-file", view.state_file,
                     "JSON file with the viewer's state, for programs that drive it; written "

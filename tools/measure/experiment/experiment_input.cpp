@@ -92,16 +92,9 @@ Result<metrics::RgbImage> Truth::load(int frame) const {
         io::placed(*source.planes.at(Role::color), source.header.window, windows_.at(frame)));
 }
 
-std::vector<std::string> Truth::paths() const {
-    std::vector<std::string> paths;
-    for (const auto& [frame, files] : files_) paths.push_back(files.at(Role::color));
-    return paths;
-}
-
 std::string Truth::identity(int frame) const {
-    const std::string& path = files_.at(frame).at(Role::color);
-    const auto stamp = io::FileStamp::of(path);
-    return concat(fs::path(path).filename().string(), " ", stamp.bytes, " ", stamp.time);
+    const auto stamp = io::FileStamp::of(path(frame));
+    return concat(fs::path(stamp.path).filename().string(), " ", stamp.bytes, " ", stamp.time);
 }
 
 namespace {
@@ -369,6 +362,12 @@ Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
     return Status();
 }
 
+Status ExperimentInput::check_unchanged(int first, int last) const {
+    for (auto at = stamps.lower_bound(first); at != stamps.end() && at->first <= last; ++at)
+        RETURN_IF_ERROR(io::check_unchanged(at->second));
+    return Status();
+}
+
 Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& settings,
                                    report::Report& report) {
     report.kind = kind;
@@ -378,7 +377,8 @@ Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& 
     ASSIGN_OR_RETURN(auto list, io::find_frames(settings.run.input, settings.run.frames));
     input.files = std::move(list.files);
     for (const auto& [frame, files] : input.files)
-        for (const auto& [role, path] : files) input.stamps.push_back(io::FileStamp::of(path));
+        for (const auto& [role, path] : files)
+            input.stamps[frame].push_back(io::FileStamp::of(path));
     ASSIGN_OR_RETURN(auto survey, survey_input(settings.run, mapper, settings.truth.empty()));
     report.frames = survey.frames;
     report.width = survey.width;
@@ -386,8 +386,8 @@ Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& 
     input.exposures = survey.exposures;
     if (!settings.truth.empty()) {
         ASSIGN_OR_RETURN(auto truth, Truth::open(settings.truth, report.frames));
-        for (const std::string& path : truth.paths())
-            input.stamps.push_back(io::FileStamp::of(path));
+        for (const int frame : truth.frames())
+            input.stamps[frame].push_back(io::FileStamp::of(truth.path(frame)));
         RETURN_IF_ERROR(truth.survey(settings.run, mapper));
         input.exposures = truth.exposures();
         report.slice = truth.slice();

@@ -43,7 +43,7 @@ class Truth {
 
     // Covers the filtered window of the input's frame.
     Result<metrics::RgbImage> load(int frame) const;
-    std::vector<std::string> paths() const;  // files of all frames
+    const std::string& path(int frame) const { return files_.at(frame).at(Role::color); }
     // Name, size and modification time of the frame's file.
     std::string identity(int frame) const;
 
@@ -105,9 +105,12 @@ struct ExperimentInput {
     std::optional<Truth> truth;
     metrics::ExposureRange exposures;                  // for all variants and frames
     std::map<int, std::map<Role, std::string>> files;  // files of each frame, by plane
-    std::vector<io::FileStamp> stamps;  // input and ground truth, taken before the first read
+    // Of input and ground truth, by frame, taken before the first read.
+    std::map<int, std::vector<io::FileStamp>> stamps;
 
     bool has_truth(int frame) const { return truth && truth->has(frame); }
+    // Errors (input): a file of these frames was changed since.
+    Status check_unchanged(int first = -io::kMaxFrameNumber, int last = io::kMaxFrameNumber) const;
     // Differences over time need consecutive frame numbers with ground truth.
     bool follows(int frame) const { return has_truth(frame) && has_truth(frame - 1); }
 };

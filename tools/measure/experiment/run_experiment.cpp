@@ -100,7 +100,7 @@ class Run {
         progress_ = &progress;
         RETURN_IF_ERROR(measure_frames(open));
         RETURN_IF_ERROR(time_all());
-        RETURN_IF_ERROR(io::check_unchanged(input_.stamps));
+        RETURN_IF_ERROR(input_.check_unchanged());
         RETURN_IF_ERROR(finish());
         return std::move(report_);
     }
@@ -295,11 +295,12 @@ class Run {
         return true;
     }
 
-    // Stores the result if the files that it depends on are still the same.
+    // Stores the result if the files that it depends on are still the same: those of the frame, of
+    // the one before and of their neighbors.
     Status keep(const std::string& name, int v, int frame, const FrameResult& result,
                 const std::vector<io::FileStamp>& stamps) {
-        for (const auto& files : {stamps, input_.stamps})
-            RETURN_IF_ERROR(io::check_unchanged(files));
+        RETURN_IF_ERROR(io::check_unchanged(stamps));
+        RETURN_IF_ERROR(input_.check_unchanged(frame - 2, frame + 1));
         if (!store_) return Status();
         ASSIGN_OR_RETURN(auto key, key_of(v, frame));
         return store_->keep(name, frame, key, result);
@@ -538,7 +539,7 @@ class Run {
                     ASSIGN_OR_RETURN(source, read_frame(input_, settings_.run, frame, wanted_));
                 }
                 RETURN_IF_ERROR(time_one(v, *source));
-                RETURN_IF_ERROR(io::check_unchanged(input_.stamps));
+                RETURN_IF_ERROR(input_.check_unchanged());
                 if (store_ && variant.timing) {
                     ASSIGN_OR_RETURN(auto key, key_of(int(v), frame));
                     RETURN_IF_ERROR(store_->keep(file_name(int(v)), key, *variant.timing));

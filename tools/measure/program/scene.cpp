@@ -99,7 +99,7 @@ RunSubcommand add_scene(CLI::App& subcommand, Options& options) {
     subcommand
         .add_option("--truth-samples", scene->truth_samples,
                     "samples over shutter and lens of each ground truth; 0 = none")
-        ->check(CLI::Range(0, 1 << 20))
+        ->check(number_within(CLI::Range(0, 1 << 20)))
         ->capture_default_str();
     std::vector<std::string> truths = {"all"};
     for (const scenes::Picture truth : scenes::SceneRequest().truths)

@@ -334,7 +334,7 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     Continued evaluator(earlier, shot);
     ASSIGN_OR_RETURN(auto found,
                      search_front(std::move(starts), steps, goal, settings.max_chains, evaluator));
-    RETURN_IF_ERROR(io::check_unchanged(input.stamps));
+    RETURN_IF_ERROR(input.check_unchanged());
     tuning.goal = goal;
     tuning.search = std::move(found);
     tuning.version = conditions.version;

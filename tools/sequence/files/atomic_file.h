@@ -10,6 +10,8 @@
 // was opened first (OpenFolder): a link that takes its place leads a service nowhere.
 #pragma once
 
+#include <linux/limits.h>
+
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -31,6 +33,11 @@ enum class OnExisting {
 // Checks for an existing file before any work. Returns true if it exists and is kept; with `fail`
 // an existing file is an error (output). AtomicFile::commit() checks again.
 Result<bool> skipped_already(const std::string& path, OnExisting on_existing);
+
+// Bytes of the longest file name and path: their temporary has a dot, the process number and .tmp
+// more.
+constexpr size_t kLongestName = NAME_MAX - sizeof("..4194304.tmp") + 1;
+constexpr size_t kLongestPath = PATH_MAX - sizeof("..4194304.tmp");
 
 // Errors (output), before any work: the folder of `path` is missing or takes no files.
 Status check_folder_of(const std::string& path);

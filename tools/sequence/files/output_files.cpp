@@ -7,8 +7,10 @@
 #include <cstring>
 #include <filesystem>
 #include <set>
+#include <tuple>
 
 #include "chain/base/readable_file.h"
+#include "chain/base/stop.h"
 
 namespace postchain::io {
 namespace {
@@ -189,7 +191,14 @@ Status OutputFiles::family_names(const OutputFamily& family) const {
 
 Status OutputFiles::check_names() const {
     for (const auto& [resolved, index] : file_at_) {
+        if (is_stopped()) return stopped_status();
         const OutputFile& file = files_[index];
+        for (const auto& [what, text, most] : {std::tuple("name", name_of(resolved), kLongestName),
+                                               {"path", file.path, kLongestPath}})
+            if (text.size() > most)
+                return usage(file.path,
+                             concat("the ", what, " of ", file.what, " has ", text.size(),
+                                    " bytes, more than ", most, "; ", file.remedy));
         if (const std::string clash = conflict(file.path, resolved); !clash.empty())
             return usage(file.path, concat(file.what, " ", clash, "; ", file.remedy));
     }
@@ -233,6 +242,7 @@ Status OutputFiles::existing(const std::vector<const OutputFile*>& files) const 
     const OutputFile* first = nullptr;
     size_t count = 0;
     for (const OutputFile* file : files) {
+        if (is_stopped()) return stopped_status();
         if (is_folder(file->path))
             return refused(file->path, concat("is a folder, not a file; it would be ", file->what,
                                               "; ", file->remedy));

@@ -93,7 +93,8 @@ class OutputFiles {
     void write(OutputFamily family);
     void write(OutputFolder folder);
 
-    // Before the first write. Errors (usage): rules 1 and 2, and inputs in a folder of rule 4.
+    // Before the first write. Both stop with stopped_status() (chain/base/stop.h).
+    // Errors (usage): rules 1 and 2, inputs in a folder of rule 4, and names that are too long.
     Status check_names() const;
     // Errors (output): rules 3 and 4, and folders in the place of files.
     Status check_existing() const;

@@ -14,7 +14,8 @@ int threads_of(int threads);
 
 // Applies `threads` (0 = one per core) to OpenEXR and the software renderer, and parses `device`:
 // "auto", "gpu", "software", or an index into egl::list_devices(). `warn` is called once if "auto"
-// finds no GPU, however many contexts are made. Errors (usage).
+// finds no GPU, however many contexts are made, or if the disk of Mesa's cache of programs is full:
+// then this process uses none. Errors (usage).
 Result<egl::ContextOptions> choose_device(const std::string& device, int threads,
                                           gl::LogCallback warn = {});
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "chain/base/stop.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/planes/cryptomatte.h"
 #include "tools/sequence/record/sidecar.h"
@@ -58,7 +59,7 @@ void read_manifests(const Chain& chain, const RunSettings& settings,
     std::set<int> opened;
     for (const FrameTask& task : tasks) {
         for (int frame : {task.source - 1, task.source, task.source + 1}) {
-            if (!on_disk.contains(frame) || !opened.insert(frame).second) continue;
+            if (is_stopped() || !on_disk.contains(frame) || !opened.insert(frame).second) continue;
             const auto file = io::open_pixels(on_disk.at(frame));
             if (!file.ok()) continue;
             const auto cryptomattes = io::find_cryptomattes(**file, io::Manifests::not_read);
@@ -101,6 +102,7 @@ io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
     read_manifests(chain, settings, tasks, files);
     const std::string other = "name another output with " + option_name("output");
     for (const FrameTask& task : tasks) {
+        if (is_stopped()) break;
         const std::string of = concat(" of frame ", task.frame);
         files.write(io::OutputFile{task.output, "the output" + of, other});
         if (settings.sidecar)

@@ -11,7 +11,8 @@
 
 namespace postchain::sequence {
 
-// Every frame on disk is treated as read, requested or not, because it may be a neighbor.
+// Every frame on disk is treated as read, requested or not, because it may be a neighbor. If this
+// thread's work is stopped (chain/base/stop.h), files are missing, and their checks say so.
 io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
                              const std::vector<FrameTask>& tasks);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "chain/base/stop.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/record/fingerprint.h"
@@ -161,10 +162,13 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     settings.plan.device = executor.device_class();
     std::vector<int> gaps;
     ASSIGN_OR_RETURN(auto tasks, plan_tasks(settings, true, gaps));
+    const StopFlag within_the_files(callbacks.stop);
     const io::OutputFiles files = files_of_run(chain, settings, tasks);
-    RETURN_IF_ERROR(files.check_names());
+    Status checked = files.check_names();
     // With ErrorPolicy::keep_going each frame is refused separately.
-    if (settings.on_error == ErrorPolicy::stop) RETURN_IF_ERROR(files.check_existing());
+    if (checked.ok() && settings.on_error == ErrorPolicy::stop) checked = files.check_existing();
+    if (is_stopped()) return RunSummary{.total = tasks.size()};
+    RETURN_IF_ERROR(checked);
     RETURN_IF_ERROR(have_folder(settings));
     files.remove_left_temporaries();
     if (!settings.dump_folder.empty())

@@ -1,5 +1,6 @@
 #include "tools/service/http/wire.h"
 
+#include <algorithm>
 #include <ctime>
 
 #include "tools/service/http/problem.h"
@@ -16,6 +17,21 @@ std::string date() {
     char text[64];
     std::strftime(text, sizeof(text), "%a, %d %b %Y %H:%M:%S GMT", &parts);
     return text;
+}
+
+// RFC 9112, 3.2.2: the address of a target such as http://host/v1/jobs takes the place of Host.
+void take_address(Request& request) {
+    for (const std::string_view scheme : {"http://", "https://"}) {
+        if (!same_word(std::string_view(request.target).substr(0, scheme.size()), scheme)) continue;
+        const size_t end =
+            std::min(request.target.find_first_of("/?", scheme.size()), request.target.size());
+        for (auto& [name, value] : request.headers)
+            if (same_word(name, "Host"))
+                value = request.target.substr(scheme.size(), end - scheme.size());
+        request.target.erase(0, end);
+        if (!request.target.starts_with('/')) request.target.insert(0, "/");
+        return;
+    }
 }
 
 // Headers of every reply: nosniff, no-referrer, and a policy for frames and scripts.
@@ -40,6 +56,7 @@ Request request_of(const Parser& parser) {
     request.http_1_0 = message.version() < 11;
     for (const auto& field : message)
         request.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    take_address(request);
     return request;
 }
 

@@ -183,9 +183,8 @@ void AbOrBench::complete(const MeasurementText& text, JobRequest& request) {
 }
 
 Result<bool> AbOrBench::needs_new_folder() const {
-    if (measured_.on_existing != io::OnExisting::fail) return false;
     RETURN_IF_ERROR(experiment::check_folder(measured_));
-    return true;
+    return measured_.on_existing == io::OnExisting::fail;
 }
 
 // ------------------------------------------------------------------------------ on this machine

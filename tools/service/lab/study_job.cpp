@@ -22,14 +22,14 @@ namespace fs = std::filesystem;
 study::StudyPaths paths_from(const fs::path& folder, const Roots& roots, size_t& refused) {
     return {[folder, &roots, &refused](const std::string& path) {
                 auto resolved = roots.resolve((folder / path).string());
-                refused += !resolved.ok();
+                refused += resolved.status().code() == StatusCode::input;
                 return resolved;
             },
             [folder, &roots, &refused](const io::PathPattern& pattern) -> Result<io::PathPattern> {
                 auto whole = io::PathPattern::parse((folder / pattern.text()).string());
                 if (!whole.ok()) return whole;
                 auto resolved = resolve_pattern(*whole, roots);
-                refused += !resolved.ok();
+                refused += resolved.status().code() == StatusCode::input;
                 return resolved;
             }};
 }

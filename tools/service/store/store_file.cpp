@@ -68,7 +68,8 @@ bool is_store(const std::string& path) try {
 }  // namespace
 
 StoreLock::~StoreLock() {
-    if (file_ >= 0) ::close(file_);
+    for (const int file : {file_, store_})
+        if (file >= 0) ::close(file);
 }
 
 Status StoreLock::take(const std::string& store) {
@@ -79,7 +80,10 @@ Status StoreLock::take(const std::string& store) {
     if (file_ < 0)
         return Status(StatusCode::output, concat(path, ": ", std::strerror(errno),
                                                  "; choose another folder for the store"));
-    if (::flock(file_, LOCK_EX | LOCK_NB) == 0) return Status();
+    store_ = ::open(store.c_str(), O_RDONLY | O_CLOEXEC);
+    if (store_ < 0) return Status(StatusCode::output, concat(store, ": ", std::strerror(errno)));
+    if (::flock(file_, LOCK_EX | LOCK_NB) == 0 && ::flock(store_, LOCK_EX | LOCK_NB) == 0)
+        return Status();
     return Status(StatusCode::output,
                   store + ": another service uses this store; stop it, or choose another file");
 }

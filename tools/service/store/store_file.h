@@ -29,9 +29,10 @@ class StoreLock {
     StoreLock(const StoreLock&) = delete;
     StoreLock& operator=(const StoreLock&) = delete;
 
-    // Locks STORE.lock until this object or the process ends, beside the file that links lead to:
-    // it is one store under every name. Errors (output): another service has it, or the file cannot
-    // be created.
+    // Locks STORE.lock until this object or the process ends, beside the file that links lead to,
+    // and the store itself, which exists and may have names in other folders (hard links): it is
+    // one store under every name. Errors (output): another service has it, or the file cannot be
+    // created.
     Status take(const std::string& store);
 
     // The id of the last event of the store, kept in the file of the lock, which a copy does not
@@ -41,6 +42,8 @@ class StoreLock {
 
   private:
     int file_ = -1;
+    // SQLite's own locks end when any descriptor of the store is closed: it is closed after them.
+    int store_ = -1;
 };
 
 class StoreFile {

@@ -3,15 +3,23 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
+
+#include "tools/service/work/helper_threads.h"
 
 namespace postchain::service {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr uint64_t kMinRoom = 64 << 20;  // free bytes; below, a disk counts as full
 constexpr auto kPatience = std::chrono::seconds(1);
 
-// Why files cannot be written to a folder; empty = they can.
+}  // namespace
+
 std::string trouble_of_folder(const std::string& folder) {
     if (::access(folder.c_str(), W_OK | X_OK) != 0) return folder + ": cannot be written";
     struct statvfs room;
@@ -21,38 +29,51 @@ std::string trouble_of_folder(const std::string& folder) {
     return "";
 }
 
-}  // namespace
+struct DiskCheck::Inside {
+    const std::vector<std::string> folders;
+    const std::function<std::string(const std::string&)> trouble_of;
+    std::mutex mutex = {};
+    std::condition_variable checked = {};
+    bool busy = false;
+    Clock::time_point began = {};
+    std::string checking = {};  // the folder
+    std::string fault = {};     // the last result
 
-DiskCheck::DiskCheck(std::vector<std::string> folders)
-    : folders_(std::move(folders)), thread_(1, 1, std::chrono::hours(24)) {}
-
-void DiskCheck::check() {
-    std::string fault;
-    for (const std::string& folder : folders_) {
-        {
-            const std::lock_guard lock(mutex_);
-            checking_ = folder;
+    void check() {
+        std::string found;
+        for (const std::string& folder : folders) {
+            {
+                const std::lock_guard lock(mutex);
+                checking = folder;
+            }
+            const std::string trouble = trouble_of(folder);
+            if (!trouble.empty()) found += (found.empty() ? "" : "; ") + trouble;
         }
-        const std::string trouble = trouble_of_folder(folder);
-        if (!trouble.empty()) fault += (fault.empty() ? "" : "; ") + trouble;
+        const std::lock_guard lock(mutex);
+        fault = found;
+        busy = false;
+        checked.notify_all();
     }
-    const std::lock_guard lock(mutex_);
-    fault_ = fault;
-    busy_ = false;
-    checked_.notify_all();
-}
+};
+
+DiskCheck::DiskCheck(std::vector<std::string> folders,
+                     std::function<std::string(const std::string&)> trouble_of)
+    : inside_(new Inside{.folders = std::move(folders), .trouble_of = std::move(trouble_of)}) {}
 
 std::string DiskCheck::fault() {
-    std::unique_lock lock(mutex_);
-    if (!busy_) {
-        busy_ = true;
-        began_ = Clock::now();
-        if (!thread_.run([this] { check(); })) busy_ = false;
+    std::unique_lock lock(inside_->mutex);
+    if (!inside_->busy) {
+        auto thread = start_thread([inside = inside_] { inside->check(); });
+        if (!thread.ok()) return thread.status().message();
+        thread->detach();
+        inside_->busy = true;
+        inside_->began = Clock::now();
     }
-    if (checked_.wait_for(lock, kPatience, [&] { return !busy_; })) return fault_;
+    if (inside_->checked.wait_for(lock, kPatience, [&] { return !inside_->busy; }))
+        return inside_->fault;
     const auto seconds =
-        std::chrono::duration_cast<std::chrono::seconds>(Clock::now() - began_).count();
-    return concat(checking_, ": the disk has not answered for ", seconds, " s");
+        std::chrono::duration_cast<std::chrono::seconds>(Clock::now() - inside_->began).count();
+    return concat(inside_->checking, ": the disk has not answered for ", seconds, " s");
 }
 
 }  // namespace postchain::service

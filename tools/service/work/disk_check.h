@@ -1,38 +1,29 @@
 // Whether folders can be written. A disk that does not answer holds up its own thread only.
 #pragma once
 
-#include <chrono>
-#include <condition_variable>
-#include <mutex>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "tools/service/work/helper_threads.h"
-
 namespace postchain::service {
+
+// Why files cannot be written to a folder; empty = they can.
+std::string trouble_of_folder(const std::string& folder);
 
 class DiskCheck {
   public:
-    explicit DiskCheck(std::vector<std::string> folders);
-    Status begin() { return thread_.begin(); }
-    size_t end() { return thread_.end(); }
+    explicit DiskCheck(
+        std::vector<std::string> folders,
+        std::function<std::string(const std::string& folder)> trouble_of = trouble_of_folder);
 
     // The faults of the folders; empty = none. Waits a second for a new result; later it says which
     // folder does not answer.
     std::string fault();
 
   private:
-    using Clock = std::chrono::steady_clock;
-    void check();
-
-    const std::vector<std::string> folders_;
-    std::mutex mutex_;
-    std::condition_variable checked_;
-    bool busy_ = false;
-    Clock::time_point began_;
-    std::string checking_;  // the folder
-    std::string fault_;     // the last result
-    HelperThreads thread_;
+    struct Inside;
+    std::shared_ptr<Inside> inside_;  // also of the thread, which may end later
 };
 
 }  // namespace postchain::service

@@ -63,6 +63,13 @@ void RequestBody::outside(const std::string& key, const std::string& message) {
     met_outside_ = true;
 }
 
+void RequestBody::refuse_path(const std::string& key, const Status& status) {
+    if (status.code() == StatusCode::input)
+        outside(key, status.message());
+    else
+        fault(key, status.message());
+}
+
 void RequestBody::add(Diagnostic diagnostic, bool is_outside) {
     if (is_outside)
         met_outside_ = true;
@@ -130,7 +137,7 @@ void RequestBody::read_rows(const ParameterTable& table, const char* group, Para
 std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
     auto resolved = roots_.resolve(path);
     if (resolved.ok()) return std::move(*resolved);
-    outside(key, resolved.status().message());
+    refuse_path(key, resolved.status());
     return std::nullopt;
 }
 
@@ -138,7 +145,7 @@ std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
                                                     const io::PathPattern& pattern) {
     auto resolved = resolve_pattern(pattern, roots_);
     if (resolved.ok()) return std::move(*resolved);
-    outside(key, resolved.status().message());
+    refuse_path(key, resolved.status());
     return std::nullopt;
 }
 

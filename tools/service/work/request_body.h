@@ -50,8 +50,9 @@ class RequestBody {
     void fault(const TextNode& at, const std::string& path, const std::string& message);
     // At the key's value; at the start of the body if the key is missing.
     void fault(const std::string& key, const std::string& message);
-    // A path that the roots refused.
     void outside(const std::string& key, const std::string& message);
+    // A path with this error of Roots::resolve().
+    void refuse_path(const std::string& key, const Status& status);
     // From a text inside the body or named by it. `is_outside`: the roots refused one of its paths.
     void add(Diagnostic diagnostic, bool is_outside = false);
     const Diagnostics& faults() const { return faults_; }

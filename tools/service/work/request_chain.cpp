@@ -42,6 +42,8 @@ void ChainReader::read(const std::string& key, NamedChain& chain, ChainText& tex
     } else if (named->is_map()) {
         text = {in_root, {}, false, *named};
         shown_as = kBodyFile;
+    } else if (is_string(*named) && named->text.empty()) {
+        return body_.fault(key, "empty; give a chain's name, file or object");
     } else if (is_string(*named)) {
         if (!find(key, named->text, text)) return;
     } else {
@@ -63,20 +65,20 @@ void ChainReader::read(const std::string& key, NamedChain& chain, ChainText& tex
 }
 
 bool ChainReader::find(const std::string& key, const std::string& name, ChainText& text) {
-    bool outside = false;
+    Status unresolved;
     auto found = find_named_chain(name, [&](const std::string& path) {
         auto resolved = roots_.resolve(path);
-        outside = !resolved.ok();
+        unresolved = resolved.status();
         return resolved;
     });
     if (found.ok()) {
         text = std::move(*found);
         return true;
     }
-    if (outside)
-        body_.outside(key, found.status().message());
-    else
+    if (unresolved.ok())
         body_.fault(key, found.status().message());
+    else
+        body_.refuse_path(key, unresolved);
     return false;
 }
 

@@ -108,7 +108,9 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
         submission.frames = job.measurement->frames();
         submission.writes = job.measurement->report_folder();
         const auto needs_new = job.measurement->needs_new_folder();
-        if (!needs_new.ok()) return refuse("on_existing", needs_new.status());
+        if (!needs_new.ok())
+            return refuse(needs_new.status().code() == StatusCode::usage ? "output" : "on_existing",
+                          needs_new.status());
         if (*needs_new) submission.output = job.measurement->report_folder();
         return submission;
     }
@@ -126,6 +128,8 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
         return refuse("output", Status(StatusCode::output,
                                        folder + ": folder does not exist; create it or use "
                                                 "--mkdir"));
+    const io::OutputFiles files = sequence::files_of_run(job.chain.chain, job.run, *tasks);
+    if (const Status status = files.check_names(); !status.ok()) return refuse("output", status);
     if (job.run.on_existing != io::OnExisting::fail) return submission;
     if (const Status status = check_existing(*tasks, job.run); !status.ok())
         return refuse("on_existing", status);

@@ -79,6 +79,14 @@ std::string given(const std::string& path) {
     return text.size() <= 200 ? text : text.substr(0, 200) + "...";
 }
 
+Status check_is_folder(const std::string& path, const std::string& given) {
+    std::error_code error;
+    if (fs::is_directory(path, error)) return Status();
+    return Status(StatusCode::usage,
+                  given + (fs::exists(path, error) ? ": is a file; name a folder"
+                                                   : ": folder does not exist; create it first"));
+}
+
 Status check_link(const std::string& path, const Roots& roots, StatusCode code) {
     struct stat info;
     if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
@@ -91,12 +99,9 @@ Status check_link(const std::string& path, const Roots& roots, StatusCode code) 
 Result<Roots> Roots::of(const std::vector<std::string>& folders) {
     Roots roots;
     for (const std::string& folder : folders) {
+        RETURN_IF_ERROR(check_is_folder(folder, folder).at("--root"));
         std::error_code error;
-        const fs::path found = fs::canonical(folder, error);
-        if (error || !fs::is_directory(found, error))
-            return Status(StatusCode::usage,
-                          "--root: " + folder + ": folder does not exist; create it first");
-        roots.folders_.push_back(found.string());
+        roots.folders_.push_back(fs::canonical(folder, error).string());
     }
     if (roots.folders_.empty())
         return Status(StatusCode::usage,
@@ -114,7 +119,7 @@ Result<std::string> Roots::resolve(const std::string& path) const {
         return Status(StatusCode::usage, "'" + given(path) + "' is too long for a path");
     for (const std::string& folder : entries())
         if (!resolved.empty() && io::is_inside(resolved, folder)) return resolved;
-    return Status(StatusCode::usage, "'" + shown(given(path)) +
+    return Status(StatusCode::input, "'" + shown(given(path)) +
                                          "' is outside the folders of this " +
                                          (within_.empty() ? "service" : "user"));
 }
@@ -123,11 +128,10 @@ Result<Roots> Roots::within(const std::vector<std::string>& folders) const {
     Roots part = *this;
     std::vector<std::string> found;
     for (const std::string& folder : folders) {
-        ASSIGN_OR_RETURN(auto resolved, resolve(folder));
-        std::error_code error;
-        if (!fs::is_directory(resolved, error))
-            return Status(StatusCode::usage, folder + ": folder does not exist; create it first");
-        found.push_back(std::move(resolved));
+        auto resolved = resolve(folder);
+        if (!resolved.ok()) return Status(StatusCode::usage, resolved.status().message());
+        RETURN_IF_ERROR(check_is_folder(*resolved, folder));
+        found.push_back(std::move(*resolved));
     }
     part.within_ = std::move(found);
     return part;

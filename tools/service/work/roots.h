@@ -12,7 +12,7 @@ namespace postchain::service {
 
 class Roots {
   public:
-    // Errors (usage): empty list, or a folder that does not exist.
+    // Errors (usage): empty list, or a folder that does not exist or is a file.
     static Result<Roots> of(const std::vector<std::string>& folders);
 
     // These folders alone, for a user: each must be in a root. Paths stay relative to the first
@@ -20,8 +20,9 @@ class Roots {
     Result<Roots> within(const std::vector<std::string>& folders) const;
 
     // The absolute path without links. Relative paths start at the first root. The file and the
-    // folder of an output need not exist. Errors (usage): outside the roots, a zero byte, longer
-    // than PATH_MAX, a part longer than NAME_MAX. The message shows only `path` as given.
+    // folder of an output need not exist. Errors: (input) outside the roots; (usage) empty, a zero
+    // byte, longer than PATH_MAX, a part longer than NAME_MAX. The message shows only `path` as
+    // given.
     Result<std::string> resolve(const std::string& path) const;
     // As a function, for files that frames name, such as Cryptomatte manifests.
     std::function<Result<std::string>(const std::string&)> resolver() const {

@@ -353,8 +353,7 @@ Service::~Service() {
 size_t Service::end() {
     state_->draining = true;
     const size_t lost = state_->backend ? state_->backend->end() : 0;
-    return lost + state_->watch.end() + state_->previews.end() + state_->thumbnails.end() +
-           state_->disks.end();
+    return lost + state_->watch.end() + state_->previews.end() + state_->thumbnails.end();
 }
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
@@ -396,8 +395,8 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
         state->backend = std::make_unique<Worker>(*state->store, state->readers, state->counters,
                                                   state->gate, registry, work);
     }
-    for (const Status& status : {state->thumbnails.begin(), state->previews.begin(),
-                                 state->disks.begin(), state->backend->begin()})
+    for (const Status& status :
+         {state->thumbnails.begin(), state->previews.begin(), state->backend->begin()})
         if (!status.ok()) return status;
     RETURN_IF_ERROR(state->watch.begin());
     return std::unique_ptr<Service>(new Service(std::move(state)));

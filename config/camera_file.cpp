@@ -136,7 +136,7 @@ class CameraParser {
         const Parameter* row = camera_parameters().find(angle ? "shutter_frames" : key);
         if (!row) return false;
         TextNode value = node;
-        if (key == kShutterPosition && value.is_scalar()) value.text = position_word(value.text);
+        if (key == kShutterPosition) value.text = position_word(value.text);
         const Status status = angle ? shutter_angle(*row, node, camera)
                                     : set_row(camera_parameters(), &camera, *row, value);
         if (!status.ok()) reporter_.error(node, path, status.message());
@@ -245,16 +245,16 @@ class CameraParser {
                                       "nothing"));
             else
                 file_.rotations[*frame] = *found;
-            if (const auto at = place(value); frame.ok() && found && at) file_.places[*frame] = *at;
+            if (!frame.ok() || !found) continue;
+            if (const auto at = place(value)) file_.places[*frame] = *at;
         }
     }
 
-    // The fourth column: the camera's position.
+    // The fourth column of a matrix with a rotation: the camera's position.
     static std::optional<std::array<double, 3>> place(const TextNode& node) {
         std::array<double, 3> at;
         for (size_t row = 0; row < 3; ++row) {
-            if (!node.is_list() || node.items.size() <= row || node.items[row].items.size() < 4)
-                return std::nullopt;
+            if (node.items[row].items.size() < 4) return std::nullopt;
             const auto value = number_of(node.items[row].items[3]);
             if (!value.ok()) return std::nullopt;
             at[row] = *value;
@@ -277,7 +277,7 @@ class CameraParser {
         const size_t columns = node.items[0].items.size();
         if (columns != 4 && (columns != 3 || rows == 4)) return std::nullopt;
         for (const TextNode& row : node.items)
-            if (!row.is_list() || row.items.size() != columns) return std::nullopt;
+            if (row.items.size() != columns) return std::nullopt;
         // A transposed matrix has the position here.
         if (rows == 4 && !is_last_row(node.items[3])) return std::nullopt;
         Rotation r;

@@ -14,8 +14,7 @@ using postchain::guest::Failure;
 Failure make_chain(std::string_view text, const std::string& name, pc_chain** chain) {
     postchain::ChainFile file = postchain::parse_chain(text, name, postchain::guest::passes());
     if (!file.status().ok()) return file.status();
-    const auto& image = file.chain.camera.aperture_image;
-    if (image && !image.is_read())
+    if (file.chain.camera.aperture_image)
         return {PC_ERROR_CHAIN, concat(name,
                                        ": camera.aperture_image: this library does not read files; "
                                        "set the image with pc_chain_set_aperture()")};

@@ -37,7 +37,7 @@ class ProfileParser {
             reporter_.error(root, "profile",
                             concat("missing; a profile begins with profile: ", kProfileVersion));
         if (!root.find("name")) reporter_.error(root, "name", "missing");
-        if (profile_.roles.empty() && !has_role_key(root))
+        if (!has_role_key(root))
             reporter_.error(root, "", "missing roles; give color, depth, motion or motion_back");
     }
 

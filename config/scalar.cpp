@@ -121,18 +121,17 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
     if (form->leading_zero)
         return refuse("begins with 0, which some readers take for octal; write it without the 0");
 
-    // from_chars ignores the locale, and reads '-' but not '+'.
+    // from_chars ignores the locale, and reads '-' but not '+'. It reads all of a decimal().
     const std::string_view number = negative ? std::string_view(text) : body;
     const char* end = number.data() + number.size();
     if (form->whole) {
         int64_t integer = 0;
         const auto read = std::from_chars(number.data(), end, integer);
-        if (read.ec == std::errc() && read.ptr == end) return ParameterValue(integer);
+        if (read.ec == std::errc()) return ParameterValue(integer);
     }
     double value = 0;
     const auto read = std::from_chars(number.data(), end, value);
-    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value))
-        return refuse("is too large or too small for a double");
+    if (read.ec != std::errc()) return refuse("is too large or too small for a double");
     return ParameterValue(value);
 }
 

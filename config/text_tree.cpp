@@ -236,7 +236,6 @@ class JsonEvents : public nlohmann::json_sax<nlohmann::json> {
             return *this;
         }
         bool operator==(const Cursor& other) const { return at_ == other.at_; }
-        bool operator!=(const Cursor& other) const { return at_ != other.at_; }
 
       private:
         const char* at_;

@@ -86,7 +86,10 @@ TEST(CameraFile, TurnsTheSensorSizeIntoAWidth) {
         // Pixels twice as wide as high: 200x300 pixels are 400:300, so the width is larger.
         {kLarger, {200, 300, 2}, 36},
         {kHeight, {200, 300, 2}, 48},
-        {kLarger, {100, 100, 1}, 36}};
+        {kLarger, {100, 100, 1}, 36},
+        // A display without an area, or pixels without a width.
+        {kHeight, {200, 0, 1}, 36},
+        {kHeight, {200, 300, 0}, 36}};
     for (const auto& [fit, display, width] : cases)
         EXPECT_EQ(horizontal_sensor_width_mm(36, fit, display), width) << display.width;
     const CameraFile file = parse(R"({"sensor_width_mm": 36, "sensor_fit": "auto"})");
@@ -96,9 +99,12 @@ TEST(CameraFile, TurnsTheSensorSizeIntoAWidth) {
 TEST(CameraFile, ReadsRotationsFromMatrices) {
     const CameraFile file = parse_good(R"({"camera_matrix_world": {
         "4": [[0, 0, 2, 7], [0, 2, 0, 8], [-2, 0, 0, 9], [0, 0, 0, 1]],
-        "5": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}})");
+        "5": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        "6": [[1, 0, 0, "x"], [0, 1, 0, 8], [0, 0, 1, 9]]}})");
     EXPECT_EQ(file.rotations.at(4), (Rotation{{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}}));
-    EXPECT_EQ(file.rotations.at(5), (Rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}));
+    for (const int frame : {5, 6})
+        EXPECT_EQ(file.rotations.at(frame), (Rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}));
+    EXPECT_EQ(file.places, (std::map<int, std::array<double, 3>>{{4, {7, 8, 9}}}));
 }
 
 TEST(CameraFile, IgnoresWhatIsNoRotation) {
@@ -107,9 +113,15 @@ TEST(CameraFile, IgnoresWhatIsNoRotation) {
           R"({"4": [[1, 0, 0], [0, 1, 0]]})", R"({"4": [[1, 0, 0], [0, 1, 0], [0, 0, "a"]]})",
           R"({"4": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]})",
           R"({"4": [[1, 1, 0], [0, 1, 0], [0, 0, 1]]})",
-          // Transposed; projective; five rows; five columns; a row that is shorter.
+          R"({"4": [[1, 0, 1], [0, 1, 0], [0, 0, 1]]})",
+          R"({"4": [[1, 0, 0], [0, 1, 1], [0, 0, 1]]})",
+          // No list; a row that is none; longer than a double can say.
+          R"({"4": 3})", R"({"4": [[1, 0, 0], 2, [0, 0, 1]]})",
+          R"({"4": [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]})",
+          // Transposed; projective; a word; five rows; five columns; a row that is shorter.
           R"({"4": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [7, 8, 9, 1]]})",
           R"({"4": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 1, 0]]})",
+          R"({"4": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 0, "x"]]})",
           R"({"4": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 0, 1], [0, 0, 0, 1]]})",
           R"({"4": [[1, 0, 0, 7, 0], [0, 1, 0, 8, 0], [0, 0, 1, 9, 0]]})",
           R"({"4": [[1, 0, 0, 7], [0, 1, 0], [0, 0, 1, 9]]})"}) {
@@ -125,7 +137,7 @@ TEST(CameraFile, IgnoresWhatIsNoRotation) {
 TEST(CameraFile, IgnoresUnknownKeysWithANoteOrAWarning) {
     const CameraFile file = parse(
         "{\n \"scene\": \"s1\",\n \"f_stop\": 2,\n \"matrix\": {\"9\": [[1.0, NaN], [0, 1]]},\n"
-        " \"frames\": {\"3\": {\"lens_file\": \"x\"}}\n}\n");
+        " \"frames\": {\"3\": {\"lens_file\": \"x\"}, \"4\": {\"lens_file\": \"y\"}}\n}\n");
     EXPECT_THAT(texts(file.diagnostics),
                 ElementsAre("camera.json:2:2: note: ignored keys: scene, matrix, lens_file"));
     EXPECT_TRUE(file.status().ok());
@@ -149,6 +161,10 @@ TEST(CameraFile, IgnoresUnknownKeysWithANoteOrAWarning) {
     for (const char* key : {"lens", "z", "fov", "near_plane"})
         EXPECT_THAT(messages_of(concat("{\"", key, "\": 1, \"f_stop\": 2}")),
                     ElementsAre(HasSubstr(concat("note: ignored keys: ", key))));
+    std::string many;
+    for (int i = 1; i <= 22; ++i) many += concat(", \"", i, "\": 0");
+    EXPECT_THAT(messages_of("{\"f_stop\": 2" + many + "}"),
+                ElementsAre(testing::EndsWith("18, 19, 20 and 2 more")));
     // No camera value at all.
     EXPECT_THAT(messages_of("{}"),
                 ElementsAre(HasSubstr("warning: no camera value in this file; known are focal_")));
@@ -161,12 +177,16 @@ TEST(CameraFile, TakesThePositionOfTheShutter) {
                                          {"END", ShutterPosition::end},
                                          {"Start on Frame", ShutterPosition::start},
                                          {"centre on frame", ShutterPosition::center},
+                                         {"Centered", ShutterPosition::center},
+                                         {"centred", ShutterPosition::center},
                                          {"CENTER", ShutterPosition::center}}) {
         const CameraFile file =
             parse_good(concat("{\"f_stop\": 2,\n \"shutter_position\": \"", word, "\"}"));
         EXPECT_EQ(file.camera.shutter_position, position) << word;
         EXPECT_EQ(file.origins.at("shutter_position").where, "camera.json:2");
     }
+    EXPECT_THAT(messages_of(R"({"shutter_position": ["start"]})"),
+                ElementsAre(HasSubstr("a list; shutter_pos")));
     EXPECT_THAT(messages_of(R"({"shutter_position": "middle"})"),
                 ElementsAre(HasSubstr("shutter_position is one of start, center, end")));
 }
@@ -175,12 +195,15 @@ TEST(CameraFile, TakesThePositionOfTheShutter) {
 TEST(CameraFile, WarnsOfWhatIsNotSupported) {
     for (const char* text :
          {"\"shutter_offset\": 0.25", "\"shutter_curve\": [0, 1, 0]", "\"rolling_shutter\": true",
-          "\"rolling_shutter_type\": \"TOP\"", "\"shift_x\": 0.1", "\"lens_shift\": [0, 0.1]"})
+          "\"rolling_shutter_type\": \"TOP\"", "\"rolling_shutter\": {\"rows\": 9}",
+          "\"shift_x\": 0.1", "\"lens_shift\": [0, 0.1]"})
         EXPECT_THAT(messages_of(concat("{\"f_stop\": 2, ", text, "}")),
                     ElementsAre(AllOf(HasSubstr("warning: "), HasSubstr(" is not supported: "))))
             << text;
-    for (const char* text : {"\"shutter_offset\": 0", "\"rolling_shutter\": false",
-                             "\"rolling_shutter_type\": \"NONE\"", "\"lens_shift\": [0, 0]"})
+    for (const char* text :
+         {"\"shutter_offset\": 0", "\"rolling_shutter\": false",
+          "\"rolling_shutter_type\": \"NONE\"", "\"lens_shift\": [0, 0]", "\"rolling_shutter\": {}",
+          "\"shift_x\": null", "\"shutter_curve\": \"none\""})
         EXPECT_THAT(messages_of(concat("{\"f_stop\": 2, ", text, "}")), IsEmpty()) << text;
     EXPECT_THAT(messages_of(R"({"f_stop": 2, "frames": {"3": {"shift_y": 0.1}}})"),
                 ElementsAre(HasSubstr("warning: frames.3.shift_y: ignored: shift_y is not")));

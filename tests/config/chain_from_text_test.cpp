@@ -61,6 +61,8 @@ TEST(ChainFromText, Shipped) {
     EXPECT_STREQ(row(made, 2, "method").text, "gilham");
     EXPECT_EQ(pc_chain_shipped("papers", &made), PC_ERROR_CHAIN);
     EXPECT_THAT(pc_create_error(), HasSubstr("balanced, best, dof_first, fast, paper"));
+    EXPECT_EQ(pc_chain_shipped(nullptr, &made), PC_ERROR_CHAIN);
+    EXPECT_EQ(pc_chain_shipped("paper", nullptr), PC_ERROR_ARGUMENT);
 }
 
 }  // namespace

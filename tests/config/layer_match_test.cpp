@@ -78,7 +78,7 @@ TEST(Layers, OfBlender) {
         EXPECT_EQ(layers.data(role), "not there");
     EXPECT_THAT(layers.chosen("all"), ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
     EXPECT_THAT(layers.chosen("none"), IsEmpty());
-    EXPECT_THAT(layers.chosen("DiffDir, Combined_key"),
+    EXPECT_THAT(layers.chosen("DiffDir , Combined_key "),
                 ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
     EXPECT_THAT(layers.chosen("ViewLayer.DiffDir"), ElementsAre("ViewLayer.DiffDir"));
     EXPECT_THAT(layers.chosen("Combined_*"), ElementsAre("ViewLayer.Combined_key"));
@@ -146,6 +146,15 @@ TEST(Layers, OfPartsAndViews) {
     EXPECT_THAT(sky.chosen("Sky.Combined"), ElementsAre("Sky.Combined"));
 }
 
+TEST(Layers, ChannelsWithoutALayerAreOne) {
+    const FileChannels file = file_of("R G B A key.R key.G key.B");
+    const auto of_key = must(detect_profile(builtin_profiles(), file, "key", ""));
+    const auto layers = find_layers(file, of_key, {});
+    ASSERT_EQ(layers.size(), 1u);
+    EXPECT_EQ(layers[0].name, "");
+    EXPECT_EQ(layers[0].channels, (RoleChannels{0, {"R", "G", "B", "A"}}));
+}
+
 TEST(Layers, TwoOfOneName) {
     const Layers layers = layers_of(
         "beauty: R G B|a: diffuse.R diffuse.G diffuse.B|b: diffuse.R diffuse.G diffuse.B");
@@ -156,6 +165,7 @@ TEST(Layers, TwoOfOneName) {
     EXPECT_THAT(layers.chosen("b.diffuse"), ElementsAre("b.diffuse"));
     EXPECT_THAT(layers_of("R G B key.R key.G key.B key.r key.g key.b").error("key"),
                 HasSubstr("several layers are named 'key'"));
+    EXPECT_THAT(layers_of("R G B key.R key.G key.B key.Z").chosen("key"), ElementsAre("key"));
     // Each has two names, and none is more likely meant.
     std::string channels = "part:";
     for (const char* layer : {"A", "B", "C"})

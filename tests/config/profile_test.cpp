@@ -236,6 +236,8 @@ TEST(Profiles, FindsLayersViewsAndParts) {
          "cycles, layer V, view right: color 0 V.Combined.right.R V.Combined.right.G "
          "V.Combined.right.B, inverse_depth 0 V.Depth.right.Z"},
         {kViewsByName, "", "left", "generic, view left: color 0 R G B, inverse_depth 0 Z"},
+        // A view may have the word for all views as its name.
+        {file_of("l@all: R G B|r@right: R G B"), "", kAllViews, "generic, view all: color 0 R G B"},
         {kViewsByName, "", "right", "generic, view right: color 0 right.R right.G right.B"},
         // A renderer may write each view to a file of its own.
         {file_of("R G B", {"left", "right"}), "", "", "generic, view left: color 0 R G B"},
@@ -277,8 +279,11 @@ TEST(Profiles, SaysWhatIsThereInstead) {
         {file_of("albedo"), "", "", StatusCode::input, "color: rgba.R"},
         {file_of(""), "", "", StatusCode::input, ""},
         {FileChannels(), "", "", StatusCode::input, ""},
+        {file_of("", {"left", "right"}), "", kAllViews, StatusCode::input, "found: no channels"},
         {layers, "", "", StatusCode::input,
          "several view layers: bg.sky, fg, mid; choose one with --view-layer"},
+        {with_layers({"fg", "bg.fg"}, true), "", "", StatusCode::input,
+         "several view layers: bg.fg, fg; choose one with --view-layer"},
         {layers, "bg", "", StatusCode::usage,
          "view layer 'bg' is not in the file; found are bg.sky, fg, mid"},
         {kViewsByName, "", "", StatusCode::usage,
@@ -324,6 +329,10 @@ TEST(OwnProfile, IsReadFromAFile) {
     EXPECT_EQ(match.options.motion.unit, MotionUnit::fraction);
     EXPECT_EQ(match.options.motion.sentinel, 2);
     EXPECT_EQ(converted(match.options.motion, 1, 1), (Vector{0.25, -0.25}));
+    EXPECT_THAT(match.text(),
+                HasSubstr("color: r, g, b, a, not premultiplied\n"
+                          "inverse_depth: zbuf, stored as reverse_infinite\n"
+                          "motion: mv.x, mv.y times (0.5, -0.5) of the image's size, bias 0.5\n"));
     test::write_text(path, "profile: 1\nname: x\nmotion: [{channels: [[a]]}]\n");
     EXPECT_THAT(find_profile(path).status().message(),
                 HasSubstr(":3:22: error: motion[0].channels[0]: a list of 2 channel names"));
@@ -345,10 +354,12 @@ TEST(OwnProfile, NamesEveryMistake) {
         {head + "color: [{}]", "channels are missing"},
         {head + "color: [{channels: []}]", "a list of lists"},
         {head + "color: R", "a list of sources"},
+        {head + "color: []", "a list of sources"},
         {head + "color: [R]", "a map with channels"},
         {head + "color: [{channels: [[R, G, a.<layer>.B]]}]", "without a leading <layer>"},
         {head + "color: [{channels: [[R, G, <layer>.B]]}]", "in every name of a pattern"},
         {head + "color: [{channels: [[R, G, B]], unpremultiplied: 1}]", "true or false"},
+        {head + "color: [{channels: [[R, G, B]], unpremultiplied: 01}]", "true or false"},
         {head + "depth: [{channels: [[Z]], encoding: log}]", "one of linear, inverse"},
         {head + "depth: [{channels: [[Z]], scale: [1, 1]}]", "unknown key 'scale'"},
         {head + "motion: [{channels: [[x, y]], unit: uv}]", "one of pixels, fraction"},
@@ -358,6 +369,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {head + "motion: [{channels: [[x, y]], bias: .nan}]", "finite"},
         {head + "motion: [{channels: [[x, y]], sentinel: 0}]", "a number > 0"},
         {head + "priority: high" + color, "not an integer in 0..1000"},
+        {head + "priority: -1" + color, "not an integer in 0..1000"},
         {head + "detect: [[]]" + color, "channel names"},
         {"[1]", "a profile is a map"}};
     for (const auto& [text, message] : wrong) {

@@ -96,7 +96,8 @@ TEST(TextTree, RefusesWhatHasNoOneMeaning) {
         {"\"a: 1\n", {"illegal EOF in scalar"}},
         {"a: 'b\n", {"illegal EOF in scalar"}},
         {"a: \"b\n\n", {"illegal EOF in scalar"}},
-        {"{[1]: 2}", {"a key is a word, not a list"}}};
+        {"{[1]: 2}", {"a key is a word, not a list"}},
+        {"&x ~\n", {"1:1: error: anchors"}}};
     for (const auto& [text, expected] : cases) {
         const auto errors = errors_of(text);
         ASSERT_EQ(errors.size(), expected.size()) << text;
@@ -115,8 +116,9 @@ TEST(TextTree, NamesAnEmptyFile) {
 TEST(TextTree, RefusesWhatIsNotUtf8) {
     EXPECT_THAT(errors_of("a: 1\nb: \xff\n"), ElementsAre("t:2:4: error: byte 0xff is not UTF-8"));
     EXPECT_THAT(errors_of("b: \xe9t\xe9"), ElementsAre(HasSubstr("byte 0xe9 is not UTF-8")));
-    // Overlong '/', a surrogate, above U+10FFFF, cut off.
-    for (const char* bad : {"\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80"})
+    // Overlong '/', a surrogate, above U+10FFFF, cut off, without a third or a fourth byte.
+    for (const char* bad : {"\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80",
+                            "\xf0\x9f\x41\x80", "\xf0\x9f\x98\x41"})
         EXPECT_THAT(errors_of(concat("a: ", bad)), ElementsAre(HasSubstr("is not UTF-8")));
     for (const char* good : {"\xc2\xa0", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf", "\xe2\x82\xac"})
         EXPECT_THAT(errors_of(concat("a: 'x", good, "'")), IsEmpty());
@@ -124,6 +126,8 @@ TEST(TextTree, RefusesWhatIsNotUtf8) {
     EXPECT_THAT(errors_of(std::string("\xff\xfe\x61\0", 4)), SizeIs(1));
     EXPECT_THAT(errors_of(std::string("a\0:\0", 4)),
                 ElementsAre(HasSubstr("control character 0x00")));
+    EXPECT_THAT(errors_of("a: \xc2\x9f"),
+                ElementsAre("t:1:4: error: control character 0x9f is not allowed"));
 }
 
 TEST(TextTree, RefusesTooMuchText) {
@@ -311,8 +315,9 @@ TEST(Scalar, ReadsNumbersBooleansAndWords) {
 }
 
 TEST(Scalar, RefusesNumbersInForbiddenForms) {
-    for (const char* bad : {"010", "-007", "00.5", "0x1F", "-0x10", "0o17", "0b101", "1_000",
-                            ".inf", "-.INF", "inf", "Infinity", ".nan", "NaN", "1e999", "-1e999"})
+    for (const char* bad :
+         {"010", "-007", "00.5", "0x1F", "-0x10", "0o17", "0b101", "1_000", "0x1_F", "[1, 010]",
+          ".inf", "-.INF", "inf", "Infinity", ".nan", "NaN", "1e999", "-1e999"})
         EXPECT_THAT(text_of(plain(bad)), HasSubstr("refused:")) << bad;
 }
 

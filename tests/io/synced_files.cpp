@@ -37,5 +37,6 @@ extern "C" int fsync(int fd) {
 
 extern "C" int flock(int fd, int operation) {
     if (const auto& before = postchain::test::synced_files().before_lock) before(path_of(fd));
-    return int(::syscall(SYS_flock, fd, operation));
+    errno = postchain::test::synced_files().lock_error;
+    return errno == 0 ? int(::syscall(SYS_flock, fd, operation)) : -1;
 }

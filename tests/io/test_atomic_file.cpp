@@ -110,7 +110,7 @@ TEST_F(AtomicWrite, AReplacedFileOfAnotherUserKeepsItsGroup) {
     test::write_text(path, "old");
     ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
     ASSERT_EQ(::chmod(path.c_str(), 0660), 0);
-    ASSERT_EQ(::chmod(folder.path().c_str(), 0777), 0);
+    ASSERT_EQ(::chmod(folder.path().c_str(), 0773), 0);  // which that user cannot read, nor sync
     const int result = in_child([&] {
         const gid_t group = 23456;
         if (::setgroups(1, &group) != 0 || ::setgid(34567) != 0 || ::setuid(34567) != 0) return 1;
@@ -207,6 +207,11 @@ TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
         EXPECT_TRUE(atomic_write_text(image, "new", OnExisting::overwrite).ok());
     }
     EXPECT_THAT(folder.names(), ElementsAre("a.exr"));
+    // What has the names afterwards is another process's.
+    for (const char* name : {".a.exr.0.tmp", ".a.exr.json.0.tmp"})
+        test::write_text(folder.path(name), "");
+    remove_live_temporaries();
+    EXPECT_EQ(folder.names().size(), 3u);
     // Nothing of it stays if a signal ends the process.
     test::write_text(sidecar, "of new");
     auto lock = ReplaceLock::take(image);
@@ -238,6 +243,7 @@ TEST_F(AtomicWrite, SaysWhatIsWrongWithThePath) {
                                     {".", "is a folder"},
                                     {"", "no file name"},
                                     {std::string(250, 'n'), "name is too long"},
+                                    {std::string(256, 'n') + "/a.exr", "name is too long"},
                                     {std::string(5000, 'n'), "name is too long"}})
         EXPECT_THAT(error_of(folder.path(name)), HasSubstr(why));
     EXPECT_FALSE(error_of("/proc/a.exr").empty());  // not even root can write there
@@ -258,6 +264,13 @@ TEST_F(AtomicWrite, ReplacesATemporaryOfADeadProcessButNoneThatIsBeingWritten) {
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
     auto first = must(AtomicFile::create(folder.path("b.txt")));
     EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("already being written by this process"));
+    // A link in place of a temporary leads nowhere.
+    test::write_text(folder.path("c"), "of another");
+    for (const std::string& link : {left, folder.path(".a.txt.0.tmp")})
+        std::filesystem::create_symlink("c", link);
+    EXPECT_THAT(error_of(path), HasSubstr("another process"));
+    EXPECT_THAT(ReplaceLock::take(path).status().message(), HasSubstr("cannot lock it"));
+    EXPECT_EQ(read_text(folder.path("c")), "of another");
 }
 
 // Another process takes what is not locked yet for what a killed one has left.
@@ -280,8 +293,32 @@ TEST_F(AtomicWrite, WhatIsRemovedBeforeItIsLockedIsCreatedAgain) {
     }
     removals = 1000;
     EXPECT_THAT(error_of(path), HasSubstr("another process"));
+    // The other one holds it while it removes it.
+    int held = -1;
+    files.before_lock = [&](const std::string& created) {
+        if (held >= 0) return;
+        held = ::open(created.c_str(), O_WRONLY);
+        EXPECT_EQ(::flock(held, LOCK_EX) + ::unlink(created.c_str()), 0);
+    };
+    EXPECT_TRUE(must(atomic_write_text(path, "after", OnExisting::overwrite)));
+    ::close(held);
     files.before_lock = {};
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
+}
+
+TEST_F(AtomicWrite, AFileSystemWithoutLocksIsWrittenTo) {
+    const std::string path = folder.path("a.txt");
+    for (const int error : {ENOLCK, ENOSYS, EOPNOTSUPP, EIO}) {
+        test::synced_files() = {.lock_error = error};
+        const bool none = error != EIO;
+        EXPECT_EQ(atomic_write_text(path, "new", OnExisting::overwrite).ok(), none);
+        EXPECT_TRUE(ReplaceLock::take(path).ok());
+        EXPECT_EQ(folder.names().size(), 1u) << "nothing is left behind";
+    }
+    EXPECT_THAT(error_of(path), HasSubstr("cannot lock it: Input/output error"));
+    EXPECT_THAT(Claim::take(folder.path("claim")).status().message(),
+                HasSubstr("cannot be locked: Input/output error"));
+    test::synced_files() = {};
 }
 
 TEST_F(AtomicWrite, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
@@ -300,6 +337,9 @@ TEST_F(AtomicWrite, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
     EXPECT_TRUE(is_temporary_of(".a.txt.123.tmp", "a.txt"));
     EXPECT_FALSE(is_temporary_of(".a.txt.123.tmp", "txt"));
     EXPECT_FALSE(is_temporary_of("..123.tmp", ""));
+    EXPECT_FALSE(is_temporary_of(".123.tmp", "123.tmp"));
+    EXPECT_FALSE(is_temporary_of(".a..tmp", "a"));
+    EXPECT_FALSE(is_temporary_of(".a.12-.tmp", "a"));
 }
 
 TEST_F(AtomicWrite, ASignalsShutdownRemovesEveryLiveTemporary) {

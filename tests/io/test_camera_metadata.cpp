@@ -36,6 +36,7 @@ TEST(CameraMetadata, ShutterNeedsTheRateOfTheCamera) {
                      .camera.shutter_frames,
                 0.25, 1e-12);
     EXPECT_FALSE(read({{"expTime", "inf"}, {"framesPerSecond", "24/1"}}).camera.shutter_frames);
+    EXPECT_FALSE(read({{"expTime", "0.02"}, {"framesPerSecond", "24/x"}}).camera.shutter_frames);
 }
 
 TEST(CameraMetadata, UnitsOfLensAndSensor) {
@@ -55,7 +56,12 @@ TEST(CameraMetadata, UnitsOfLensAndSensor) {
     EXPECT_EQ(own.origins.at("focal_length_mm"), (Origin{"metadata", "pinholeFocalLength"}));
     EXPECT_THAT(named(own, "effectiveFocalLength")->why, HasSubstr("pinholeFocalLength counts"));
     EXPECT_THAT(named(own, "tStop")->why, HasSubstr("not the f-number"));
-    EXPECT_EQ(read({{"sensorOverallDimensions", "28.25 18.17"}}).camera.sensor_width_mm, 28.25);
+    const auto overall =
+        read({{"sensorOverallDimensions", "28.25 18.17"}, {"sensorPhotositePitch", "8.25"}});
+    EXPECT_EQ(overall.camera.sensor_width_mm, 28.25);
+    EXPECT_EQ(named(own, "sensorPhotositePitch")->gives,
+              "sensor_width_mm, with sensorAcquisitionRectangle");
+    EXPECT_EQ(named(overall, "sensorPhotositePitch")->gives, "");
     for (const char* bad : {"0", "-3", "nan", "fast", ""})
         EXPECT_FALSE(read({{"aperture", bad}}).camera.f_stop) << bad;
     EXPECT_EQ(read({{"Lens", "85.00"}}).camera.focal_length_mm, 85);
@@ -75,6 +81,7 @@ TEST(CameraMetadata, VRay) {
     EXPECT_EQ(vray.camera.f_stop, 8);
     EXPECT_FALSE(vray.camera.near_clip);
     EXPECT_FALSE(vray.camera.far_clip);
+    EXPECT_EQ(read({{"cameraFarClip", "100"}}).camera.far_clip, 100);
     EXPECT_FALSE(vray.camera.focus_distance);  // a target is not a focus distance
     EXPECT_EQ(read({{"cameraAperture", "36"}, {"cameraFov", "60"}}).camera.sensor_width_mm, 36);
 }
@@ -116,6 +123,8 @@ TEST(CameraMetadata, OneCameraInEveryConvention) {
         if (c == ' ') c = ',';
     expect_pose(read({{"nuke/camera/matrix", quoted}}));
     expect_pose(read({{"cameraTransform", text_of(nuke)}}));
+    expect_pose(read({{"cameraTransform", text_of(nuke)},
+                      {"vrayInfo/vrayversion", "Version of V-Ray for 3ds Max 3.60"}}));
     Matrix4 rows;
     for (size_t i = 0; i < 4; ++i)
         for (size_t j = 0; j < 4; ++j) rows[i][j] = nuke[j][i];
@@ -133,6 +142,7 @@ TEST(CameraMetadata, FocalLengthOfWorldToNdc) {
     const Matrix4 documented = {{{f, 0, 0, 0}, {0, -f, 0, 0}, {0.5, 0.5, 1, 1}, {0, 0, -1, 0}}};
     const Matrix4 centered = {{{2 * f, 0, 0, 0}, {0, 2 * f, 0, 0}, {0, 0, 1, 1}, {0, 0, -1, 0}}};
     const Matrix4 shifted = {{{f, 0, 0, 0}, {0, -f, 0, 0}, {0.7, 0.5, 1, 1}, {0, 0, -1, 0}}};
+    const Matrix4 raised = {{{f, 0, 0, 0}, {0, -f, 0, 0}, {0.5, 0.7, 1, 1}, {0, 0, -1, 0}}};
     for (const Matrix4& screen : {documented, centered}) {
         const auto metadata = read({{"worldToCamera", text_of(camera)},
                                     {"worldToNDC", text_of(screen)},
@@ -141,10 +151,22 @@ TEST(CameraMetadata, FocalLengthOfWorldToNdc) {
         EXPECT_NEAR(*metadata.pose->focal_widths, f, 1e-5);
         EXPECT_NEAR(*metadata.camera.sensor_width_mm, 36, 1e-3);
     }
-    const auto metadata =
-        read({{"worldToCamera", text_of(camera)}, {"worldToNDC", text_of(shifted)}});
-    EXPECT_FALSE(metadata.pose->focal_widths);
-    EXPECT_THAT(named(metadata, "worldToNDC")->why, HasSubstr("shifted"));
+    for (const Matrix4& screen : {shifted, raised}) {
+        const auto metadata =
+            read({{"worldToCamera", text_of(camera)}, {"worldToNDC", text_of(screen)}});
+        EXPECT_FALSE(metadata.pose->focal_widths);
+        EXPECT_THAT(named(metadata, "worldToNDC")->why, HasSubstr("shifted"));
+    }
+    // A sensor follows from a focal length, and a stated one stays.
+    for (const auto& [key, value, sensor] :
+         {std::tuple("Lens", "<none>", std::optional<double>()), {"cameraAperture", "40", 40.0}}) {
+        const auto metadata = read({{"worldToCamera", text_of(camera)},
+                                    {"worldToNDC", text_of(documented)},
+                                    {"pinholeFocalLength", sensor ? "50" : "none"},
+                                    {key, value}});
+        EXPECT_TRUE(metadata.pose->focal_widths);
+        EXPECT_EQ(metadata.camera.sensor_width_mm, sensor);
+    }
 }
 
 TEST(CameraMetadata, BadMatricesAreNotUsed) {
@@ -153,6 +175,11 @@ TEST(CameraMetadata, BadMatricesAreNotUsed) {
         {"1 0 0 0 0 1 0 0 0 0 nan 0 0 0 0 1", "not finite"},
         {"1 0 0 0 0 1 0 0 0 0 1 0 0 0", "not 16 numbers"},
         {"1 0 0 0 0 1 0 0 0 0 1 1 0 0 0 1", "not an affine"},
+        {"1 0 0 0 0 1 0 1 0 0 1 0 0 0 0 1", "not an affine"},
+        {"1e-310 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "singular"},
+        {"1e-200 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "singular"},
+        {"1 0 0 0 0 1 0 0 0.5 0 1 0 0 0 0 1", "right angles"},
+        {"1 0 0 0 0 1 0 0 0 0.5 1 0 0 0 0 1", "right angles"},
         {"1 0 0 0 0.5 1 0 0 0 0 1 0 0 0 0 1", "right angles"},
         {"left", "not 16 numbers"}};
     for (const auto& [text, why] : cases) {
@@ -177,6 +204,12 @@ TEST(CameraMetadata, SaysWhyAnAttributeIsNotUsed) {
         {{{"sensorAcquisitionRectangle", "(9, 0)-(5, 7)"}, {"sensorPhotositePitch", "8"}},
          "sensorAcquisitionRectangle",
          "not a rectangle"},
+        {{{"sensorAcquisitionRectangle", "left"}, {"sensorPhotositePitch", "8"}},
+         "sensorAcquisitionRectangle",
+         "not a rectangle"},
+        {{{"sensorAcquisitionRectangle", "(9, 0)"}, {"sensorPhotositePitch", "8"}},
+         "sensorAcquisitionRectangle",
+         "not a rectangle"},
         // A last row and a last column that are not zero.
         {{{"cameraTransform", "1 0 0 2 0 1 0 0 0 0 1 0 3 0 0 1"}},
          "cameraTransform",
@@ -187,6 +220,11 @@ TEST(CameraMetadata, SaysWhyAnAttributeIsNotUsed) {
          "another matrix counts"},
         {{{"worldToNDC", unit}}, "worldToNDC", "worldToCamera is missing"},
         {{{"worldToCamera", unit}, {"worldToNDC", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 0"}},
+         "worldToNDC",
+         "no perspective"},
+        {{{"worldToCamera", unit}, {"worldToNDC", "left"}}, "worldToNDC", "not 16 numbers"},
+        // What is to the right is beside the camera.
+        {{{"worldToCamera", unit}, {"worldToNDC", "1 0 0 -1 0 1 0 0 0 0 1 1 0 0 -1 0"}},
          "worldToNDC",
          "no perspective"},
         // The image position of what is to the right is to the left.

@@ -96,6 +96,19 @@ TEST(CompleteFile, ATableOfALaterPartCountsToo) {
                 HasSubstr("1 of 9 chunks of part 1 are not written"));
 }
 
+TEST(CompleteFile, OfAPartOfAnUnknownTypeOnlyTheTableIsKnown) {
+    std::string bytes = bytes_of_file({rgba_z("a"), rgba_z("b")});
+    const size_t type = bytes.find("scanlineimage");
+    ASSERT_NE(type, std::string::npos);
+    bytes[type] = 'S';
+    MemoryFile file;
+    file.set(bytes);
+    EXPECT_TRUE(check_complete(file.path()).ok()) << check_complete(file.path()).message();
+    std::memset(bytes.data() + test::chunk_table_of(bytes, 2), 0, 8);
+    file.set(bytes);
+    EXPECT_THAT(check_complete(file.path()).message(), HasSubstr("1 of 1 chunks of part 0"));
+}
+
 TEST(FileStamp, NoticesSizeTimeAndAbsence) {
     const test::TempFolder folder;
     const std::string path = folder.path("a.exr");

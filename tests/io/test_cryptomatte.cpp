@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <filesystem>
 #include <set>
 
 #include "tests/io/exr_files.h"
@@ -217,6 +218,10 @@ TEST_F(CryptomatteFile, ManifestsThatAreNone) {
           {"manifest", "{}", "its manifest is empty"},
           {"manifest", "{\"a\": \"1\", \"ball\": \"64x\"}",
            "its manifest has no hash of 8 digits for \"ball\""},
+          {"manifest", "{\"ball\": 64}", "no hash of 8 digits for \"ball\""},
+          {"manifest", "{\"ball\": \"\"}", "no hash of 8 digits for \"ball\""},
+          {"manif_file", "", "its manifest file \"\" is not in the frame's folder"},
+          {"manif_file", ".", "is not a file"},
           {"manif_file", "names.json", "names.json does not exist"},
           {"manif_file", "../names.json", "not in the frame's folder"},
           {"manif_file", "/etc/passwd", "not in the frame's folder"}}) {
@@ -228,6 +233,42 @@ TEST_F(CryptomatteFile, ManifestsThatAreNone) {
     const Cryptomatte in_file = found_with("manif_file", "names.json");
     EXPECT_EQ(in_file.no_manifest, "");
     EXPECT_EQ(in_file.manifest.at("ball"), 0x00800007u);
+    test::write_text(folder.path("names.json"), "[]");
+    EXPECT_THAT(found_with("manif_file", "names.json").no_manifest,
+                HasSubstr("names.json: its manifest is not a JSON object"));
+    std::filesystem::resize_file(folder.path("names.json"), (1u << 26) + 1);
+    EXPECT_THAT(found_with("manif_file", "names.json").no_manifest,
+                HasSubstr("is larger than 64 MiB"));
+    // One in the frame goes before it.
+    const auto both = attributes({{"manif_file", "names.json"}, {"manifest", R"({"ball": "7"})"}});
+    const auto own = must(found(write(folder, {.attributes = both}))).front();
+    EXPECT_EQ(own.manifest.size(), 1u);
+    EXPECT_EQ(own.manifest_file, "");
+}
+
+TEST_F(CryptomatteFile, RanksInPartsOfTheirOwn) {
+    const auto level_in_part = [](const std::string& name, int width) {
+        test::FilePart part{.name = name, .data = {{0, 0}, {width - 1, 3}}};
+        for (const char* word : {"r", "g", "b", "a"}) part.channels.push_back({word, Imf::FLOAT});
+        part.edit = [](Imf::Header& header) { add_attributes(header, attributes()); };
+        return part;
+    };
+    const auto in_parts = [&](const std::string& end, int second_width) {
+        test::write_file(folder.path("parts.exr"),
+                         {level_in_part("crypto_object00" + end, 4),
+                          level_in_part("crypto_object01" + end, second_width)});
+        auto file = must(ExrFile::open(folder.path("parts.exr")));
+        const CryptoView view{end.empty() ? "" : end.substr(1), true};
+        return must(find_cryptomattes(file, Manifests::not_read, {}, view)).at(0);
+    };
+    for (const char* end : {"", ".left"}) {
+        const Cryptomatte one = in_parts(end, 4);
+        ASSERT_EQ(one.levels.size(), 2u) << one.fault.message();
+        EXPECT_TRUE(one.fault.ok()) << one.fault.message();
+        EXPECT_TRUE(one.holds(1, "r"));
+        EXPECT_FALSE(one.holds(2, "r"));
+    }
+    EXPECT_THAT(in_parts("", 5).fault.message(), HasSubstr("ranks are of parts of different size"));
 }
 
 TEST_F(CryptomatteFile, WhatCannotBeRead) {
@@ -243,6 +284,7 @@ TEST_F(CryptomatteFile, WhatCannotBeRead) {
     EXPECT_THAT(error({.attributes = attributes(), .type = Imf::UINT}),
                 HasSubstr("crypto_object00.r is uint"));
     EXPECT_EQ(error({.attributes = {}}), "");
+    EXPECT_EQ(error({.attributes = {{"hash", "MurmurHash3_32"}}}), "") << "it has no name";
     EXPECT_EQ(error({.attributes = attributes()}), "");
 }
 
@@ -258,9 +300,12 @@ TEST_F(CryptomatteFile, AttributesAreTrueOfItsFirstRanks) {
     EXPECT_EQ(lost({"crypto_object01.*"}), 4u);
     EXPECT_EQ(lost({"crypto_object00.r"}), 4u);
     // Attributes that were already invalid are kept.
-    auto other = ExrFile::open(write(folder, {.attributes = attributes({{"name", "other"}})}));
-    EXPECT_THAT(attributes_without_ranks(other->parts()[0], other->parts(), {.channels = {"a"}}),
-                ElementsAre());
+    for (const auto& invalid : {attributes({{"name", "other"}}), {{"hash", "MurmurHash3_32"}}}) {
+        auto other = ExrFile::open(write(folder, {.attributes = invalid}));
+        EXPECT_THAT(
+            attributes_without_ranks(other->parts()[0], other->parts(), {.channels = {"a"}}),
+            ElementsAre());
+    }
 }
 
 ImageF plane(const std::array<float, 3>& values) {

@@ -174,6 +174,18 @@ TEST(DeepReader, ShowsWhatIsBehind) {
     }
 }
 
+TEST(DeepReader, DepthOfEveryTypeSortsTheSamples) {
+    const TempFolder folder;
+    for (const auto& [type, nothing] :
+         {std::pair(Imf::FLOAT, 1e10F), {Imf::HALF, INFINITY}, {Imf::UINT, 0.0F}}) {
+        std::vector<test::FileChannel> channels = kAlphaRedDepth;
+        channels[2].type = type;
+        const auto flat = must(read(write_row(folder, channels, {{{1, 5, 9}, {1, 6, 4}}, {}})));
+        EXPECT_EQ(values_of(flat, "R"), (V{6, 0})) << type;
+        EXPECT_EQ(values_of(flat, "Z"), (V{4, nothing})) << type;
+    }
+}
+
 // A half that overflows is infinite, as in a flat file; a hidden NaN does not count.
 TEST(DeepReader, KeepsValuesThatAreNotFinite) {
     const TempFolder folder;
@@ -261,11 +273,15 @@ TEST(DeepReader, ImpossibleSizesAreRefusedBeforeTheyAreAllocated) {
           {-4, 7, "another chunk is in its place"}})
         EXPECT_THAT(error_of(sizes + size_t(at), int32_t(value)), HasSubstr(why));
 
-    ReadLimits limits;
-    limits.max_chunk_bytes = 64;
-    file.set(whole);
-    EXPECT_THAT(ExrFile::open(file.path(), limits).status().message(),
-                HasSubstr("write it with fewer samples or smaller tiles"));
+    part.samples = [](int, int, size_t) { return std::vector<float>{1, 2, 3, 4}; };
+    for (const auto& [tile, place] :
+         {std::pair(0, "a deep line takes"), {2, "a deep tile takes"}}) {
+        part.tile = tile;
+        file.set(bytes_of_file({part}));
+        EXPECT_THAT(
+            ExrFile::open(file.path(), ReadLimits{.max_chunk_bytes = 64}).status().message(),
+            AllOf(HasSubstr(place), HasSubstr("with fewer samples or smaller tiles")));
+    }
 }
 
 }  // namespace

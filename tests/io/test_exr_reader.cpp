@@ -1,16 +1,19 @@
 #include <ImfChromaticities.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <ImfTimeCodeAttribute.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <half.h>
 
+#include <fcntl.h>
 #include <bit>
 #include <cstring>
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
+#include "tools/sequence/exr/exr_internal.h"
 
 namespace postchain::io::test_exr_reader {
 namespace {
@@ -74,6 +77,34 @@ TEST_F(ExrReader, PartsViewsTypesAndWindows) {
     expect_samples(in, 1, depth);
 }
 
+// OpenEXR's reader asks for few bytes and for whole chunks, in any order.
+TEST_F(ExrReader, BytesOfItsStreamAreThoseOfTheFile) {
+    std::string text;
+    while (text.size() < 1'000'000) text += concat(text.size(), " ");
+    test::write_text(in, text);
+    FdIStream stream(in);
+    stream.take(::open(in.c_str(), O_RDONLY), text.size());
+    for (const auto& [at, count] : {std::pair(500'000, 9),
+                                    {500'100, 9},
+                                    {400'000, 9},
+                                    {3, 700'000},
+                                    {500'090, 300'000},
+                                    {0, 1}}) {
+        std::string read(size_t(count), '?');
+        stream.seekg(uint64_t(at));
+        EXPECT_TRUE(stream.read(read.data(), count));
+        EXPECT_TRUE(read == text.substr(size_t(at), size_t(count))) << at;
+        EXPECT_EQ(stream.tellg(), uint64_t(at + count));
+    }
+    stream.seekg(text.size() - 3);
+    char end[4];
+    EXPECT_FALSE(stream.read(end, 3)) << "nothing follows";
+    for (const uint64_t at : {uint64_t(text.size() - 3), uint64_t(1) << 40}) {
+        stream.seekg(at);
+        EXPECT_THROW(stream.read(end, 4), std::runtime_error);
+    }
+}
+
 TEST_F(ExrReader, ReadsOnlyTheChannelsAskedFor) {
     FilePart part = every_type();
     part.special_values = false;
@@ -89,7 +120,8 @@ TEST_F(ExrReader, ReadsOnlyTheChannelsAskedFor) {
             for (int c = 0; c < 3; ++c)
                 ASSERT_EQ(image.at(x, y, c), sample_value(part, kStored[c], x - 2, y - 3));
     EXPECT_FALSE(file.read_channels(0, {"Q"}).ok());
-    EXPECT_FALSE(file.read_part(1).ok());
+    EXPECT_FALSE(file.read_part(0, {"R", "Q"}).ok());
+    for (const int no_part : {1, -1}) EXPECT_FALSE(file.read_part(no_part).ok());
     // A window of them, with a value for channels that are not there.
     const ImageF crop = must(file.read_part(0)).interleaved({"R"}, {1, 2, 3, 5}, 4, 7);
     EXPECT_EQ(crop.width, 3);
@@ -132,6 +164,7 @@ TEST_F(ExrReader, AttributesAsText) {
         Imf::addFramesPerSecond(h, Imf::Rational(24000, 1001));
         Imf::addMultiView(h, {"left", "right"});
         Imf::addTimeCode(h, Imf::TimeCode(1, 2, 3, 4));
+        h.insert("drop", Imf::TimeCodeAttribute(Imf::TimeCode(10, 20, 30, 9, true)));
         Imf::addChromaticities(h, Imf::Chromaticities());
     };
     write_file(in, {part});
@@ -141,6 +174,7 @@ TEST_F(ExrReader, AttributesAsText) {
                                      {"aperture", "2.8"},
                                      {"framesPerSecond", "24000/1001"},
                                      {"timeCode", "01:02:03:04"},
+                                     {"drop", "10:20:30;09"},
                                      {"compression", "zip"},
                                      {"dataWindow", "(0, 0)-(12, 8)"},
                                      {"multiView", "left, right"}})

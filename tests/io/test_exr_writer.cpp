@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <half.h>
 
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <limits>
@@ -372,6 +373,22 @@ TEST(PlanesWriter, TypesAttributesAndWindows) {
     const auto back = must(ExrFile::open(path));
     EXPECT_EQ(back.parts()[0].attributes.at("comment"), "text");
     EXPECT_EQ(back.parts()[0].attributes.at("aperture"), "2.8");
+    // Under skip it stays.
+    const std::string bytes = test::read_text(path);
+    EXPECT_TRUE(must(write_planes_exr(path, depth, {"Z"}, OnExisting::skip)).skipped);
+    EXPECT_TRUE(test::read_text(path) == bytes);
+}
+
+TEST(PlanesWriter, IntegersAreRoundedIntoTheirRange) {
+    const test::TempFolder folder;
+    ImageF values(6, 1, 1);
+    values.data = {-7, NAN, 2.5f, 4294967040.0f, 4294967296.0f, INFINITY};
+    must(write_planes_exr(folder.path("f.exr"),
+                          {.channels = {{"id", PixelType::uint32, &values, 0}}}));
+    const auto back = must(must(ExrFile::open(folder.path("f.exr"))).read_part(0));
+    std::array<uint32_t, 6> stored;
+    std::memcpy(stored.data(), back.planes[0].bytes.get(), sizeof(stored));
+    EXPECT_THAT(stored, ElementsAre(0, 0, 3, 4294967040u, 4294967295u, 4294967295u));
 }
 
 TEST(PlanesWriter, SizesThatDifferAreADefectOfTheCaller) {

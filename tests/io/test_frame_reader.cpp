@@ -99,11 +99,46 @@ TEST_F(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
     EXPECT_EQ(z.at(0, 0), sample_value(depth, 0, 2, 1));
     EXPECT_EQ(z.at(5, 4), sample_value(depth, 0, 7, 5));
 
-    depth.data = {{3, 0}, {9, 9}};  // one column missing
-    write_file(in, {color, depth});
-    const auto bad = read_frame(must(open_frame({{Role::color, in}}, 1)), roles,
-                                {Role::inverse_depth}, Keep::nothing);
-    EXPECT_THAT(bad.status().message(), HasSubstr("(3, 0)-(9, 9), does not cover"));
+    // One column or row is missing.
+    for (const Imath::Box2i& window :
+         {Imath::Box2i{{3, 0}, {9, 9}}, {{-3, 0}, {6, 9}}, {{-3, 2}, {9, 9}}, {{-3, 0}, {9, 4}}}) {
+        depth.data = window;
+        write_file(in, {color, depth});
+        const auto bad = read_frame(must(open_frame({{Role::color, in}}, 1)), roles,
+                                    {Role::inverse_depth}, Keep::nothing);
+        const auto& [min, max] = std::pair(window.min, window.max);
+        EXPECT_THAT(bad.status().message(), HasSubstr(concat("(", min.x, ", ", min.y, ")-(", max.x,
+                                                             ", ", max.y, "), does not cover")));
+    }
+}
+
+// Counts how often the pixels of its part are read.
+class CountedFile : public PixelFile {
+  public:
+    CountedFile() {
+        ExrPart& part = parts_.emplace_back();
+        part.data_window = {0, 0, 2, 1};
+        for (const auto& [role, from] : kCycles)
+            for (const auto& name : from.channels) part.channels.push_back({name});
+    }
+    int rows_at_once(int) const override { return 1; }
+    int reads = 0;
+
+  private:
+    Status read_planes(PartPixels& pixels) override {
+        for (auto& plane : pixels.planes)
+            std::fill_n(plane.bytes.get(), plane.total_bytes(), std::byte(0));
+        ++reads;
+        return {};
+    }
+};
+
+TEST_F(FrameReader, EveryPartIsReadOnce) {
+    const auto file = std::make_shared<CountedFile>();
+    const FrameFiles files{.files = {{Role::color, file}}};
+    const RoleSet all = {Role::color, Role::inverse_depth, Role::motion, Role::motion_back};
+    EXPECT_EQ(must(read_frame(files, kCycles, all, Keep::nothing)).planes.size(), 4u);
+    EXPECT_EQ(file->reads, 1);
 }
 
 TEST_F(FrameReader, PlanesInFilesOfTheirOwn) {

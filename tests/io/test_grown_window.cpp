@@ -28,6 +28,16 @@ TEST(GrownWindow, VectorsAroundHaveTheirOwnBias) {
     EXPECT_EQ(outside_value(Role::motion_back, convention, PixelType::half), 0.5f);
 }
 
+TEST(Window, OfOneColumnOrRowIsNotEmpty) {
+    const Window column{3, 0, 3, 4}, row{0, 3, 4, 3};
+    for (const Window& one : {column, row}) EXPECT_EQ(one.pixels(), 5u);
+    EXPECT_EQ(column.intersected(row), (Window{3, 3, 3, 3}));
+    for (const Window& beside : {Window{4, 0, 9, 4}, Window{0, 5, 9, 9}}) {
+        EXPECT_TRUE(column.intersected(beside).empty());
+        EXPECT_EQ(column.intersected(beside).pixels(), 0u);
+    }
+}
+
 // A larger data window than the file's, in parts of every kind: new pixels are clear, infinitely
 // far and still; samples of subsampled channels stay at their pixels.
 TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
@@ -50,8 +60,10 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         int tile;
         bool parts;
         Imf::Compression compression;
+        Imf::PixelType depth = Imf::FLOAT;
     };
     for (const Case& one : {Case{"lines", 0, false, Imf::ZIP_COMPRESSION},
+                            Case{"half_depth", 0, false, Imf::ZIP_COMPRESSION, Imf::HALF},
                             Case{"tiles", 8, false, Imf::PIZ_COMPRESSION},
                             Case{"parts", 0, true, Imf::RLE_COMPRESSION},
                             Case{"tiled_parts", 8, true, Imf::NO_COMPRESSION}}) {
@@ -59,6 +71,9 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         std::vector<FilePart> parts = {beauty};
         parts[0].tile = one.tile;
         parts[0].compression = one.compression;
+        parts[0].channels[6].type = one.depth;
+        const bool half = one.depth == Imf::HALF;
+        const float far = half ? std::numeric_limits<float>::infinity() : 1e10f;
         // Tiles cannot have subsampled channels, and OpenImageIO cannot read files with them.
         const bool sampled = !one.tile && !one.parts;
         if (!sampled) parts[0].channels.erase(parts[0].channels.begin() + 5);
@@ -79,7 +94,7 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         // The planes, with the pixels around them.
         EXPECT_EQ(frame.planes.at(Role::color).width, 41);
         EXPECT_EQ(frame.planes.at(Role::color).height, 25);
-        EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(0, 0), 1e10f);
+        EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(0, 0), far);
         EXPECT_EQ(frame.planes.at(Role::motion).at(40, 24, 1), 0.5f);
         EXPECT_EQ(frame.planes.at(Role::color).at(5, 12, 3), 0);
         EXPECT_EQ(frame.planes.at(Role::color).at(6, 6, 3), test::sample_value(parts[0], 3, -4, 6));
@@ -98,8 +113,10 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         for (size_t c = 4; c < parts[0].channels.size(); ++c) {
             const std::string name = parts[0].channels[c].name;
             // half.Z is of no plane.
-            const float outside = name == "Z" ? 1e10f : name.starts_with("mv.") ? 0.5f : 0;
-            expect_channel(pixels, parts[0], c, std::bit_cast<uint32_t>(outside));
+            const float outside = name == "Z" ? far : name.starts_with("mv.") ? 0.5f : 0;
+            const bool half_infinity = half && name == "Z";
+            expect_channel(pixels, parts[0], c,
+                           half_infinity ? 0x7c00u : std::bit_cast<uint32_t>(outside));
         }
         if (one.parts) {
             EXPECT_EQ(oiio_channels(in, 1), oiio_channels(out, 1));

@@ -279,6 +279,15 @@ TEST(HostileHeader, CountsAndOrdersOfChunks) {
     }
 }
 
+TEST(HostileHeader, MorePartsThanAnyFileHas) {
+    std::string bytes = bytes_of_file({rgba_z("a"), rgba_z("b")});
+    const std::string first = std::string("channels\0chlist", 15);
+    const std::string part = bytes.substr(8, bytes.find(first, 8 + first.size()) - 8);
+    std::string parts;
+    for (int i = 0; i < 4095; ++i) parts += part;
+    EXPECT_THAT(error_of(bytes.insert(8, parts)), HasSubstr("too many parts"));
+}
+
 // Deep parts are copied chunk by chunk, into buffers of the stated size of a chunk.
 TEST(HostileHeader, DeepChunksLargerThanTheFile) {
     for (const int tile : {0, 4}) {

@@ -134,6 +134,17 @@ TEST_F(HostileImage, TextsAndDataThatBecomeMoreThanTheirLimit) {
     std::string texts;
     for (int i = 0; i < 8; ++i) texts += text;
     EXPECT_THAT(with(texts), HasSubstr("more than 64 MiB"));
+    // With a language and a translated keyword; one that is not packed; some that end too early.
+    const auto international = [](const std::string& head, size_t size) {
+        return chunk("iTXt", head + packed(std::string(size, '\0')));
+    };
+    const std::string head("Comment\0\1\0en\0Kommentar\0", 23), plain("Comment\0\0\0\0\0", 12);
+    EXPECT_EQ(with(international(head, 9000000)), "");
+    EXPECT_THAT(with(international(head, 67108864)), HasSubstr("more than 64 MiB"));
+    EXPECT_THAT(with(international(plain, 67108864)), testing::Not(HasSubstr("64 MiB")));
+    for (const size_t end : {3, 8, 9, 10, 12, 16})
+        EXPECT_THAT(with(chunk("iTXt", head.substr(0, end))), testing::Not(HasSubstr("64 MiB")));
+    EXPECT_THAT(with(chunk("zTXt", "Comment")), testing::Not(HasSubstr("64 MiB")));
     // A profile with a stated size of 1.9 GB and few packed bytes.
     const std::string stated = big(0x70000000) + std::string(200, '\0');
     EXPECT_THAT(with(chunk("iCCP", std::string("p\0\0", 3) + packed(stated))),
@@ -147,6 +158,26 @@ TEST_F(HostileImage, TextsAndDataThatBecomeMoreThanTheirLimit) {
     if (dpx[0] == 'X') std::reverse(size.begin(), size.end());
     EXPECT_THAT(fault_of("b.dpx", std::string(dpx).replace(32, 4, size)),
                 HasSubstr("bytes of data of its writer"));
+}
+
+// OpenImageIO gives what is in memory for what is missing.
+TEST_F(HostileImage, EveryFormOfDpxEndsWithItsLastPixel) {
+    for (const char* order : {"big", "little"})
+        for (const char* packing : {"Packed", "Filled, method A"})
+            for (const int bits : {8, 10, 12, 16}) {
+                SCOPED_TRACE(testing::Message() << order << " " << packing << " " << bits);
+                OIIO::ImageSpec spec(17, 16, 3,
+                                     bits == 8 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16);
+                spec.attribute("oiio:BitsPerSample", bits);
+                spec.attribute("oiio:Endian", order);
+                spec.attribute("dpx:Packing", packing);
+                const std::string dpx = bytes_of("a.dpx", spec);
+                EXPECT_EQ(dpx[0], *order == 'b' ? 'S' : 'X');
+                EXPECT_EQ(fault_of("a.dpx", dpx), "");
+                EXPECT_THAT(fault_of("b.dpx", dpx.substr(0, dpx.size() - 4)),
+                            HasSubstr("truncated"));
+            }
+    EXPECT_NE(fault_of("c.dpx", std::string("SDPX\0\0\0\0", 8)), "");
 }
 
 TEST_F(HostileImage, TilesLargerThanTheirLimit) {

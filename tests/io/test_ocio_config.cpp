@@ -119,8 +119,12 @@ TEST_F(OcioConfig, ThatCannotBeUsedIsRefused) {
     const Status status = calls().ocio_sources(at("c.ocio")).status();
     EXPECT_EQ(status.code(), StatusCode::input);
     EXPECT_THAT(status.message(), HasSubstr("c.ocio: not a usable OpenColorIO configuration"));
-    write_config(times("2"));
-    EXPECT_TRUE(calls().ocio_sources(at("c.ocio")).ok());
+    write_config("!<FileTransform> {src: film.spi1d}");
+    fs::create_directory(at("film.spi1d"));
+    EXPECT_THAT(calls().ocio_sources(at("c.ocio")).status().message(),
+                HasSubstr("film.spi1d: is not a file"));
+    write_config(times("2"), "${FIRST}:%SECOND%:$THIRD");
+    EXPECT_EQ(must(calls().ocio_sources(at("c.ocio"))).variables.size(), 3u);
 }
 
 }  // namespace

@@ -22,7 +22,8 @@ TEST(ParameterJson, EveryTypeHasOneForm) {
 }
 
 TEST(ParameterJson, WhatHasNoFormIsNoValue) {
-    for (const char* text : {"{}", "[]", "[1]", "[1,2,3]", "[1,\"a\"]", "9223372036854775808"})
+    for (const char* text :
+         {"{}", "[]", "[1]", "[1,2,3]", "[1,\"a\"]", "[\"a\",1]", "9223372036854775808"})
         EXPECT_FALSE(value_of(Json::parse(text)).has_value()) << text;
     EXPECT_EQ(*value_of(Json::parse("9223372036854775807")), ParameterValue(INT64_MAX));
 }
@@ -57,6 +58,8 @@ TEST(ParameterJson, WhatTheChainWritesBecomesTheSameText) {
         JsonArray{1, "x", JsonArray()},
         JsonObject{{"b", 2}, {"a", JsonObject{{"c", JsonValue()}}}}};
     for (const JsonValue& value : values) EXPECT_EQ(json_from(value).dump(), json_text(value));
+    // Its shortest text has no exponent, but it is no integer of 64 bits.
+    EXPECT_EQ(json_from(123456789012345680000.0), Json(123456789012345680000.0));
 }
 
 }  // namespace

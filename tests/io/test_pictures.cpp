@@ -13,6 +13,7 @@
 #include "tests/support/status.h"
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/image_writer.h"
+#include "tools/sequence/image/png.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/image/transfer.h"
 
@@ -162,6 +163,7 @@ TEST(Preview, KeepsItsProvenance) {
     EXPECT_EQ(provenance_of(whole + "more"), "");
     EXPECT_EQ(provenance_of(whole), "work 12 shown 34");
     EXPECT_EQ(preview_provenance(folder.path("none.png")), "");
+    EXPECT_EQ(provenance_of(with_png_text(whole, "author", "me")), "work 12 shown 34");
     ASSERT_TRUE(write_png_preview(folder.path("plain.png"), color).ok());
     EXPECT_EQ(preview_provenance(folder.path("plain.png")), "");
 }

@@ -98,10 +98,13 @@ TEST(PathPattern, MatchesWhatItFormatsAndNothingElse) {
     EXPECT_EQ(p.match("b.-0005.exr"), -5);  // as some programs write it
     for (const char* name :
          {"b.007.exr", "b.00007.exr", "b..exr", "b.exr", "c.0007.exr", "b.0007.exr2", "b.00a7.exr",
-          "b. 007.exr", "b.+007.exr", ".b.0007.exr.4711.tmp", "b.99999999999.exr", "b.-0000.exr"})
+          "b. 007.exr", "b.+007.exr", ".b.0007.exr.4711.tmp", "b.99999999999.exr", "b.-0000.exr",
+          "b.-00005.exr"})
         EXPECT_FALSE(p.match(name).has_value()) << name;
     EXPECT_EQ(pattern_of("b.@.exr").match("b.0007.exr"), std::nullopt);
     EXPECT_EQ(pattern_of("#").match(".7.55.tmp"), std::nullopt);
+    EXPECT_EQ(pattern_of("x/b.0007.exr").match("b.0007.exr"), 7);
+    EXPECT_EQ(pattern_of("x/b.0007.exr").match("b.0008.exr"), std::nullopt);
 }
 
 TEST(PathPattern, NumberOfASingleFileIsItsLastGroupOfDigits) {
@@ -144,6 +147,8 @@ TEST(PathPattern, RefusesAPathThatTheSystemDoesNotTake) {
     const std::string error = error_of(PathPattern::parse(longest + "a"));
     EXPECT_THAT(error, HasSubstr("longer than 4095 bytes"));
     EXPECT_LT(error.size(), 200u) << "it does not repeat the path";
+    EXPECT_THAT(error_of(InputSpec::parse(std::string(6 * PATH_MAX, 'a'))),
+                HasSubstr("longer than five paths"));
     EXPECT_THAT(error_of(InputSpec::parse("color=A.exr,depth=" + longest + "a")),
                 HasSubstr("input depth: path 'aaaa"));
 }
@@ -202,8 +207,8 @@ TEST(Chunk, ReadsIOfN) {
     EXPECT_EQ(chunk.count, 8);
     for (const char* text : {"1/1", "1/8", "8/8", "1000000/1000000"})
         EXPECT_TRUE(Chunk::parse(text).ok()) << text;
-    for (const char* text : {"", "3", "3/", "/8", "0/8", "9/8", "-1/8", "3/8 ", "3/8/1", "3/-8",
-                             "a/b", "1/1000001", "99999999999/99999999999"}) {
+    for (const char* text : {"", "3", "3/", "3x8", "/8", "0/8", "9/8", "-1/8", "3/8 ", "3/8/1",
+                             "3/-8", "a/b", "1/1000001", "99999999999/99999999999"}) {
         EXPECT_EQ(Chunk::parse(text).status().code(), StatusCode::usage) << text;
         EXPECT_THAT(error_of(Chunk::parse(text)), HasSubstr("I/N"));
     }
@@ -234,6 +239,10 @@ TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
     EXPECT_THAT(list.frames, ElementsAre(5, 8));
     EXPECT_THAT(list.gaps, ElementsAre(6, 7));
     EXPECT_EQ(list.files.size(), 2u);
+    list = list_of(folder.path("b.##.exr"));
+    list.keep({1, 8});
+    EXPECT_THAT(list.frames, IsEmpty());
+    EXPECT_THAT(list.gaps, IsEmpty());
     FrameList asked = list_of(folder.path("b.##.exr"), "1-8");
     asked.keep({1, 2});
     EXPECT_THAT(asked.frames, ElementsAre(1, 2, 3, 4));

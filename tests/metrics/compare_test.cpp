@@ -50,6 +50,19 @@ TEST(Compare, MapsDoNotNeedTheirMetric) {
     }
 }
 
+TEST(Compare, EachPercentileByItself) {
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
+    for (const char* name :
+         {"difference_p50", "difference_p95", "difference_p99", "difference_max"}) {
+        CompareSettings settings;
+        settings.metrics = {name};
+        const Comparison result = test::must(compare(both, settings));
+        ASSERT_EQ(result.values.size(), 1u) << name;
+        EXPECT_EQ(result.values[0].first, name);
+        EXPECT_GT(*result.value(name), 0);
+    }
+}
+
 TEST(Compare, UsesTheGivenExposures) {
     const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     CompareSettings settings;

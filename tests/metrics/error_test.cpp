@@ -93,6 +93,8 @@ TEST(Pair, AlphaIsNotCompared) {
 TEST(Pair, RefusesWhatIsNoPair) {
     EXPECT_EQ(pair_of(gray(3, 2, 0), gray(2, 3, 0)).status().code(), StatusCode::input);
     EXPECT_EQ(pair_of(ImageF(), ImageF()).status().code(), StatusCode::input);
+    EXPECT_EQ(pair_of(gray(3, 2, 0), ImageF()).status().message(),
+              "reference: the image has no pixels");
     EXPECT_EQ(pair_of(ImageF(2, 2, 1), ImageF(2, 2, 1)).status().code(), StatusCode::input);
 }
 

@@ -209,6 +209,8 @@ TEST(GridError, RefusesWhatLeavesNothing) {
     GridError error(10);
     const auto image = one(scene());
     EXPECT_EQ(error.add(image, image, 5, 0).code(), StatusCode::input);
+    EXPECT_EQ(error.add(one(gray(40, 20, 0)), one(gray(40, 20, 0)), 0, 5).code(),
+              StatusCode::input);
     EXPECT_EQ(error.add(image, one(gray(3, 3, 0)), 0, 0).code(), StatusCode::input);
     EXPECT_FALSE(error.mean());
 }

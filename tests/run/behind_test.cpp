@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "chain/frame/behind.h"
 #include "tests/run/fixture.h"
+#include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain::sequence {
@@ -114,12 +117,62 @@ TEST_F(BehindTest, ThatChangesMeanwhileFailsTheFrame) {
     EXPECT_THAT(summary->first_failure.message(), HasSubstr("behind.0002.exr: was changed"));
 }
 
+TEST_F(BehindTest, HasTheLayersOfTheFrame) {
+    const io::Window own = {0, 0, 47, 31}, larger = {-4, -3, 55, 36};
+    const auto with_layers = [](const std::vector<std::string>& layers, float value) {
+        test::FrameFile file;
+        for (const std::string& layer : layers)
+            for (const char* channel : {".R", ".G", ".B"})
+                file.mattes["ViewLayer." + layer + channel] =
+                    ImageF(48, 32, 1, layer == "light" ? value : 99);
+        return file;
+    };
+    test::write_sequence(folder_.path(""), {1, 2, 3}, 48, 32, with_layers({"light"}, 0.5f));
+    settings_.source.layers.aovs = "all";
+    const auto light = [&](test::FrameFile file, const io::Window& window = {0, 0, 47, 31}) {
+        test::Planes planes = test::make_planes(48, 32);
+        for (ImageF* plane : {&planes.color, &planes.depth, &planes.motion, &planes.back})
+            *plane = io::placed(*plane, own, window);
+        for (auto& [name, plane] : file.mattes) plane = io::placed(plane, own, window);
+        file.origin_x = window.min_x;
+        file.origin_y = window.min_y;
+        file.display = own;
+        test::write_frame(at("behind.0002.exr"), planes, file);
+        behind(at("behind.####.exr"));
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        return *io::ExrFile::open(out(2))->read_channels(0, {"ViewLayer.light.R"});
+    };
+    const ImageF plain = light(with_layers({"light"}, 8));
+    EXPECT_GT(*std::max_element(plain.data.begin(), plain.data.end()), 0.6f) << "it is seen";
+    EXPECT_EQ(light(with_layers({"extra", "light", "more"}, 8)), plain);
+    EXPECT_EQ(light(with_layers({"light"}, 8), larger), plain);
+    behind_of_frame_2();
+    EXPECT_THAT(failure(), HasSubstr("behind lacks these layers of the frame: ViewLayer.light"));
+    // Neither is filtered with it.
+    const auto without = HasSubstr("filtered without the layer behind: ");
+    light(with_layers({"light"}, 8));
+    test::write_frame(in(3), test::make_planes(48, 32, 3));
+    EXPECT_THAT(last_frame().warnings, ::testing::Contains(without));
+    test::FrameFile ids = with_layers({"crypto00"}, 0);
+    ids.mattes["ViewLayer.crypto00.A"] = ImageF(48, 32, 1);
+    ids.attributes["cryptomatte/1/name"] = std::string("ViewLayer.crypto");
+    test::write_frame(in(2), test::make_planes(48, 32, 2), ids);
+    settings_.source.layers.aovs.clear();
+    settings_.source.layers.cryptomatte = CryptomatteChoice::filter;
+    EXPECT_THAT(last_frame().warnings, ::testing::Contains(without));
+}
+
 TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {
     behind(at("none.####.exr"));
     EXPECT_THAT(failure(), HasSubstr("none.0002.exr: 1 of the requested frames are not on disk"));
     behind_of_frame_2({.depth = false, .motion = false});
     EXPECT_THAT(failure(),
                 HasSubstr("behind.0002.exr: the layer behind has no inverse_depth, motion"));
+    test::write_frame(at("right.0002.exr"), test::make_planes(48, 32),
+                      {.attributes = {{"view", std::string("right")}}});
+    behind(at("right.####.exr"));
+    EXPECT_THAT(failure(), HasSubstr("right.0002.exr: the layer behind has no view"));
     test::write_frame(at("small.0002.exr"), test::make_planes(40, 32));
     behind(at("small.####.exr"));
     EXPECT_THAT(failure(), HasSubstr("small.0002.exr: the layer behind has display window"));

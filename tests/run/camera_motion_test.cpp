@@ -90,6 +90,9 @@ TEST(CameraMotion, WhatComesToLieBehindTheCameraGetsNone) {
     const Scene both({view({0, 0, 0}), view({0, 0, 1}), view({0, 0, -5}), 1});
     EXPECT_EQ(both.at(Role::motion, 1, 1, 0), 0);
     EXPECT_NEAR(both.at(Role::motion_back, 1, 1, 0), from_middle_x(1) / 5, 1e-5);
+    const Scene other({view({0, 0, 0}), view({0, 0, -5}), view({0, 0, 1}), 1});
+    EXPECT_EQ(other.at(Role::motion_back, 1, 1, 0), 0);
+    EXPECT_NEAR(other.at(Role::motion, 1, 1, 0), -from_middle_x(1) / 5, 1e-5);
 }
 
 io::CameraMetadata standing(double x, double z = 0) {
@@ -119,6 +122,54 @@ TEST(CameraMotion, NeedsAMatrixOfTheFrameAndOfOneBesideIt) {
         for (Role role : {Role::motion, Role::motion_back})
             EXPECT_NEAR(scene.at(role, 8, 8, 0), -1.25 * kWidth * 0.1 / kDistance, 1e-4);
     }
+}
+
+TEST(CameraMotion, AZoomOnEitherSideTurnsTheView) {
+    const SkyView still = view({0, 0, 0}), closer = view({0, 0, 0}, kStraight, 1.5 * kFocal);
+    EXPECT_FALSE((SkyViews{still, still, still}.turns()));
+    EXPECT_TRUE((SkyViews{still, closer, still}.turns()));
+    EXPECT_TRUE((SkyViews{still, still, closer}.turns()));
+}
+
+TEST(CameraMotion, ViewsNeedAFocalLengthAndVectorsOfSurfacesAPosition) {
+    const Display display = {kWidth, kHeight, 1};
+    const auto views = [&](const std::string& lens, bool in_file, const char* fourth) {
+        const std::string matrices = concat(
+            R"(, "camera_matrix_world": {"4": [[1,0,0,9], [0,1,0,9], [0,0,1,9]],
+               "5": [[1,0,0,9], [0,1,0,9], [0,0,1,9]], "6": [[1,0,0)",
+            fourth, "], [0,1,0", fourth, "], [0,0,1", fourth, "]]}}");
+        const CameraFile file = parse_camera("{" + lens + (in_file ? matrices : "}"), "c");
+        return sky_views(&file,
+                         [&](int frame) {
+                             io::CameraMetadata metadata = standing(frame);
+                             metadata.pose->focal_widths.reset();
+                             if (in_file || frame == 4) metadata.pose.reset();
+                             return metadata;
+                         },
+                         5, display, {});
+    };
+    const std::string focal = R"("focal_length_mm": 45)",
+                      both = focal + R"(, "sensor_width_mm": 36)";
+    for (const bool in_file : {true, false}) {
+        for (const std::string& lens : {std::string(), focal})
+            EXPECT_FALSE(views(lens, in_file, ""));
+        ASSERT_TRUE(views(both, in_file, ", 9"));
+        EXPECT_EQ(views(both, in_file, ", 9")->now.focal_px, 1.25 * kWidth);
+        EXPECT_EQ(views(both, in_file, ", 9")->knows_before, in_file);
+        EXPECT_TRUE(views(both, in_file, ", 9")->have_positions());
+    }
+    EXPECT_FALSE(views(both, true, "")->have_positions());
+}
+
+// Infinitely far, still, and with any light or coverage.
+TEST(CameraMotion, SkyIsWhatIsNotClear) {
+    FramePlanes planes = {{Role::color, ImageF(6, 1, 4)},
+                          {Role::inverse_depth, ImageF(6, 1, 1)},
+                          {Role::motion, ImageF(6, 1, 2)}};
+    for (int i = 0; i < 4; ++i) planes.at(Role::color).at(i, 0, i) = 0.5f;
+    planes.at(Role::color).at(5, 0, 3) = 1;
+    planes.at(Role::motion).at(5, 0, 1) = 3;
+    EXPECT_EQ(count_sky(planes).sky, 4u);
 }
 
 // Back by 9 units per frame: a point at distance 4 shrinks to 4/13. Extrapolated, the camera of the
@@ -197,6 +248,16 @@ TEST(CameraMotion, ZoomNeedsAFocalLengthOfTheFrameAndOfOneBesideIt) {
     EXPECT_DOUBLE_EQ(zoom(6)->before, 0.8);
     EXPECT_DOUBLE_EQ(zoom(6)->after, 1);
     EXPECT_FALSE(zoom(7));  // still on the side that is known
+    EXPECT_FALSE(zoom_of(parse_camera(R"({"frames": {"5": {"focal_length_mm": 40}}})", "c"), {}, 5,
+                         display, {}));
+    const auto later =
+        zoom_of(parse_camera(R"({"sensor_width_mm": 36, "frames": {"4": {"focal_length_mm": 40},
+            "5": {"focal_length_mm": 40}, "6": {"focal_length_mm": 50}}})",
+                             "c"),
+                {}, 5, display, {});
+    ASSERT_TRUE(later);
+    EXPECT_EQ(later->before, 1);
+    EXPECT_DOUBLE_EQ(later->after, 1.25);
     EXPECT_FALSE(zoom(5, {5}));
     EXPECT_FALSE(zoom(6, {5}));
     EXPECT_FALSE(zoom_of(parse_camera(R"({"focal_length_mm": 30, "sensor_width_mm": 36})", "c"), {},

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "chain/frame/behind.h"
 #include "config/profile.h"
 #include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
@@ -30,14 +31,16 @@ class FrameLayersTest : public testing::Test {
         test::FilePart color{
             .name = "color", .data = {{0, 0}, {7, 7}}, .display = {{0, 0}, {7, 7}}};
         const auto add = [](test::FilePart& part, const std::string& layer,
-                            Imf::PixelType type = Imf::HALF, int sampling = 1) {
+                            Imf::PixelType type = Imf::HALF, int x_sampling = 1,
+                            int y_sampling = 1) {
             for (const char* channel : {"B", "G", "R"})
-                part.channels.push_back({layer + channel, type, sampling});
+                part.channels.push_back({layer + channel, type, x_sampling, y_sampling});
         };
         add(color, "");
         add(color, "ids.", Imf::UINT);
         add(color, "plain.");
         add(color, "small.", Imf::HALF, 2);
+        add(color, "low.", Imf::HALF, 1, 2);
         color.channels.push_back({"normal.X"});
         test::FilePart apart{
             .name = "apart", .data = {{0, 0}, {5, 7}}, .display = {{0, 0}, {7, 7}}};
@@ -75,6 +78,7 @@ TEST_F(FrameLayersTest, OfAllThoseAreLeftThatCannotBeFiltered) {
     EXPECT_THAT(left(*layers),
                 UnorderedElementsAre(Pair("color.ids", testing::HasSubstr("integer")),
                                      Pair("color.small", testing::HasSubstr("subsampled")),
+                                     Pair("color.low", testing::HasSubstr("subsampled")),
                                      Pair("color.normal", testing::HasSubstr("not R, G, B")),
                                      Pair("apart", testing::HasSubstr("size"))));
 }
@@ -144,6 +148,51 @@ TEST_F(FrameLayersTest, IdsWithoutAManifestAreFoundByWholeNames) {
     }
 }
 
+// Two cryptomattes: both have the ball, one a cube.
+TEST_F(FrameLayersTest, AMatteOfIdsNamesItsCryptomatte) {
+    const std::string cube = R"({"ball": "00000007", "cube": "00000009"})";
+    const auto message = [&](const std::string& matte, const std::string& first = "{}",
+                             const char* second = R"({"ball": "00000007"})",
+                             const char* hash = "MurmurHash3_32") {
+        test::FrameFile file;
+        for (const char* name : {"first", "second"}) {
+            const bool is_first = *name == 'f';
+            for (const char* channel : {"R", "G", "B", "A"})
+                file.mattes[concat(name, "00.", channel)] = ImageF(8, 8, 1);
+            const std::string key = concat("cryptomatte/", name, "/");
+            file.attributes[key + "name"] = std::string(name);
+            file.attributes[key + "hash"] = std::string(is_first ? "MurmurHash3_32" : hash);
+            file.attributes[key + "manifest"] = is_first ? first : std::string(second);
+        }
+        test::write_frame(path_, test::make_planes(8, 8), file);
+        settings_.mattes = {matte};
+        return test::error_of(found());
+    };
+    using testing::HasSubstr;
+    EXPECT_EQ(message("cryptomatte:cube", cube), "");
+    EXPECT_EQ(found()->mattes[0].ids.begin()->second, std::vector<io::CryptoId>{0x00800009u});
+    EXPECT_EQ(message("first:ball", cube), "");
+    EXPECT_THAT(message("second:cube", cube),
+                HasSubstr("no 'cube' in the cryptomatte; it has ball"));
+    EXPECT_THAT(
+        message("cryptomatte:ball", cube),
+        HasSubstr("'ball' is in several cryptomattes; choose one: first:ball or second:ball"));
+    EXPECT_THAT(message("cryptomatte:,", cube), HasSubstr("give a name after the colon"));
+    EXPECT_THAT(message("third:ball", cube), HasSubstr("unknown channel; give a channel"));
+    // Without manifests.
+    EXPECT_EQ(message("cryptomatte:hero"), "") << "by its hash, in the first";
+    EXPECT_THAT(message("cryptomatte:he*"), HasSubstr("patterns need a manifest"));
+    EXPECT_THAT(message("cryptomatte:hero", "{}", "{}"),
+                HasSubstr("several cryptomattes have no manifest; choose one"));
+    // One that cannot be used.
+    EXPECT_THAT(message("second:ball", cube, "{}", "MD5"), HasSubstr("its hash is \"MD5\""));
+    EXPECT_THAT(message("cryptomatte:hero", cube, "{}", "MD5"),
+                testing::AllOf(HasSubstr("no 'hero' in"), HasSubstr("; and "), HasSubstr("MD5")));
+    std::string many = "{";
+    for (int i = 100; i < 141; ++i) many += concat(i > 100 ? ", " : "", "\"id", i, "\": \"7\"");
+    EXPECT_THAT(message("first:hero", many + "}"), HasSubstr("id138, id139, ..."));
+}
+
 TEST(FillMask, IsAboveTheLayersOfEachFrame) {
     const auto image = [](float value, int rows = 1) {
         return std::make_shared<const ImageF>(2, rows, 4, value);
@@ -160,6 +209,7 @@ TEST(FillMask, IsAboveTheLayersOfEachFrame) {
             planes[Role::layers_after] = image(6);
             frame.layers = 1;
         }
+        planes[Role::behind] = image(7, kBehindPlanes + int(layered));
         frame.planes = {};
         for (const auto& [role, plane] : planes) frame.planes.add(role);
         planes = planes_with_fill_mask(planes, frame);
@@ -171,7 +221,20 @@ TEST(FillMask, IsAboveTheLayersOfEachFrame) {
             EXPECT_EQ(rest, layered ? *image(value++) : ImageF());
         }
         EXPECT_EQ(with_fill_mask(frame).layers, layered ? 2 : 1);
+        // Of what is behind, it is the first layer.
+        const ImageF& behind = *planes.at(Role::behind);
+        EXPECT_EQ(behind.height, kBehindPlanes + int(layered) + 1);
+        for (int y = 0; y < behind.height; ++y)
+            for (int c = 0; c < 2; ++c)
+                EXPECT_EQ(behind.at(1, y, c), y == kBehindPlanes ? float(1 - c) : 7) << y;
     }
+}
+
+TEST(FillMask, HasAName) {
+    EXPECT_TRUE(check_fill_mask("fill-2.mask_A").ok());
+    for (const std::string& name :
+         {std::string(300, 'f'), std::string(".fill"), std::string("a b")})
+        EXPECT_FALSE(check_fill_mask(name).ok()) << name;
 }
 
 // The shares of each pixel sum to 1, also if a pass has made one of them negative.
@@ -251,6 +314,60 @@ TEST_F(LayersOfARun, AFilteredCryptomatteIsBlurredAndItsCoveragesSumToOne) {
     ASSERT_TRUE(last_frame().status.ok());
     EXPECT_EQ(matte(out(2), "ball"), ball);
     for (const float value : matte(out(2), "wall").data) ASSERT_EQ(value, 0);
+    // Nothing is filtered.
+    chain_ = test::chain_of("motion_blur", {{"shutter_frames", 0.0}});
+    settings_.source.layers.ids.clear();
+    ASSERT_TRUE(last_frame().status.ok());
+    EXPECT_EQ(matte(out(2), "ball"), matte(before_, "ball"));
+}
+
+// Each is filtered as without the other, also if the frames beside it lack the other.
+TEST_F(SequenceTest, TwoCryptomattesAreFilteredEachByItself) {
+    settings_.source.layers.cryptomatte = CryptomatteChoice::filter;
+    settings_.on_existing = io::OnExisting::overwrite;
+    frames("2");
+    using Ranks = std::pair<std::vector<io::CryptoId>, std::vector<float>>;
+    const auto filtered = [&](const std::vector<std::string>& names, bool beside = true) {
+        for (const int frame : {1, 2, 3}) {
+            test::FrameFile file;
+            for (const std::string& name : names) {
+                const bool first = name == "first";
+                if (!first && !beside && frame != 2) continue;
+                const auto value = [&](const char* channel, const auto& at) {
+                    ImageF& plane = file.mattes[concat(name, "00.", channel)] = ImageF(48, 32, 1);
+                    for (int y = 0; y < 32; ++y)
+                        for (int x = 0; x < 48; ++x) plane.at(x, y) = at(x, y);
+                };
+                // Of the same ids: columns, and rows.
+                value("R", [&](int x, int y) { return (first ? x < 20 : y < 13) ? 3.0f : 5.0f; });
+                value("G", [&](int, int) { return first ? 1.0f : 0.5f; });
+                for (const char* channel : {"B", "A"})
+                    value(channel, [](int, int) { return 0.0f; });
+                const std::string key = concat("cryptomatte/", name, "/");
+                file.attributes[key + "name"] = name;
+                file.attributes[key + "hash"] = std::string("MurmurHash3_32");
+            }
+            test::write_frame(in(frame), test::make_planes(48, 32, frame), file);
+        }
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        std::map<std::string, Ranks> ranks;
+        const auto file = must(io::open_pixels(out(2)));
+        for (const io::Cryptomatte& one :
+             must(io::find_cryptomattes(*file, io::Manifests::not_read))) {
+            const auto read = must(io::read_ranks(*file, one, file->parts()[0].data_window));
+            ranks[one.name] = {read.ids, read.coverages};
+        }
+        return ranks;
+    };
+    for (const char* mode : {"guertin", "inverse_warp"}) {
+        chain_ = test::chain_of("motion_blur", {{"mode", mode}, {"shutter_frames", 0.5}});
+        const auto both = filtered({"first", "second"});
+        ASSERT_EQ(both.size(), 2u);
+        EXPECT_NE(both.at("first"), both.at("second"));
+        for (const auto& [name, ranks] : both) EXPECT_EQ(ranks, filtered({name}).at(name)) << name;
+        EXPECT_EQ(filtered({"first", "second"}, false).at("first"), both.at("first")) << mode;
+    }
 }
 
 // A layer is stored like color, premultiplied or not: one that equals color equals it afterwards.

@@ -172,6 +172,43 @@ TEST(Survey, AFrameThatCannotBeReadIsNoChange) {
               "the image changes 20 times as much as usual to frame 8: a cut? (--cuts 7)");
 }
 
+TEST(Survey, NamesWhatMostFramesHaveOtherwise) {
+    SequenceSurvey survey;
+    Thumbnail gray;
+    gray.add(ImageF(4, 3, 4, 0.5f), 0, 3);  // smaller than a thumbnail
+    const auto add = [&](int frame, RoleSet planes, uint64_t nonfinite = 0, int display = 40) {
+        SourceFrame source;
+        source.description.width = source.description.height = 40;
+        source.description.display_width = 40;
+        source.description.display_height = display;
+        source.description.planes = planes;
+        source.description.bounds.min_inverse_depth = 0;
+        source.findings.health.nonfinite_color = nonfinite;
+        survey.add(frame, source, gray);
+    };
+    const RoleSet color = {Role::color};
+    add(1, color);
+    add(2, color, 1);
+    add(3, color, 0, 50);
+    add(4, color | RoleSet{Role::inverse_depth}, 2);
+    std::string text;
+    for (const auto& finding : survey.findings())
+        text += concat(finding.frame, " ", finding.what, "\n");
+    EXPECT_EQ(text,
+              "2 1 pixel with NaN or Inf\n"
+              "3 is 40x40 of 40x50; most are 40x40\n"
+              "4 has inverse_depth, which most frames lack\n"
+              "4 2 pixels with NaN or Inf\n");
+    EXPECT_NE(survey.text().find("  sky in 1 of 4 frames\n"), std::string::npos) << survey.text();
+    EXPECT_EQ(SequenceSurvey().text(), "");
+    EXPECT_EQ(fault_of("damaged"), "damaged");
+    // Of ten frames of 10 GiB each, eight.
+    const std::vector<int> ten = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    EXPECT_EQ(frames_to_survey(ten, uint64_t(10) << 30),
+              (std::vector<int>{0, 1, 2, 3, 5, 6, 7, 9}));
+    EXPECT_EQ(frames_to_survey(ten, 1), ten);
+}
+
 TEST_F(FrameScan, SignsAreCheckedAgainstTheNextFrameOfTheShot) {
     for (const int frame : {1, 2}) test::write_frame(path(frame), odd_planes(frame));
     RunSettings settings;

@@ -178,6 +178,9 @@ TEST(JobSettings, ErrorsNameTheSetting) {
                              {{"watch", true}},
                              {{"watch", true}, {"idle", 9.0}, {"chunk", "1/2"}},
                              {{"watch", true}, {"frames", "1-2"}, {"missing", "hold"}},
+                             {{"input", "color=a.#.exr,behind=b.#.exr"}, {"behind", "c.#.exr"}},
+                             {{"dump_stages", "stages"}, {"on_existing", "skip"}},
+                             {{"dump_stages", "stages"}, {"view", kAllViews}},
                              {{"idle", 9.0}}})
         EXPECT_EQ(settings_of(values).status().code(), StatusCode::usage)
             << values.front().first << " " << values.back().first;

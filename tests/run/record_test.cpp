@@ -9,6 +9,7 @@
 #include "config/chain_file.h"
 #include "passes/motion_blur/motion_blur.h"
 #include "tests/run/fixture.h"
+#include "tools/sequence/record/check_outputs.h"
 #include "tools/sequence/record/fingerprint.h"
 #include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/record/record.h"
@@ -211,6 +212,30 @@ TEST_F(SequenceTest, ARecordReadsBackAsItWasWritten) {
     ASSERT_EQ(record->inputs.size(), 1u);
     EXPECT_EQ(record->inputs[0].path, in(2));
     EXPECT_EQ(record->inputs[0].bytes, fs::file_size(in(2)));
+}
+
+TEST_F(SequenceTest, OutputsAreToldApartByWhatMadeThem) {
+    test::write_sequence(at(""), {1, 2, 3, 4});
+    frames("1-2");
+    ASSERT_TRUE(last_frame().status.ok());
+    settings_.strict = true;
+    frames("3");
+    ASSERT_TRUE(last_frame().status.ok());
+    // Of another program, and by a version that wrote no record.
+    for (const auto& [frame, provenance] :
+         {std::pair(4, "postchain 3"), {5, "postchain test chain 1 work 2 strict"}}) {
+        test::FrameFile file;
+        file.attributes["postchain"] = std::string(provenance);
+        test::write_frame(out(frame), test::make_planes(8, 8), file);
+    }
+    const auto checked = check_outputs(settings_.output, {}, "");
+    ASSERT_TRUE(checked.ok()) << checked.status().message();
+    using enum OutputState;
+    const OutputState states[] = {whole, whole, other, foreign, other};
+    for (size_t i = 0; i < 5; ++i)
+        EXPECT_EQ((*checked)[i].state, states[i]) << (*checked)[i].why << i;
+    EXPECT_TRUE((*checked)[2].settings.find(" strict") != std::string::npos);
+    EXPECT_EQ((*checked)[4].settings, "postchain test chain 1 strict");
 }
 
 TEST(ExitCode, OfAStatus) {

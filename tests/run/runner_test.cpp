@@ -22,6 +22,7 @@
 #include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/record/sidecar.h"
+#include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/source/memory.h"
 
@@ -238,6 +239,36 @@ TEST_F(RunnerTest, RefusalsBeforeAnythingIsDone) {
         settings_.output = *io::PathPattern::parse(at(output));
         refused(code);
     }
+}
+
+// Files that may get the name of a stage, or of an output of a watch, whose frames are not known.
+TEST_F(RunnerTest, RefusesFilesThatCouldBeReplaced) {
+    fs::create_directory(at("stages"));
+    settings_.dump_folder = at("stages");
+    const auto refuses = [&](const std::string& name) {
+        test::write_text(at(name), "mine");
+        std::vector<FrameTask> tasks;
+        if (!settings_.watch) tasks.push_back({.frame = 1, .source = 1, .output = out(1)});
+        const io::OutputFiles files = files_of_run(chain_, settings_, tasks);
+        const Status status = files.check();
+        fs::remove(at(name));
+        EXPECT_EQ(status.ok() ? "" : at(name),
+                  status.message().substr(0, status.message().find(':')));
+        return !status.ok();
+    };
+    EXPECT_TRUE(refuses("stages/0.motion_blur.color.0001.exr"));
+    for (const char* name : {"0.motion_blur.color.0002.exr", "0.fxaa.color.0001.exr", "o.0001.exr"})
+        EXPECT_FALSE(refuses(concat("stages/", name))) << name;
+    for (const bool watches : {false, true})
+        for (const bool more : {false, true}) {
+            if (watches) settings_.watch = Watch();
+            settings_.sidecar = settings_.preview = more;
+            EXPECT_EQ(refuses("out/o.0007.exr"), watches);
+            EXPECT_EQ(refuses("out/o.0007.exr.json"), watches && more);
+            EXPECT_EQ(refuses("out/o.0007.png"), watches && more);
+            for (const char* name : {"out/p.0007.exr", "out/o.0007.json", "out/p.0007.exr.json"})
+                EXPECT_FALSE(refuses(name)) << name;
+        }
 }
 
 // Waits in each frame until the next one is known.

@@ -74,11 +74,12 @@ class Source : public testing::Test {
     SourceSettings settings_;
 };
 
-// Plain files whose vectors are fractions of the image.
-Profile fractions() {
+// Plain files whose vectors are fractions of the image, or of another form.
+Profile fractions(const std::string& form = "unit: fraction") {
     const ProfileFile file = parse_profile(
         "profile: 1\nname: uv\ncolor: [{channels: [[R, G, B, A]]}]\n"
-        "motion: [{channels: [[motion.x, motion.y]], unit: fraction}]\n",
+        "motion: [{channels: [[motion.x, motion.y]], " +
+            form + "}]\n",
         "uv.yaml");
     EXPECT_EQ(error_of(file.status()), "");
     return file.profile;
@@ -126,6 +127,21 @@ TEST_F(Source, IsDescribedFromItsHeader) {
                 ElementsAre(16, 11, 12, 8, -2, -1, 17));
     EXPECT_EQ(frame.pixel_aspect, 2);
     EXPECT_EQ(frame.camera.focal_length_mm, 35);
+}
+
+TEST_F(Source, ADisplayWindowThatIsTooLargeIsNotFilled) {
+    for (const auto& [x, y] : {std::pair(io::kMaxSide, 8), {8, io::kMaxSide}, {8, 8}}) {
+        test::write_file(path_, {{.channels = {{"R"}, {"G"}, {"B"}},
+                                  .data = {{0, 0}, {7, 7}},
+                                  .display = {{0, 0}, {x, y}}}});
+        const FrameHeader opened = header();
+        const bool large = std::max(x, y) > 8;
+        EXPECT_EQ(opened.window, large ? io::Window(0, 0, 7, 7) : io::Window(0, 0, 8, 8));
+        EXPECT_EQ(opened.warnings.size(), large ? 1u : 0u);
+        if (large) {
+            EXPECT_THAT(opened.warnings[0], HasSubstr("is too large to filter (at most 16384"));
+        }
+    }
 }
 
 // Fractions are of the display window: neither overscan nor a crop of the file, which may move from
@@ -205,6 +221,92 @@ TEST_F(Source, PlanesInFilesOfTheirOwn) {
             settings_,
             {{Role::color, path_}, {Role::inverse_depth, depth}, {Role::motion, vectors}}, 1)),
         HasSubstr("--profile"));
+    // A named profile says how.
+    settings_.profile = must(find_profile("nuke"));
+    const SourceFrame inverse = read_from({{Role::inverse_depth, depth}});
+    EXPECT_EQ(inverse.planes.at(Role::inverse_depth)->data, planes.depth.data);
+    settings_.profile = fractions();  // which says nothing of depth
+    const SourceFrame linear = read_from({{Role::inverse_depth, depth}});
+    EXPECT_FLOAT_EQ(linear.planes.at(Role::inverse_depth)->data[0], 1 / planes.depth.data[0]);
+}
+
+// Channels without a known name, read by the first convention of the profile.
+TEST_F(Source, VectorsInPlainFilesOfTheirOwn) {
+    const Planes planes = make_planes(24, 16);
+    write_color(planes);
+    const std::string motion = folder_.path("m.exr"), back = folder_.path("b.exr");
+    must(io::write_planes_exr(motion, planes.motion, {"X", "Y"}));
+    must(io::write_planes_exr(back, planes.back, {"U", "V"}));
+    for (const char* name : {"generic", "nuke"}) {  // y down, y up
+        settings_.profile = must(find_profile(name));
+        const SourceFrame frame = read_from({{Role::motion, motion}, {Role::motion_back, back}});
+        const float up = settings_.profile->name == "nuke" ? -1 : 1;
+        EXPECT_EQ(frame.planes.at(Role::motion)->data[1], up * planes.motion.data[1]);
+        EXPECT_EQ(std::abs(frame.planes.at(Role::motion_back)->data[0]),
+                  std::abs(planes.back.data[0]));
+    }
+    const std::string many = folder_.path("many.exr");
+    std::vector<std::string> names;
+    for (int i = 10; i < 52; ++i) names.push_back(concat("c", i));
+    must(io::write_planes_exr(many, ImageF(24, 16, 42), names));
+    EXPECT_THAT(error_of(open_source_frame(settings_,
+                                           {{Role::color, path_}, {Role::inverse_depth, many}}, 1)),
+                AllOf(HasSubstr("no inverse_depth channels found among c10 "),
+                      HasSubstr(" c49 and 2 more; name them in a profile")));
+}
+
+TEST_F(Source, PlanesOfAnotherViewAreRefused) {
+    FrameFile left = of("generic"), right = left;
+    left.attributes["view"] = std::string("left");
+    right.attributes["view"] = std::string("right");
+    const Planes planes = make_planes(24, 16);
+    write(planes, left);
+    test::write_frame(folder_.path("r.exr"), planes, right);
+    const std::map<Role, std::string> files = {{Role::color, path_},
+                                               {Role::inverse_depth, folder_.path("r.exr")}};
+    EXPECT_THAT(error_of(open_source_frame(settings_, files, 1)), HasSubstr("several views"));
+    settings_.profile = must(find_profile("generic"));
+    EXPECT_THAT(error_of(open_source_frame(settings_, files, 1)),
+                HasSubstr("r.exr: has no view left; filter one after the other (--view right)"));
+    test::write_frame(folder_.path("r.exr"), planes, left);
+    EXPECT_TRUE(open_source_frame(settings_, files, 1).ok());
+}
+
+// A matrix of the frame's file, and of that of a frame beside it.
+TEST_F(Source, CamerasOfNeighborsAreReadFromTheirFiles) {
+    const Planes planes = make_planes(24, 16);
+    const std::string next = folder_.path("f.2.exr");
+    camera(R"({"focal_length_mm": 40, "sensor_width_mm": 36})");
+    settings_.color_frames = *io::PathPattern::parse(folder_.path("f.#.exr"));
+    const auto of_camera = [](bool motion, const char* matrix) {
+        FrameFile file = of("generic", motion);
+        file.attributes["worldToCamera"] = std::string(matrix);
+        return file;
+    };
+    const char* straight = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+    const char* turned = "0 0 1 0 0 1 0 0 -1 0 0 0 0 0 0 1";
+    write(planes, of_camera(false, straight));
+    EXPECT_FALSE(header().makes_motion) << "the other is missing";
+    test::write_text(next, "no EXR");
+    EXPECT_FALSE(header().makes_motion);
+    test::write_frame(next, planes, of("generic", false));
+    EXPECT_FALSE(header().makes_motion) << "it has no camera";
+    test::write_frame(next, planes, of_camera(false, straight));
+    EXPECT_TRUE(header().makes_motion);
+    settings_.color_frames = *io::PathPattern::parse(next);
+    EXPECT_FALSE(header().makes_motion) << "the name is of one frame";
+    // Beside vectors of the file it is for the sky, if asked for.
+    settings_.color_frames = *io::PathPattern::parse(folder_.path("f.#.exr"));
+    write(planes, of_camera(true, straight));
+    for (const char* matrix : {straight, turned}) {
+        test::write_frame(next, planes, of_camera(true, matrix));
+        using enum CameraMotion;
+        for (const CameraMotion wanted : {none, missing, sky, zoom}) {
+            settings_.camera_motion = wanted;
+            EXPECT_EQ(header().sky.has_value(),
+                      matrix == turned && (wanted == sky || wanted == zoom));
+        }
+    }
 }
 
 TEST_F(Source, VectorsInAnotherUnitAreDoubted) {
@@ -225,8 +327,13 @@ TEST_F(Source, VectorsInAnotherUnitAreDoubted) {
     EXPECT_THAT(said(ImageF(24, 16, 2)),
                 AllOf(HasSubstr("every motion vector is zero"), Not(doubt)));
     // A profile that states the unit is believed.
-    settings_.profile = fractions();
-    EXPECT_THAT(said(ImageF(24, 16, 2, 0.75f)), Not(doubt));
+    for (const char* form :
+         {"unit: fraction", "scale: [2, 1]", "scale: [1, -2]", "bias: 0.5, scale: [1, 1]"}) {
+        settings_.profile = fractions(form);
+        EXPECT_THAT(said(ImageF(24, 16, 2, 0.75f)), Not(doubt)) << form;
+    }
+    settings_.profile = fractions("scale: [1, -1]");
+    EXPECT_THAT(said(ImageF(24, 16, 2, 0.75f)), doubt);
 }
 
 // DWA packs channels by their last word: .R and .G, and of .X and .Y only .Y, as colors.
@@ -367,6 +474,7 @@ TEST_F(Source, DepthOfAnotherEncodingIsDoubted) {
         // From 0 to 1 between the clip planes.
         {"generic", 1, 1, 0.3, ""},
         {"generic", 0.01, 1, 0.3, "read as distance, is 0.02, before the near clip plane at 0.3"},
+        {"generic", 0.01, 1, 0.3, "is it a distance in scene units? Otherwise state its encoding"},
         {"generic", 0.01, 1, {}, ""},
     };
     for (const Case& one : cases) {
@@ -442,6 +550,19 @@ TEST_F(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
         EXPECT_THAT(said(matrix, false, none), Not(HasSubstr("worldToCamera")));
     }
     EXPECT_THAT(said("", false, all), Not(HasSubstr("matrix")));
+    FrameFile two = of("generic", false);
+    two.attributes["worldToCamera"] = std::string("left");
+    two.attributes["cameraTransform"] = std::string("right");
+    for (const bool one_is_good : {false, true}) {
+        if (one_is_good) two.attributes["worldToCamera"] = one;
+        two.depth = !one_is_good;
+        write(make_planes(24, 16), two);
+        settings_.camera_motion = missing;
+        EXPECT_THAT(header().match.missing.at(Role::motion),
+                    HasSubstr(one_is_good ? "not used: worldToCamera (no depth)"
+                                          : "not used: worldToCamera (not 16 numbers), "
+                                            "cameraTransform (not 16 numbers)"));
+    }
 }
 
 TEST_F(Source, MotionOfTheCameraInPlaceOfMissingVectorsIsAWarning) {

@@ -9,6 +9,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
+#include "tests/support/status.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence::watch_feed_test {
@@ -90,6 +91,31 @@ TEST_F(WatchFeedTest, OnlyCompleteFilesAreTakenAndTheOthersAreNamed) {
             << fed->missing.message();
     }
     EXPECT_FALSE(next());
+}
+
+TEST_F(WatchFeedTest, AFrameNeedsEachOfItsFilesToBeComplete) {
+    const auto depth_in = [&](const char* name) {
+        settings_.input = test::must(
+            io::InputSpec::parse(concat("color=", at("in.####.exr"), ",depth=", at(name))));
+    };
+    depth_in("z.####.exr");
+    write(1);
+    const std::string depth = rendered(1);
+    test::write_text(at("z.0001.exr"), depth.substr(0, depth.size() - 100));
+    start("1");
+    EXPECT_FALSE(next([&] { return waits_for("incomplete: 1"); }));
+    settings_.watch->idle_s = 0.3;
+    auto fed = next();
+    ASSERT_TRUE(fed);
+    EXPECT_NE(fed->missing.message().find("z.0001.exr"), std::string::npos)
+        << fed->missing.message();
+    // One file may serve all frames.
+    test::write_text(at("z.exr"), depth);
+    depth_in("z.exr");
+    start("1");
+    fed = next();
+    ASSERT_TRUE(fed);
+    EXPECT_TRUE(fed->missing.ok()) << fed->missing.message();
 }
 
 TEST_F(WatchFeedTest, AFileWhoseTimeChangesIsNotTakenAndKeepsTheWatchFromEnding) {

@@ -40,7 +40,7 @@ LiveTemporary* enlist(const std::string& name, const std::string& path) {
     LiveTemporary* entry = nullptr;
     for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next) {
         if (!e->live.load()) {
-            if (entry == nullptr) entry = e;
+            entry = e;
         } else if (name == e->name) {
             return nullptr;
         }
@@ -99,12 +99,10 @@ std::string why_not_in(const std::string& folder, int error) {
         namespace fs = std::filesystem;
         for (fs::path p = folder; !p.empty() && p != p.parent_path(); p = p.parent_path()) {
             std::error_code ignored;
-            if (fs::exists(p, ignored) && !fs::is_directory(p, ignored))
-                return concat(p.string(), " is a file, not a folder");
+            if (fs::exists(p, ignored)) return concat(p.string(), " is a file, not a folder");
         }
     }
-    if (errno == ENOENT || errno == ENOTDIR)
-        return concat("folder ", folder, " does not exist; create it first");
+    if (errno == ENOENT) return concat("folder ", folder, " does not exist; create it first");
     return concat("cannot write in folder ", folder, ": ", reason_of(errno));
 }
 
@@ -190,7 +188,7 @@ std::string name_of_temporary(const std::string& temporary) {
     if (!temporary.starts_with('.') || !temporary.ends_with(kEnd)) return "";
     const size_t end = temporary.size() - kEnd.size();
     const size_t dot = temporary.rfind('.', end - 1);
-    if (dot == std::string::npos || dot < 2 || dot + 1 == end) return "";
+    if (dot == 0 || dot + 1 == end) return "";
     for (size_t i = dot + 1; i < end; ++i)
         if (temporary[i] < '0' || temporary[i] > '9') return "";
     return temporary.substr(1, dot - 1);
@@ -273,8 +271,7 @@ AtomicFile::~AtomicFile() {
 }
 
 Status AtomicFile::fail(const char* action, int error) {
-    if (failed_.ok()) failed_ = output_error(path_, concat(action, ": ", reason_of(error)));
-    return failed_;
+    return failed_ = output_error(path_, concat(action, ": ", reason_of(error)));
 }
 
 Status AtomicFile::flush() try {
@@ -345,7 +342,7 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
         ::close(folder);
     }
     if (error == EEXIST && on_existing == OnExisting::skip) return false;
-    if (error == EEXIST && on_existing == OnExisting::fail) {
+    if (error == EEXIST) {
         failed_ =
             output_error(path_, "exists already, and is not replaced; move it, or write elsewhere");
         return failed_;

@@ -59,8 +59,11 @@ uint64_t least_dpx_bytes(const std::string& path, const ImageInfo& info) {
     const bool filled = number(804, 2) != 0;
     const uint64_t row = info.bits == 10 && filled   ? (samples + 2) / 3 * 4
                          : info.bits == 12 && filled ? samples * 2
-                                                     : samples * uint64_t(info.bits) / 8;
-    return number(4, 4) + row * uint64_t(info.height);
+                                                     : (samples * uint64_t(info.bits) + 7) / 8;
+    // Lines of packed samples begin at whole words of 32 bits.
+    const bool in_words = !filled && (info.bits == 10 || info.bits == 12);
+    const uint64_t line = in_words ? (row + 3) / 4 * 4 : row;
+    return number(4, 4) + line * uint64_t(info.height - 1) + row;
 }
 
 uint32_t big_endian(const unsigned char* bytes) {

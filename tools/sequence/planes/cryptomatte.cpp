@@ -28,7 +28,7 @@ std::optional<uint32_t> hex_number(const std::string& text) {
     uint32_t value = 0;
     const char* end = text.data() + text.size();
     const auto read = std::from_chars(text.data(), end, value, 16);
-    if (text.empty() || read.ec != std::errc() || read.ptr != end) return {};
+    if (read.ec != std::errc() || read.ptr != end) return {};
     return value;
 }
 

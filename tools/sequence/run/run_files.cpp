@@ -25,7 +25,7 @@ class StageNames {
             if (!name.starts_with(start)) continue;
             // "0.fxaa.luma.0001.exr": the frame's part, from this dot, is the same for all stages.
             const size_t dot = name.rfind('.', name.size() - 5);
-            return dot != std::string::npos && ends_.count("/" + name.substr(dot)) > 0;
+            return ends_.count("/" + name.substr(dot)) > 0;
         }
         return false;
     }

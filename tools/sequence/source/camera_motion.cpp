@@ -118,8 +118,7 @@ bool is_sky(const FramePlanes& planes, size_t pixel) {
 }
 
 bool has_planes(const FramePlanes& planes) {
-    return planes.contains(Role::color) && planes.contains(Role::inverse_depth) &&
-           planes.contains(Role::motion);
+    return planes.contains(Role::inverse_depth) && planes.contains(Role::motion);
 }
 
 }  // namespace

@@ -101,6 +101,7 @@ TEST_F(RootsTest, NamesThatAreNone) {
     std::string deep = "a";
     while (deep.size() < 5000) deep += "/a";
     EXPECT_EQ(resolved(deep), "");
+    EXPECT_EQ(resolved(deep.substr(0, 4095)), "") << "too long with its root";
     for (const std::vector<std::string>& roots :
          {std::vector<std::string>(), {base_ + "/nowhere"}, {base_ + "/secret"}})
         EXPECT_FALSE(Roots::of(roots).ok());
@@ -113,6 +114,44 @@ TEST_F(RootsTest, MessagesHoldWhatWasGivenAlone) {
     const std::string zero = roots_.resolve(std::string("a\0b", 3)).status().message();
     EXPECT_EQ(zero.find('\0'), std::string::npos);
     EXPECT_LT(roots_.resolve(std::string(100000, 'x')).status().message().size(), 400u);
+}
+
+TEST_F(RootsTest, FoldersOfAUser) {
+    const Roots shots = *roots_.within({"shots"});
+    EXPECT_TRUE(shots.resolve("shots/a.exr").ok());
+    EXPECT_THAT(test::error_of(shots.resolve("b.exr")), HasSubstr("folders of this user"));
+    for (const char* folder : {"shots/a.exr", "none", "../secret", "../rootless"})
+        EXPECT_FALSE(roots_.within({folder}).ok()) << folder;
+}
+
+// After it was submitted: a link in place of a folder or a file.
+TEST_F(RootsTest, PathsOfAJobAreCheckedWhenItRuns) {
+    const auto input = *io::InputSpec::parse(root("/shots/b.####.exr"));
+    std::ofstream(root("/b")) << "x";
+    fs::create_symlink(root("/b"), root("/shots/b.0001.exr"));
+    EXPECT_EQ(check_inputs(input, roots_).message(), "");
+    fs::create_symlink(base_ + "/secret", root("/shots/b.0002.exr"));
+    EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("b.0002.exr: links outside"));
+    EXPECT_EQ(check_folder(root("/shots"), roots_).message(), "");
+    fs::rename(root("/shots"), base_ + "/second/shots");
+    for (const char* target : {"second/shots", "rootless"}) {
+        fs::create_symlink(base_ + "/" + target, root("/shots"));
+        EXPECT_EQ(check_folder(root("/shots"), roots_).code(), StatusCode::output) << target;
+        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("links outside")) << target;
+        fs::remove(root("/shots"));
+    }
+}
+
+TEST_F(RootsTest, TheRootOfTheFileSystem) {
+    const Roots all = *Roots::of({"/"});
+    const std::string path = root("/shots/a.exr");
+    EXPECT_EQ(test::must(all.resolve(path)), path);
+    EXPECT_EQ(test::must(all.resolve(path.substr(1))), path);
+    EXPECT_EQ(all.shown(path), path);
+    EXPECT_EQ(all.shown("/"), ".");
+    EXPECT_EQ(all.shown_in("/a: no"), "/a: no");
+    EXPECT_EQ(test::must(resolve_pattern(*io::PathPattern::parse("/a.####.exr"), all)).text(),
+              "/a.####.exr");
 }
 
 TEST_F(RootsTest, ShownFromTheFirstRoot) {
@@ -130,6 +169,7 @@ TEST_F(RootsTest, ShownFromTheFirstRoot) {
              {top + ": is the folder of '" + top + "', in " + top, ".: is the folder of '.', in ."},
              {top + "/: no (" + top + "/)", ".: no (.)"},
              {top + "/(a)/b, " + top + "/.b.tmp", "(a)/b, .b.tmp"},
+             {top + ".b, " + top + ". No", top + ".b, . No"},
              {top + "2: no", top + "2: no"},
              {top + "-b/a", top + "-b/a"},
              {"/mnt" + top + "/a", "/mnt" + top + "/a"}})

@@ -58,8 +58,9 @@ class Serve(Served):
                 (["--hash-token", str(self.path / "none")], "cannot be read"),
                 (["--bind", "localhost"], "add --token-file")]:
             self.fails(2, text, *words)
-        self.fails(5, "--store: ", command=["env", "STATE_DIRECTORY=" + bad, PROGRAM, "serve", "--root", str(self.path)])
-        self.fails(2, "--store: give a file", command=["env", "-i", PROGRAM, "serve", "--root", str(self.path)])
+        serve = [PROGRAM, "serve", "--root", str(self.path)]
+        self.fails(5, "--store: ", command=["env", "STATE_DIRECTORY=" + bad, *serve])
+        self.fails(2, "--store: give a file", command=["env", "-i", *serve])
         self.fails(2, "--root", command=[PROGRAM, "serve"])
         self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
 

@@ -88,6 +88,10 @@ class Shapes(Attacked):
                 "jobs/j1/report/index.html?": ["picture=x", "pictures=all"]}.items():
             for value in values:
                 self.assertEqual(self.server.ask("GET", f"/v1/{target}{value}")[0], 400, target + value)
+        job = self.server.submit({})
+        for target in ("frames/x", "frames/2147483648/output", "frames/1.5/after.png",
+                       "report/shortened.json?picture=image-1", "report/shortened.json?pictures=apart"):
+            self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}/{target}")[0], 404, target)
         for target in ("jobs?limit=500", "image?input=a.exr&frame=1&side=4096&type=values"):
             self.assertEqual(self.server.ask("GET", "/v1/" + target)[0], 200, target)
 
@@ -124,6 +128,9 @@ class Shapes(Attacked):
         status, headers, text = self.server.ask("POST", "/v1/jobs", "x")
         self.assertEqual((status, headers["content-type"]), (422, "application/problem+json"))
         self.assertTrue(json.loads(text)["errors"])
+
+    def test_an_empty_key(self):
+        self.assertEqual(self.server.ask("POST", "/v1/jobs", {}, {"Idempotency-Key": ""})[0], 400)
 
     def test_expect(self):
         with self.server.connect() as client:
@@ -248,8 +255,8 @@ class Files(Attacked):
             self.assertIsNone(archive.testzip())
             self.assertEqual([entry.file_size for entry in archive.infolist()],
                              [300_000, 600_000, 900_000, 1_200_000])
-        for query, code in [("frames=2-3", 200), ("frames=7-9", 404), ("frames=x", 400),
-                            ("frames=3-1", 400), ("frame=1", 400)]:
+        for query, code in [("frames=2-3", 200), ("frames=7-9", 404), ("frames=x", 400), ("frames=1-x", 400),
+                            ("frames=x-3", 400), ("frames=3-1", 400), ("frame=1", 400)]:
             target = f"/v1/jobs/j1/outputs.zip?{query}"
             self.assertEqual(self.server.ask("GET", target)[0], code, query)
         status, headers, data = self.server.ask("HEAD", "/v1/jobs/j1/outputs.zip")
@@ -273,6 +280,7 @@ class Files(Attacked):
         names = [one["operationId"] for one in operations]
         self.assertEqual(len(names), len(set(names)))
         self.assertNotIn("", names)
+        self.assertNotIn("security", document)
         submit = document["paths"]["/v1/jobs"]["post"]
         self.assertIn("Idempotency-Key", [one["name"] for one in submit["parameters"]])
         self.assertTrue({"200", "202", "409", "422", "429", "503"} <= set(submit["responses"]))
@@ -385,9 +393,20 @@ class RequestIdsOfProxies(Attacked):
     settings = ["trust_own=1"]
 
     def test_of_a_proxy(self):
-        for given, taken in [("abc-1", True), ("a b", False), ("x" * 65, False), ("<a>", False)]:
+        for given, taken in [("abc-1", True), ("", False), ("a b", False), ("x" * 65, False), ("<a>", False)]:
             headers = self.server.ask("GET", "/healthz", None, {"X-Request-Id": given})[1]
             self.assertEqual(headers["x-request-id"] == given, taken, given)
+
+
+class Bases(Attacked):
+    """Behind a proxy that passes the service's address on."""
+    settings = ["base=1"]
+
+    def test_addresses_in_the_page_are_relative_to_a_folder(self):
+        for target, status, location in [("/base", 308, "/base/"), ("/base/", 200, None), ("/base/healthz", 200, None),
+                                         ("/based", 404, None)]:
+            got, headers, _ = self.server.ask("GET", target)
+            self.assertEqual((got, headers.get("location")), (status, location), target)
 
 
 class Resets(Attacked):
@@ -465,6 +484,7 @@ class Token(Attacked):
     def test_the_right_one(self):
         known = {"Authorization": "bearer " + TOKEN}
         self.assertEqual(self.server.ask("GET", "/nowhere", None, known)[0], 404)
+        self.assertEqual(self.server.get("/openapi.json", known)["security"], [{"token": []}, {"session": []}])
 
     def test_a_stream_ends_with_its_session(self):
         cookies = [self.server.ask("POST", "/v1/session", None, KNOWN)[1]["set-cookie"]

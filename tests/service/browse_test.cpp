@@ -32,6 +32,8 @@ class BrowseTest : public testing::Test {
         write(base_ + "/root/shots/own.yaml", "postchain: 1\npasses: [fxaa]\n");
         write(base_ + "/root/shots/order.yaml", "postchain_study: 1\n");
         write(base_ + "/root/shots/notes.yaml", "text: 1\n");
+        write(base_ + "/root/shots/parts.yml", "passes: [fxaa]\n");
+        write(base_ + "/root/shots/short.yml", "postchain: 1\npasses: [fxaa]\n");
         write(base_ + "/root/shots/a.0001.json", "{\"f_stop\": 2}");  // a sidecar
         write(base_ + "/root/.hidden/a.exr", "x");
         write(base_ + "/secret/camera.json", "{\"f_stop\": 2}");
@@ -69,7 +71,7 @@ TEST_F(BrowseTest, TheOnlyRootAndAFolderInIt) {
     EXPECT_EQ(shots["sequences"][0]["frames"], "1-2,4");
     EXPECT_EQ(shots["sequences"][0]["count"], 3);
     EXPECT_EQ(shots["cameras"], Json({"shots/camera.json"}));
-    EXPECT_EQ(shots["chains"], Json({"shots/own.yaml"}));
+    EXPECT_EQ(shots["chains"], Json({"shots/own.yaml", "shots/short.yml"}));
     EXPECT_EQ(shots["studies"], Json({"shots/order.yaml"}));
 }
 
@@ -98,7 +100,8 @@ TEST_F(BrowseTest, RefusalsNameNoPathOutside) {
              {"shots/notes.yaml", Problem::Kind::invalid},
              {"shots/a.0001.exr", Problem::Kind::invalid}})
         EXPECT_EQ(kind(chains_of(file, root)), expected) << file;
-    EXPECT_EQ(json(browse("shots", roots({"root"})))["chains"], Json({"shots/own.yaml"}));
+    EXPECT_EQ(json(browse("shots", roots({"root"})))["chains"],
+              Json({"shots/own.yaml", "shots/short.yml"}));
 }
 
 TEST_F(BrowseTest, HasALimitOfFilesAndOfTheirBytes) {
@@ -138,13 +141,16 @@ TEST_F(BrowseTest, AReportInParts) {
     write(path,
           "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n"
           "<script type=\"text/plain\" id=\"image-0\">AAAA</script>\n"
-          "<script type=\"text/plain\" id=\"image-10\">BBBB</script>\n</html>\n");
+          "<script type=\"text/plain\" id=\"image-10\">BBBB</script>\n"
+          "<script type=\"text/plain\" id=\"image-20\">without an end\n"
+          "<script type=\"text/plain\" id=\"image-21</script>\">\n</html>\n");
     EXPECT_EQ(*page_without_pictures(path),
               "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n</html>\n");
     PagePictures pictures;
     EXPECT_EQ(*pictures.get(path, "image-10"), "BBBB");
     EXPECT_EQ(*pictures.get(path, "image-0"), "AAAA");
-    EXPECT_FALSE(pictures.get(path, "image-1").ok());
+    for (const char* none : {"image-1", "image-20", "image-21", "image-21</script>"})
+        EXPECT_FALSE(pictures.get(path, none).ok()) << none;
     EXPECT_FALSE(pictures.get(path, "view.vert").ok());
     // A page that has changed is read again.
     write(path, "\n<script type=\"text/plain\" id=\"image-10\">CCCCCC</script>\n");

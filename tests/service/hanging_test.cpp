@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <future>
 
 #include "tests/service/support.h"
@@ -103,6 +104,21 @@ TEST_F(Hanging, AfterEightThreadsThatHangItWaitsForOneOfThem) {
     ASSERT_TRUE(answer());
     done(waits);
     EXPECT_TRUE(service_->health().gl);
+}
+
+// The next process makes its frames, without a counted attempt.
+TEST_F(Hanging, TheEndDoesNotWaitForAThreadThatHangs) {
+    const std::string id = submit(hanging());
+    ASSERT_TRUE(wait_for([] { return g_hanging > 0; }));
+    EXPECT_EQ(service_->end(), 1u);
+    EXPECT_EQ(job(id).state, JobState::queued);
+    EXPECT_EQ(frames(id)[2].attempts, 0);
+    g_hangs = false;
+    ASSERT_TRUE(wait_for([&] { return service_->end() == 0; }));
+    EXPECT_FALSE(std::filesystem::exists(root("out/o.0003.exr")));
+    close();
+    open();
+    EXPECT_EQ(done(id).done, 6);
 }
 
 TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {

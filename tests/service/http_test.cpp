@@ -33,7 +33,10 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
              {"127.0.0.1", "X-Forwarded-For", "198.51.100.1", "198.51.100.1"},
              {"127.0.0.1", "X-Forwarded-For", "6.6.6.6, 198.51.100.1", "198.51.100.1"},
              {"127.0.0.1", "X-Forwarded-For", "6.6.6.6, 198.51.100.1, 10.1.1.1", "198.51.100.1"},
+             {"127.0.0.1", "X-Forwarded-For", "6.6.6.6,\t198.51.100.1\t", "198.51.100.1"},
+             {"127.0.0.1", "X-Forwarded-For", "198.51.100.1:4711", "198.51.100.1"},
              {"127.0.0.1", "X-Forwarded-For", "nonsense", "127.0.0.1"},
+             {"127.0.0.1", "Forwarded", "for=;proto=http", "127.0.0.1"},
              {"127.0.0.1", "Forwarded", "for=6.6.6.6, for=198.51.100.1;proto=http", "198.51.100.1"},
              {"127.0.0.1", "forwarded", "For=\"[2001:470::17]:4711\"", "2001:470::17"},
              {"2001:db8::5", "X-Forwarded-For", "198.51.100.1", "198.51.100.1"},
@@ -69,7 +72,8 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
                                   proxies);
     EXPECT_EQ(both.address, "198.51.100.1");
     EXPECT_FALSE(both.secure);
-    for (const char* text : {"", "10.0.0.0/33", "10.0.0.0/", "x", "10.0.0.0/8x", "::1/129", "/8"})
+    for (const char* text :
+         {"", "10.0.0.0/33", "10.0.0.0/-1", "10.0.0.0/", "x", "10.0.0.0/8x", "::1/129", "/8"})
         EXPECT_FALSE(Network::parse(text).ok()) << text;
 }
 
@@ -83,6 +87,8 @@ TEST(Clients, AreAnAddressOrANetwork) {
              {"::1", "::/64"},
              {"nonsense", "nonsense"}})
         EXPECT_EQ(place_of(address), place) << address;
+    EXPECT_TRUE(is_loopback("127.0.0.2"));
+    EXPECT_FALSE(is_loopback("localhost")) << "a name may be that of another machine";
     const Guard guard({});
     User ann;
     ann.name = "ann";
@@ -253,7 +259,8 @@ TEST_F(Files, ATokenFileHoldsHashes) {
     for (const auto& [token, why] : std::vector<std::pair<std::string, const char*>>{
              {std::string(15, 'a'), "16 to 512 characters"},
              {std::string(513, 'a'), "16 to 512 characters"},
-             {"0123456789 0123456789", "printable ASCII"}})
+             {"0123456789 0123456789", "printable ASCII"},
+             {"0123456789abcdef\x7f", "printable ASCII"}})
         EXPECT_THAT(hash_of_token(token).status().message(), testing::HasSubstr(why));
 }
 
@@ -288,19 +295,24 @@ TEST_F(Files, AUsersFileSaysWhatIsWrongAndWhere) {
              {"users:\n" + ann + "}", "users:1:1: error: expected postchain_users: 1, and"},
              {"postchain_users: 1\nusers: [ann]",
               "users:1:1: error: expected postchain_users: 1, and"},
+             {"postchain_users: 1", "users:1:1: error: expected postchain_users: 1, and"},
+             {ann + "}\n\t- ", "users:4:"},
              {"postchain_users: 2\nusers:\n" + ann + "}",
               "users:1:18: error: postchain_users: '2' is not supported"},
              {"postchain_users: 1\nusers: {}", "users:1:1: error: users: no user"},
              {ann + "}\nuser: 1",
               "users:4:1: error: user: unknown key 'user' (did you mean 'users'?)"},
              {"  " + std::string(65, 'a') + ": {}", "a name has 1 to 64 characters"},
+             {"  \"\": {}", "a name has 1 to 64 characters"},
              {"  bob: 3", "users:3:8: error: users.bob: expected a map"},
              {"  bob: {}", "users.bob.tokens: is required"},
              {"  bob: {tokens: []}", "users.bob.tokens: expected a list of 1 to 8 hashes"},
+             {concat("  bob: {tokens: ", kHash, "}"), "users.bob.tokens: expected a list of 1"},
              {"  bob: {tokens: [" + tokens(9) + "]}", "expected a list of 1 to 8 hashes"},
              {"  bob: {tokens: [[]]}", "users.bob.tokens: expected the hash of a token"},
              {ann + "}\n  bob: {tokens: [" + kHash + "]}", "bob.tokens: one is also that of ann"},
              {ann + ", roots: in}", "users.ann.roots: expected a list of folders"},
+             {ann + ", roots: []}", "users.ann.roots: expected a list of folders"},
              {ann + ", roots: [in, [in]]}", "users.ann.roots: expected a folder"},
              {ann + ", roots: [in, out]}", "users.ann.roots: no folder out"},
              {ann + ", max_jobs: -1}", "users.ann.max_jobs: -1 is out of range"},
@@ -351,6 +363,16 @@ TEST_F(Files, ATokenIsOfOneUser) {
                           "]}\n  bob: {tokens: [", hash, "]}\n"));
     EXPECT_THAT(users->reload().message(), testing::HasSubstr("one is also that of ann"));
     EXPECT_EQ(users->with_token(token_of("bob"))->name, "bob") << "the users stay";
+    // It becomes another user's: a session that began with it is not that user's.
+    const std::string session = users->begin_session(token_of("bob"));
+    write("users", concat("postchain_users: 1\nusers:\n  ann: {tokens: [", hash, "]}\n"));
+    ASSERT_TRUE(users->reload().ok());
+    EXPECT_EQ(users->with_token(token_of("bob"))->name, "ann");
+    EXPECT_FALSE(users->has_session(session));
+    // A service without such a file has nothing to read again.
+    const auto one = Users::of_token("0123456789abcdef");
+    EXPECT_TRUE(one->reload().ok());
+    EXPECT_TRUE(one->with_token("0123456789abcdef"));
 }
 
 TEST_F(Files, TooManySessionsOfAUserEndTheUsersOwn) {
@@ -456,7 +478,7 @@ TEST(Targets, AreDecodedAndCannotLeaveTheirPath) {
               (std::map<std::string, std::string>{{"limit", "5"}, {"search", "a /"}}));
     for (const char* text :
          {"", "*", "v1", "/v1/../jobs", "/v1/.", "/%2e%2e/x", "/a%2fb", "/a%5cb", "/a\\b", "/%00",
-          "/%zz", "/%", "/%4", "/a#b", "/?a=1&a=2", "/?%00=1", "/?a=%0d"})
+          "/%7f", "/%zz", "/%", "/%4", "/a#b", "/?a=1&a=2", "/?%00=1", "/?a=%0d"})
         EXPECT_FALSE(parse_target(text)) << text;
 }
 

@@ -196,6 +196,16 @@ TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
     EXPECT_EQ(refused.state, JobState::failed);
     EXPECT_THAT(refused.message, HasSubstr("fake: invalid partition"));
     EXPECT_EQ(queue_->asked, attempts_);
+    // Every second frame, with a second render behind each, which is a file of its own.
+    queue_->refuse(Status());
+    for (const int frame : {1, 3, 5, 6})
+        fs::copy(root(concat("in.000", frame, ".exr")), root(concat("b.000", frame, ".exr")));
+    submit(in_folder(body(R"(, "frames": "1-5x2,6", "behind": "b.####.exr")"), "o"));
+    ASSERT_TRUE(holds(2));
+    EXPECT_EQ(queue_->jobs[1].tasks, (std::vector<std::vector<std::string>>{{"--frames=1-5x2,6"}}));
+    EXPECT_EQ(queue_->jobs[1].command[4],
+              concat("color=", fs::canonical(root()).string(),
+                     "/in.####.exr,behind=", fs::canonical(root()).string(), "/b.####.exr"));
 }
 
 TEST_F(Remote, AnOutputFolderIsMadeIfItsJobSaysSo) {
@@ -204,7 +214,9 @@ TEST_F(Remote, AnOutputFolderIsMadeIfItsJobSaysSo) {
     const std::string before = submit(body());
     ASSERT_TRUE(holds(1));
     const std::string fails = submit(in_folder(body(), "gone"));
-    submit(in_folder(body(R"(, "mkdir": true)"), "made"));
+    const std::string made = submit(in_folder(body(R"(, "mkdir": true)"), "made"));
+    const std::string exists = submit(in_folder(body(R"(, "frames": "1")"), "there"));
+    std::ofstream(root("there/o.0001.exr")) << "mine";
     for (const char* folder : {"gone", "made"}) fs::remove_all(root(folder));
     test::got(service_->cancel(user(), before));
     EXPECT_EQ(ended(fails).state, JobState::failed);
@@ -212,6 +224,11 @@ TEST_F(Remote, AnOutputFolderIsMadeIfItsJobSaysSo) {
     EXPECT_FALSE(fs::exists(root("gone")));
     ASSERT_TRUE(holds(2));
     EXPECT_TRUE(fs::is_directory(root("made")));
+    // None of its frames can be made: there is nothing to hand over.
+    test::got(service_->cancel(user(), made));
+    EXPECT_THAT(ended(exists).message, HasSubstr("1 of 1 frames quarantined: 1"));
+    EXPECT_EQ(test::read_text(root("there/o.0001.exr")), "mine");
+    EXPECT_EQ(queue_->count(), 2u);
 }
 
 // As after the death of a process between its submission and its note of it.
@@ -329,10 +346,11 @@ TEST_F(Remote, FilesMayComeLateOverNfs) {
 
 // What a task writes: a report, and its exit code.
 void write_report(const std::string& folder, const std::string& codes, int code,
-                  const std::string& variants = "[]") {
+                  const std::string& variants = "[]",
+                  const std::string& comparison = R"("comparison": {"verdict": "A is closer"}, )") {
     fs::create_directories(folder);
     std::ofstream(folder + "/report.json")
-        << R"({"comparison": {"verdict": "A is closer"}, "variants": )" << variants << "}";
+        << "{" << comparison << R"("variants": )" << variants << "}";
     fs::last_write_time(folder + "/report.json",
                         fs::file_time_type::clock::now() + std::chrono::seconds(1));
     std::ofstream(codes + "/1.exit") << code;
@@ -373,14 +391,22 @@ TEST_F(Remote, AnExperimentIsOneTask) {
     EXPECT_EQ(done.verdict, "A is closer");
     EXPECT_GT(done.bytes, 0);
     // A fault that no other attempt mends.
+    const std::string swept = submit(
+        R"({"kind": "bench", "chain": "fast", "sweep": ["fxaa.preset=12,29"],
+            "input": "in.####.exr", "output": "swept"})");
+    ASSERT_TRUE(holds(3));
+    write_report(root("swept"), queue_->jobs[2].log_folder, 0,
+                 R"([{"pareto": true}, {"pareto": false}])", "");
+    queue_->end(2, 1, 0);
+    EXPECT_EQ(ended(swept).verdict, "2 variants, 1 in the Pareto set");
     const std::string bad = submit(
         R"({"kind": "bench", "chain": "fast", "sweep": ["fxaa.preset=12,29"],
             "input": "in.####.exr", "output": "bench"})");
-    ASSERT_TRUE(holds(3));
-    EXPECT_THAT(queue_->jobs[2].command, testing::Contains("--sweep=fxaa.preset=12,29"));
-    std::ofstream(queue_->jobs[2].log_folder + "/1.log") << "in.0003.exr: is damaged\n";
-    std::ofstream(queue_->jobs[2].log_folder + "/1.exit") << 4;
-    queue_->end(2, 0, 1, "task 1: FAILED");
+    ASSERT_TRUE(holds(4));
+    EXPECT_THAT(queue_->jobs[3].command, testing::Contains("--sweep=fxaa.preset=12,29"));
+    std::ofstream(queue_->jobs[3].log_folder + "/1.log") << "in.0003.exr: is damaged\n\n";
+    std::ofstream(queue_->jobs[3].log_folder + "/1.exit") << 4;
+    queue_->end(3, 0, 1, "task 1: FAILED");
     const Job failed = ended(bad);
     EXPECT_EQ(failed.state, JobState::failed);
     EXPECT_EQ(failed.exit_code, 4);
@@ -428,11 +454,77 @@ TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {
     EXPECT_EQ(job(id).state, JobState::running) << "the report is not there";
     queue_->end(1, 0, 1, "task 1: FAILED");
     ASSERT_TRUE(holds(4)) << "both again";
+    EXPECT_THAT(test::problem_of(service_->forget(user(), id)).detail,
+                HasSubstr("cancel it first, and wait until its tasks are canceled too"));
     test::got(service_->cancel(user(), id));
     EXPECT_TRUE(wait_for([&] {
         const std::lock_guard lock(queue_->mutex);
         return queue_->canceled == std::vector<std::string>{"4", "3"};
     }));
+}
+
+// As the last task has written it, here one that this machine has made before.
+TEST_F(Remote, AStudyEndsAsItsReportSays) {
+    std::ofstream(root("study.yaml"))
+        << "postchain_study: 1\nsettings: {repeats: 1}\nchains: {x: [fxaa], y: [fxaa: {preset: "
+           "12}]}\n"
+           "scenes:\n  - {name: one, input: in.####.exr, truth: in.####.exr, frames: 1}\n"
+           "  - {name: two, input: in.####.exr, truth: none.####.exr, frames: 1}\n";
+    const std::string study = R"({"kind": "study", "study": "study.yaml", "output": "made")";
+    remote_.queue = nullptr;
+    open();
+    const Job here = done(submit(study + "}"));
+    EXPECT_EQ(here.exit_code, 1);
+    EXPECT_THAT(here.message, HasSubstr("scene two: "));
+    close();
+    remote_.queue = queue_;
+    open();
+    const std::string id = submit(study + R"(, "on_existing": "skip"})");
+    ASSERT_TRUE(holds(2));
+    fs::last_write_time(root("made/report.json"),
+                        fs::file_time_type::clock::now() + std::chrono::seconds(1));
+    std::ofstream(queue_->jobs[1].log_folder + "/1.exit") << 1;
+    queue_->end(0, 2, 0);
+    queue_->end(1, 0, 1, "task 1: FAILED");
+    const Job there = done(id);
+    EXPECT_EQ(there.exit_code, 1);
+    EXPECT_EQ(there.message, here.message);
+    EXPECT_EQ(there.verdict, here.verdict);
+}
+
+TEST_F(Remote, OutputsOfAnEarlierJobAreSkipped) {
+    remote_.queue = nullptr;
+    open();
+    done(submit(body(R"(, "frames": "1-2")")));
+    close();
+    remote_.queue = queue_;
+    open();
+    const std::string id = submit(body(R"(, "frames": "1-2", "on_existing": "skip")"));
+    ASSERT_TRUE(holds(1));
+    queue_->end(0, 1, 0);
+    EXPECT_EQ(done(id).done, 2);
+    for (const JobFrame& frame : frames(id)) EXPECT_EQ(frame.state, FrameState::skipped);
+}
+
+// Only those of jobs that need them no more.
+TEST_F(Remote, FoldersOfTasksAreCleanedUp) {
+    open();
+    const std::string failed = submit(body());
+    ASSERT_TRUE(holds(1));
+    for (int i = 0; i < attempts_; ++i) {
+        queue_->end(size_t(i), 0, 2, "task 1: FAILED");
+        ASSERT_TRUE(i + 1 == attempts_ || holds(size_t(i) + 2));
+    }
+    ended(failed);
+    const std::string follows = submit(in_folder(body(), "o"));
+    ASSERT_TRUE(holds(size_t(attempts_) + 1));
+    close();
+    for (const char* name : {"77", "notes", "1a"})
+        fs::create_directories(remote_.folder + "/" + name + "/in");
+    open();
+    for (const std::string& name : {failed, follows, std::string("notes"), std::string("1a")})
+        EXPECT_TRUE(fs::exists(remote_.folder + "/" + name)) << name;
+    EXPECT_FALSE(fs::exists(remote_.folder + "/77")) << "a job that was removed";
 }
 
 TEST_F(Remote, TheFolderOfTasksIsClosed) {
@@ -445,6 +537,8 @@ TEST_F(Remote, TheFolderOfTasksIsClosed) {
     EXPECT_THAT(take_farm_folder(folder_.path("link"), roots).message(), HasSubstr("links"));
     fs::permissions(folder, fs::perms::all);
     EXPECT_THAT(take_farm_folder(folder, roots).message(), HasSubstr("0700"));
+    EXPECT_EQ(take_farm_folder(root("in.0001.exr/tasks"), roots).code(), StatusCode::output);
+    EXPECT_EQ(write_task_file(root("none/chain.yaml"), "").code(), StatusCode::output);
     EXPECT_THAT(take_farm_folder(root("tasks"), roots).message(), HasSubstr("outside of the root"));
     fs::permissions(folder_.path(""), fs::perms::owner_all);
     EXPECT_THAT(take_farm_folder(folder_.path(""), roots).message(),

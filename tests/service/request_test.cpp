@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 // Reads requests for a folder of two small frames; a folder beside it must not be reached.
 class RequestTest : public testing::Test {
@@ -125,6 +126,94 @@ TEST_F(RequestTest, ChainsInEveryForm) {
         EXPECT_EQ(hex_of(taken(with("chain", chain)).chain.chain.hash()), hash) << chain;
     text["chain"] = "fast";
     EXPECT_EQ(refused(text).diagnostics.at(0).path, "chain_text");
+    for (const char* none : {"fats", "none.yaml"}) {
+        const Problem problem = refused(with("chain", none));
+        EXPECT_EQ(problem.kind, Problem::Kind::invalid) << none;
+        EXPECT_EQ(problem.diagnostics.at(0).path, "chain") << none;
+    }
+    // A fault of a chain's file is at its place there.
+    write("root/chain.yaml", "postchain: 1\npasses: [fxaa, fxxa]\n");
+    EXPECT_THAT(refused(with("chain", "chain.yaml")).detail, StartsWith("chain.yaml:2:16: error"));
+}
+
+// They are under the roots, and relative to the folder of the file that names them.
+TEST_F(RequestTest, ApertureImagesInEveryForm) {
+    fs::create_directory(base_ + "/root/in");
+    test::write_rgb(base_ + "/root/in/a.exr", ImageF(32, 32, 3, 1));
+    write("root/in/chain.yaml", "postchain: 1\ncamera: {aperture_image: a.exr}\npasses: [fxaa]\n");
+    write("root/in/camera.json", "{\"aperture_image\": \"a.exr\"}");
+    const std::string key = "camera.aperture_image=", image = base_ + "/root/in/a.exr";
+    const auto of_chain = [&](const json& body) {
+        const JobRequest request = taken(body);
+        const BokehKernel& read = request.chain.chain.camera.aperture_image;
+        const auto& inputs = request.run.other_inputs;
+        EXPECT_EQ(read.is_read(), std::ranges::count(inputs, image, &io::InputFile::path) == 1);
+        return read.file();
+    };
+    EXPECT_EQ(of_chain(with("chain", "in/chain.yaml")), image);
+    for (const std::string& path : {std::string("in/a.exr"), image})
+        EXPECT_EQ(of_chain(with("set", {key + path})), image) << path;
+    EXPECT_EQ(of_chain(with({{"chain", "in/chain.yaml"}, {"set", {key + "null"}}})), "");
+    const auto camera = taken(with("camera", "in/camera.json")).run.source.camera;
+    EXPECT_EQ(camera->camera.aperture_image.file(), image);
+    EXPECT_THAT(refused(with("set", {key + "none.exr"})).detail, HasSubstr("none.exr"));
+    EXPECT_THAT(refused(with("set", {key})).detail, HasSubstr("camera.aperture_image"));
+}
+
+TEST_F(RequestTest, InputsInSeveralFiles) {
+    const auto pattern = [](const JobRequest& request, Role role) {
+        return request.run.input.patterns.at(role).text();
+    };
+    const json names = "color=in.####.exr,depth=out/z.####.exr";
+    const JobRequest several = taken(with("input", names));
+    EXPECT_EQ(pattern(several, Role::inverse_depth), base_ + "/root/out/z.####.exr");
+    // The cameras of neighboring frames are read from the same files.
+    EXPECT_EQ(several.run.source.color_frames->text(), base_ + "/root/in.####.exr");
+    EXPECT_EQ(pattern(taken(with("behind", "out/b.####.exr")), Role::behind),
+              base_ + "/root/out/b.####.exr");
+    EXPECT_EQ(taken(with("profile", "cycles")).run.source.profile->name, "cycles");
+    const json ab = {{"kind", "ab"}, {"output", "report"}, {"chain_b", "best"}, {"truth", names}};
+    EXPECT_THAT(refused(with(ab)).detail, HasSubstr("truth: give one pattern, for color only"));
+}
+
+TEST_F(RequestTest, PreviewsOfAPlaneAndAScale) {
+    json body = {{"chain", "fast"}, {"input", "in.####.exr"}, {"frame", -3}};
+    const auto read = [&](const std::string& key, const json& value) {
+        body[key] = value;
+        return reader_->preview(body.dump());
+    };
+    const auto fault = [&](const std::string& key, const json& value) {
+        const auto answer = read(key, value);
+        return std::get<Problem>(answer).detail;
+    };
+    EXPECT_EQ(std::get<JobRequest>(read("plane", "color")).plane, PreviewPlane::color);
+    EXPECT_EQ(std::get<JobRequest>(read("plane", "depth")).plane, PreviewPlane::depth);
+    for (const double scale : {kMinPreviewScale, 1.0})
+        EXPECT_EQ(std::get<JobRequest>(read("scale", scale)).scale, scale);
+    EXPECT_EQ(std::get<JobRequest>(read("scale", 1)).frame, -3);
+    for (const json& scale : {json(kMinPreviewScale / 2), json(1.01), json("1"), json(nullptr)})
+        EXPECT_THAT(fault("scale", scale), HasSubstr("is not a number in ")) << scale;
+    body.erase("scale");
+    for (const json& plane : {json("motion"), json(1)})
+        EXPECT_THAT(fault("plane", plane), HasSubstr("unknown plane")) << plane;
+    body.erase("plane");
+    EXPECT_THAT(fault("frame", 1.5), HasSubstr("frame: "));
+    body.erase("frame");
+    EXPECT_THAT(fault("set", json::array()), HasSubstr("frame: missing"));
+}
+
+// A job is read again when it begins: of a user who has been removed since, it has no folders.
+TEST_F(RequestTest, AJobNeedsItsOwner) {
+    const Users everyone;
+    EXPECT_TRUE(Readers(*reader_, everyone).of("ann").ok()) << "there are no users any more";
+    write("users", "postchain_users: 1\nusers:\n  bob: {tokens: [" +
+                       *hash_of_token("bbbbbbbbbbbbbbbb") + "]}\n");
+    const auto users =
+        *Users::of_file(base_ + "/users", [](const std::string&) { return Status(); });
+    const Readers readers(*reader_, *users);
+    EXPECT_TRUE(readers.of("bob").ok());
+    EXPECT_TRUE(readers.of("").ok()) << "from before there were users";
+    EXPECT_THAT(readers.of("ann").status().message(), HasSubstr("'ann' is no longer in"));
 }
 
 TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
@@ -150,18 +239,22 @@ TEST_F(RequestTest, ValuesAreStrict) {
     const std::vector<std::pair<std::string, std::vector<json>>> bad = {
         {"strict", {"true", 0, nullptr}},
         {"frames", {5, "", std::string("1-2\0", 4)}},
-        {"camera", {""}},
+        {"camera", {"", "none.json", "fault.json"}},
         {"priority", {1.0, "1", 1e300}},
-        {"set", {"a=b", json::array({1})}},
+        {"set", {"a=b", json::array({1}), json::array({std::string("a=b\0", 4)})}},
         {"chain", {5, json::array(), "", std::string(300, 'c')}},
         {"kind", {"walk", 1}},
         {"max_memory", {"-1"}},
         {"precision", {"fp64"}},
-        {"input", {json::array({"a", "b"}), std::string(300, 'i') + ".####.exr"}},
+        {"input",
+         {json::array({"a", "b"}), std::string(300, 'i') + ".####.exr",
+          "color=in.####.exr,color=in.####.exr"}},
+        {"behind", {"b.##.##.exr"}},
         {"output", {"out/o.png/"}},
         // Keys of other kinds. A job waits in its queue, not for a renderer.
         {"sweep", {json::array({"a=1"})}},
         {"watch", {true}}};
+    write("root/fault.json", R"({"f_stop": "x"})");
     for (const auto& [key, values] : bad)
         for (const json& value : values) {
             const Problem problem = refused(with(key, value));
@@ -284,8 +377,11 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     json bench = with({{"kind", "bench"}, {"output", "report"}});
     bench["sweep"] = {"joint_blur.samples=5,9"};
     EXPECT_EQ(ab_or_bench(taken(bench)).variants().size(), 2u);
-    bench["sweep"] = {"joint_blur.sample=5"};
-    EXPECT_EQ(refused(bench).diagnostics.at(0).path, "sweep");
+    for (const char* sweep : {"joint_blur.sample=5", "joint_blur.samples"}) {
+        bench["sweep"] = {sweep};
+        EXPECT_EQ(refused(bench).diagnostics.at(0).path, "sweep");
+        EXPECT_THAT(refused(bench).detail, Not(HasSubstr("--"))) << "the command's option";
+    }
 }
 
 TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
@@ -301,8 +397,9 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     EXPECT_EQ(request.measurement->report_folder(), base_ + "/root/out/study");
     ASSERT_EQ(study_of(request).scenes.size(), 2u);
     EXPECT_EQ(study_of(request).scenes[1].measured.flip.pixels_per_degree, 40);
-    EXPECT_EQ(study_of(request).scenes[0].measured.run.input.color().text(),
-              base_ + "/root/in.####.exr");
+    const sequence::RunSettings& run = study_of(request).scenes[0].measured.run;
+    for (const io::PathPattern& color : {run.input.color(), *run.source.color_frames})
+        EXPECT_EQ(color.text(), base_ + "/root/in.####.exr");
     // Paths in a file start at its folder.
     fs::create_directories(base_ + "/root/shots");
     json moved = study;
@@ -328,6 +425,18 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     }
     job["study"] = "../outside/order.yaml";
     EXPECT_EQ(refused(job).kind, Problem::Kind::forbidden);
+    for (const auto& [other, why] : std::vector<std::pair<json, const char*>>{
+             {"none.yaml", "none.yaml"},
+             {std::string("shots/order.yaml\0", 17), "is not a study's file or object"},
+             {"", "is empty"},
+             {5, "'5' is not a study's file or object"},
+             {json::array({study}), "is not a study's file or object"}}) {
+        job["study"] = other;
+        const Problem problem = refused(job);
+        EXPECT_EQ(problem.diagnostics.at(0).path, "study") << other;
+        EXPECT_THAT(problem.detail, HasSubstr(why)) << other;
+        EXPECT_THAT(problem.detail, Not(HasSubstr(base_))) << other;
+    }
     // Other faults are reported too.
     json wrong = study;
     wrong["scenes"][0]["input"] = "../outside/in.####.exr";

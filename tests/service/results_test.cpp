@@ -94,6 +94,21 @@ TEST_F(Results, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
     EXPECT_EQ(size_of(picture(previewing(depth, {kValues}))), (std::vector{24, 16, 1}));
     EXPECT_THAT(picture(previewing(depth, {"image/x-exr"})).bytes,
                 HasSubstr(std::string("Z\0\2\0\0\0", 6)));
+    const auto depth_of = [&](const char* input) {
+        return json{{"chain", {{"postchain", 1}, {"passes", json::array()}}},
+                    {"input", input},
+                    {"frame", 2},
+                    {"scale", 0.5},
+                    {"plane", "depth"}}
+            .dump();
+    };
+    EXPECT_EQ(size_of(picture(previewing(depth_of("in.####.exr"), {kValues}))),
+              (std::vector{12, 8, 1}));
+    test::FrameFile flat;
+    flat.depth = false;
+    test::write_frame(root("flat.0002.exr"), test::make_planes(24, 16), flat);
+    EXPECT_THAT(no_picture(previewing(depth_of("flat.####.exr"))).detail,
+                HasSubstr("flat.0002.exr: the frame has no depth"));
     ended(id);
     const User& one = user();
     const ImageWanted values{kValues, 12};
@@ -107,6 +122,18 @@ TEST_F(Results, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
              [&](auto done) { service_->input_image(one, "in.####.exr", 99, values, done); },
              [&](auto done) { service_->frame_image(one, id, 99, true, {}, done); }})
         EXPECT_EQ(no_picture(ask).kind, Problem::Kind::not_found);
+    EXPECT_EQ(no_picture([&](auto done) {
+                  service_->input_image(one, "color=a,color=b", 1, {}, done);
+              }).kind,
+              Problem::Kind::invalid);
+    // Pictures, which another library reads.
+    const std::string pictures = submit(
+        R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr", "frames": "1",
+            "output": "out/p.####.png"})");
+    done(pictures);
+    EXPECT_EQ(size_of(picture(
+                  [&](auto done) { service_->frame_image(one, pictures, 1, true, values, done); })),
+              (std::vector{12, 8, 3}));
 }
 
 TEST_F(Results, PlansAndChains) {
@@ -144,12 +171,25 @@ TEST_F(Results, ReportsAreReadAndNothingBesideThem) {
     EXPECT_FALSE(done(id).verdict.empty());
     EXPECT_EQ(got(service_->report_file(user(), id, "index.html")).path,
               fs::canonical(root("report/index.html")).string());
+    for (const auto& [name, type] : {std::pair{"report.csv", "text/csv; charset=utf-8"},
+                                     {"report.md", "text/markdown; charset=utf-8"},
+                                     {"report.json", "application/json"},
+                                     {"added.png", "image/png"},
+                                     {"added.yaml", "application/yaml"}}) {
+        if (std::string(name).starts_with("added")) std::ofstream(root("report/") + name) << "x";
+        EXPECT_EQ(got(service_->report_file(user(), id, name)).type, type);
+    }
+    std::ofstream(root("report/added.exe")) << "x";
+    const std::string run = submit(body());
+    done(run);
+    EXPECT_EQ(problem_of(service_->report_file(user(), run, "report.json")).detail,
+              concat("job ", run, " has no report"));
     std::ofstream(root("secret.json")) << "{}";
     std::ofstream(outside("secret.json")) << "{}";
     fs::create_symlink(outside("secret.json"), root("report/link.json"));
     for (const char* name :
          {"../secret.json", "/etc/passwd", "", ".", "none.json", ".postchain-report", "images",
-          "images/../../secret.json", "link.json"})
+          "images/../../secret.json", "link.json", "added.exe"})
         EXPECT_EQ(problem_of(service_->report_file(user(), id, name)).kind,
                   Problem::Kind::not_found)
             << name;
@@ -163,6 +203,11 @@ TEST_F(Results, BytesOfWhatIsWritten) {
     for (const char* name : {"out/one.exr", "out/one.exr.json", "out/one.exr.png", "out/f.0001.exr",
                              "out/f.0001.exr.json", "out/f.0001.exr.png", "out/g.0001.exr"})
         write(name, std::exchange(bytes, 2 * bytes));
+    // Neither what a link leads to nor a folder is of the job.
+    write("large", 10'000);
+    for (const char* link : {"out/f.0002.exr", "out/link"})
+        fs::create_symlink(root("large"), root(link));
+    fs::create_directory(root("out/f.0003.exr"));
     EXPECT_EQ(bytes_on_disk(root("out/one.exr")), 1 + 2 + 4);
     EXPECT_EQ(bytes_on_disk(root("out/f.####.exr")), 8 + 16 + 32);
     EXPECT_EQ(bytes_on_disk(root("out")), 127);
@@ -184,6 +229,9 @@ TEST_F(Results, OutputsOfARangeOfFrames) {
     };
     using Names = std::vector<std::string>;
     EXPECT_EQ(names(2, 4), (Names{"o.0002.exr", "o.0004.exr"}));
+    EXPECT_EQ(
+        no_picture([&](auto done) { service_->frame_image(user(), id, 3, true, {}, done); }).kind,
+        Problem::Kind::not_found);
     EXPECT_EQ(names(4, 4), Names{"o.0004.exr"});
     EXPECT_EQ(names(0, 1), Names{"o.0001.exr"});
     EXPECT_EQ(names(5, 99), Names{"o.0006.exr"});
@@ -200,6 +248,8 @@ TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
     done(id);
     const std::string skipped = submit(body(R"(, "on_existing": "skip")"));
     done(skipped);
+    EXPECT_EQ(got(service_->frame(skipped, 1)).state, FrameState::skipped);
+    EXPECT_EQ(got(service_->frame(skipped, 1)).sidecar, got(service_->frame(id, 1)).sidecar);
     for (const auto& [name, target] : {std::pair{"out/o.0006.exr", "o"}, {"in.0002.exr", "in"}}) {
         fs::rename(root(name), outside(target));
         fs::create_symlink(outside(target), root(name));
@@ -213,6 +263,9 @@ TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
              [&](auto done) { service_->input_image(one, "in.####.exr", 2, {}, done); }})
         EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
     EXPECT_EQ(problem_of(service_->outputs(one, id, 6, 6)).kind, Problem::Kind::forbidden);
+    EXPECT_THAT(
+        problem_of(service_->plan(one, R"({"chain": "fast", "input": "in.####.exr"})")).detail,
+        HasSubstr("in.0002.exr: links outside"));
 }
 
 }  // namespace

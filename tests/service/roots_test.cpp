@@ -100,6 +100,7 @@ TEST_F(RootsTest, NamesThatAreNone) {
     for (const std::string& path :
          {std::string(), std::string("shots/a.exr\0.png", 16), std::string(256, 'a'), deep})
         EXPECT_EQ(roots_.resolve(path).status().code(), StatusCode::usage) << path;
+    EXPECT_EQ(resolved(deep.substr(0, 4095)), "") << "too long with its root";
     for (const auto& [roots, words] : std::vector<std::pair<std::vector<std::string>, std::string>>{
              {{}, "missing"},
              {{base_ + "/nowhere"}, "does not exist"},
@@ -119,6 +120,44 @@ TEST_F(RootsTest, MessagesHoldWhatWasGivenAlone) {
     EXPECT_LT(roots_.resolve(std::string(100000, 'x')).status().message().size(), 400u);
 }
 
+TEST_F(RootsTest, FoldersOfAUser) {
+    const Roots shots = *roots_.within({"shots"});
+    EXPECT_TRUE(shots.resolve("shots/a.exr").ok());
+    EXPECT_THAT(test::error_of(shots.resolve("b.exr")), HasSubstr("folders of this user"));
+    for (const char* folder : {"shots/a.exr", "none", "../secret", "../rootless"})
+        EXPECT_FALSE(roots_.within({folder}).ok()) << folder;
+}
+
+// After it was submitted: a link in place of a folder or a file.
+TEST_F(RootsTest, PathsOfAJobAreCheckedWhenItRuns) {
+    const auto input = *io::InputSpec::parse(root("/shots/b.####.exr"));
+    std::ofstream(root("/b")) << "x";
+    fs::create_symlink(root("/b"), root("/shots/b.0001.exr"));
+    EXPECT_EQ(check_inputs(input, roots_).message(), "");
+    fs::create_symlink(base_ + "/secret", root("/shots/b.0002.exr"));
+    EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("b.0002.exr: links outside"));
+    EXPECT_EQ(check_folder(root("/shots"), roots_).message(), "");
+    fs::rename(root("/shots"), base_ + "/second/shots");
+    for (const char* target : {"second/shots", "rootless"}) {
+        fs::create_symlink(base_ + "/" + target, root("/shots"));
+        EXPECT_EQ(check_folder(root("/shots"), roots_).code(), StatusCode::output) << target;
+        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("links outside")) << target;
+        fs::remove(root("/shots"));
+    }
+}
+
+TEST_F(RootsTest, TheRootOfTheFileSystem) {
+    const Roots all = *Roots::of({"/"});
+    const std::string path = root("/shots/a.exr");
+    EXPECT_EQ(test::must(all.resolve(path)), path);
+    EXPECT_EQ(test::must(all.resolve(path.substr(1))), path);
+    EXPECT_EQ(all.shown(path), path);
+    EXPECT_EQ(all.shown("/"), ".");
+    EXPECT_EQ(all.shown_in("/a: no"), "/a: no");
+    EXPECT_EQ(test::must(resolve_pattern(*io::PathPattern::parse("/a.####.exr"), all)).text(),
+              "/a.####.exr");
+}
+
 TEST_F(RootsTest, ShownFromTheFirstRoot) {
     EXPECT_EQ(roots_.shown(base_ + "/root/shots/a.exr"), "shots/a.exr");
     EXPECT_EQ(roots_.shown(base_ + "/second/b"), base_ + "/second/b");
@@ -134,6 +173,7 @@ TEST_F(RootsTest, ShownFromTheFirstRoot) {
              {top + ": is the folder of '" + top + "', in " + top, ".: is the folder of '.', in ."},
              {top + "/: no (" + top + "/)", ".: no (.)"},
              {top + "/(a)/b, " + top + "/.b.tmp", "(a)/b, .b.tmp"},
+             {top + ".b, " + top + ". No", top + ".b, . No"},
              {top + "2: no", top + "2: no"},
              {top + "-b/a", top + "-b/a"},
              {"/mnt" + top + "/a", "/mnt" + top + "/a"}})

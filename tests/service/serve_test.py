@@ -53,8 +53,14 @@ class Serve(Served):
                 (["--bind", "example.org", *token], "is not an address"),
                 (["--bind", "192.0.2.1", *token], "not an address of this machine"),
                 (["--trusted-proxy", "127.0.0.1"], "--token-file"),
-                (["--farm-frames", "3"], "add --backend slurm")]:
+                (["--farm-frames", "3"], "add --backend slurm"), (["--slurm-option=-p=a"], "add --backend slurm"),
+                (["--backend", "slurm"], "add --farm-folder"), (["--base-path", "x"], "begins with /"),
+                (["--hash-token", str(self.path / "none")], "cannot be read"),
+                (["--bind", "localhost"], "add --token-file")]:
             self.fails(2, text, *words)
+        serve = [PROGRAM, "serve", "--root", str(self.path)]
+        self.fails(5, "--store: ", command=["env", "STATE_DIRECTORY=" + bad, *serve])
+        self.fails(2, "--store: give a file", command=["env", "-i", *serve])
         self.fails(2, "--root", command=[PROGRAM, "serve"])
         self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
 
@@ -70,6 +76,9 @@ class Serve(Served):
         printed = subprocess.run([PROGRAM, "serve", "--root", str(self.path), "--hash-token", plain],
                                  check=True, capture_output=True, text=True).stdout
         self.assertEqual(printed, token_hash("0123456789abcdef") + "\n")
+        piped = subprocess.run([PROGRAM, "serve", "--hash-token", "-"], input="0123456789abcdef\r\n", check=True,
+                               capture_output=True, text=True).stdout
+        self.assertEqual(piped, printed)
         token = self.write("token", printed)
         known = {"Authorization": "Bearer 0123456789abcdef"}
         with self.serving("--bind", "0.0.0.0", "--token-file", token) as server:
@@ -91,9 +100,14 @@ class Serve(Served):
                             ("postchain_service: 1\nkeep_job: 5", "2:11: error: keep_job: unknown key 'keep_job'"),
                             ("postchain_service: 1\nkeep_jobs: 0", "keep_jobs"),
                             ("postchain_service: 1\nhosts: x", "expected a list"),
+                            ("postchain_service: 1\nhosts: [[x]]", "expected a list of strings"),
+                            ("postchain_service: 1\ndevice: [x]", "device: expected a string"),
+                            ("postchain_service: 1\nthreads: 0", "threads: "),
+                            ("postchain_service: [", "bad.yaml:"),
                             ("postchain_service: 1\nbackup: x", "unknown key 'backup'"),
                             ("postchain_service: 1\nusers: x\ntoken_file: x", "--users excludes")]:
-            self.fails(2, fault, "--config", self.write("bad.yaml", text + "\n"))
+            self.fails(2, fault, command=[PROGRAM, "serve", "--root", str(self.path), "--config",
+                                          self.write("bad.yaml", text + "\n")])
 
     def test_unit(self):
         """systemd accepts it, and what broke results, Slurm and GPUs is not set."""

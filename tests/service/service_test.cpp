@@ -140,7 +140,10 @@ TEST_F(Jobs, OutputsThatExistOrThatAnotherJobWillWrite) {
     // Its sidecar.
     std::ofstream(out(6) + ".json") << "{}";
     EXPECT_THAT(why(body(R"(, "frames": "6")")), HasSubstr("out/o.0006.exr.json"));
-    done(submit(body(R"(, "frames": "6", "sidecar": false)")));
+    const std::string bare = submit(body(R"(, "frames": "6", "sidecar": false)"));
+    done(bare);
+    fs::remove(out(6) + ".json");
+    EXPECT_EQ(got(service_->frame(bare, 6)).sidecar, "");
     // A job that runs, and one that waits.
     const std::string runs = submit(held_body(R"(, "frames": "3")"));
     ASSERT_TRUE(waits());
@@ -265,6 +268,20 @@ TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
     EXPECT_THAT(job.message, HasSubstr("a retry continues"));
 }
 
+TEST_F(Jobs, AFrameThatStrictRefusesHasTheCodeOfTheCommand) {
+    test::Planes planes = test::make_planes(24, 16);
+    planes.color.at(20, 3, 0) = NAN;
+    test::write_frame(root("in.0002.exr"), planes);
+    open();
+    for (const std::string more : {"", R"(, "on_error": "stop", "on_existing": "overwrite")"}) {
+        const Job job = ran(body(R"(, "strict": true)" + more));
+        EXPECT_EQ(job.state, JobState::failed);
+        EXPECT_EQ(job.exit_code, 7) << more;
+        EXPECT_THAT(job.message, HasSubstr("non-finite"));
+        EXPECT_FALSE(fs::exists(out(2)));
+    }
+}
+
 // All files count for max_disk, and the frames of measurements for max_frames.
 TEST_F(Jobs, WhatItWritesAndMeasuresIsCounted) {
     open();
@@ -277,13 +294,48 @@ TEST_F(Jobs, WhatItWritesAndMeasuresIsCounted) {
     const auto inputs = size(root());
     const Job run = done(submit(body(R"(, "dump_stages": "stages", "png": true)")));
     EXPECT_EQ(run.bytes, size(root()) - inputs);
-    const Job ab = done(submit(
+    const std::string measures =
         R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
             "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1-2",
-            "output": "report", "repeats": 1, "page_frames": 1})"));
+            "output": "report", "repeats": 1, "page_frames": 1})";
+    const Job ab = done(submit(measures));
     EXPECT_EQ(ab.frames, 2);
     EXPECT_EQ(ab.done, 2);
     EXPECT_EQ(ab.bytes, size(root("report")));
+    // It reads the camera of a generated scene, which is beside the frames.
+    write_text(root("camera.json"), R"({"aperture_image": "../outside/a.exr"})");
+    const std::string again = std::string(measures).replace(measures.find("report"), 6, "again");
+    EXPECT_THAT(ran(again).message,
+                HasSubstr("camera.json: names an aperture image outside the folders"));
+}
+
+// Motion vectors are made from the matrices of the frames before and after, whose names start at
+// the root, wherever the service runs.
+TEST_F(Jobs, CamerasOfNeighboringFramesAreFound) {
+    test::FrameFile file;
+    file.convention = "generic";
+    file.motion = false;
+    fs::create_directory(root("pan"));
+    for (const int frame : {1, 2, 3}) {
+        file.attributes["worldToCamera"] = concat("1 0 0 0 0 1 0 0 0 0 1 0 ", frame, " 0 0 1");
+        test::write_sequence(root("pan"), {frame}, 24, 16, file);
+    }
+    write_text(root("pan/camera.json"), R"({"focal_length_mm": 40, "sensor_width_mm": 36})");
+    open();
+    auto made = [&, at = 0](const std::string& input) mutable {
+        const std::string output = concat("out/pan", ++at, ".exr");
+        done(submit(json{
+            {"chain_text", test::kMotionBlur},
+            {"input", input},
+            {"camera", "pan/camera.json"},
+            {"frames", "2"},
+            {"output",
+             output}}.dump()));
+        return test::read_color(root(output));
+    };
+    const ImageF blurred = made("pan/in.####.exr");
+    EXPECT_EQ(blurred.data, made(root("pan/in.####.exr")).data);
+    EXPECT_GT(test::largest_difference(blurred, test::read_color(root("pan/in.0002.exr"))), 0.05);
 }
 
 TEST_F(Jobs, FramesThatAreNotThere) {
@@ -293,6 +345,8 @@ TEST_F(Jobs, FramesThatAreNotThere) {
     EXPECT_THAT(missing.detail, HasSubstr("(missing: skip or hold continues without them)"));
     ASSERT_EQ(missing.diagnostics.size(), 1u);
     EXPECT_EQ(missing.diagnostics[0].path, "frames");
+    EXPECT_THAT(refused(body(R"(, "frames": "1-100001", "missing": "skip")")).detail,
+                HasSubstr("frames: 100001 are more than 100000; submit several jobs"));
     const Job skip = done(submit(body(R"(, "frames": "5-8", "missing": "skip")")));
     EXPECT_EQ(skip.exit_code, 1);
     EXPECT_EQ(skip.done, 2);
@@ -411,6 +465,29 @@ TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
     for (const JobFrame& frame : frames(id)) EXPECT_EQ(frame.attempts, 1) << frame.frame;
 }
 
+// Nothing is recorded while the store is away. What was written then is this job's own.
+TEST_F(Jobs, AStoreThatIsAwayDuringAJobCostsNoFrame) {
+    hold();
+    const std::string id = submit(held_body(R"(, "frames": "1-3")"));
+    ASSERT_TRUE(waits());
+    wait_for_done(id, 2);
+    fs::rename(settings().store, folder_.path("away.db"));
+    HeldPass::held = false;
+    // By the watch, and by the worker that has failed to record a frame.
+    EXPECT_TRUE(wait_for([&] {
+        return test::count_of(service_->health().why, "the store was removed or replaced") == 2;
+    }));
+    const std::string made = test::read_text(out(3));
+    EXPECT_EQ(refused(in_folder(body(), "next")).kind, Problem::Kind::unavailable);
+    fs::rename(folder_.path("away.db"), settings().store);
+    EXPECT_EQ(done(id).done, 3);
+    EXPECT_EQ(test::read_text(out(3)), made);
+    for (const JobFrame& frame : frames(id)) {
+        EXPECT_EQ(frame.state, FrameState::written) << frame.frame;
+        EXPECT_EQ(frame.attempts, 1) << frame.frame;
+    }
+}
+
 TEST_F(Jobs, CanceledAndTriedAgain) {
     add_frames(12);
     hold();
@@ -433,7 +510,7 @@ TEST_F(Jobs, CanceledAndTriedAgain) {
 }
 
 TEST_F(Jobs, AJobThatGoesOnWithAnEditedFileMixesNoFrames) {
-    for (const std::string edited : {"", "chain.yaml", "camera.json"}) {
+    for (const std::string edited : {"", "chain.yaml", "camera.json", "outputs"}) {
         const std::string chain = "postchain: 1\npasses: [held]\n", camera = R"({"f_stop": 2})";
         write_text(root("chain.yaml"), chain);
         write_text(root("camera.json"), camera);
@@ -452,9 +529,11 @@ TEST_F(Jobs, AJobThatGoesOnWithAnEditedFileMixesNoFrames) {
                        edited.empty() ? chain : "postchain: 1\npasses: [held, fxaa]\n");
         else
             write_text(root("camera.json"), R"({"f_stop": 4})");
+        for (int frame = 1; edited == "outputs" && frame <= 2; ++frame)
+            fs::remove(root(concat("editedoutputs/o.000", frame, ".exr")));
         retry(id);
-        if (edited.empty()) {
-            EXPECT_EQ(done(id).done, 6) << "written again, with the same text";
+        if (edited.empty() || edited == "outputs") {
+            EXPECT_EQ(done(id).done, 6) << "written again with the same text, or none to mix with";
             continue;
         }
         const Job failed = ended(id);
@@ -503,6 +582,14 @@ TEST_F(Jobs, KeysAndAFullQueue) {
     EXPECT_EQ(same.place, 1);
     fs::rename(outside("1"), root("in.0001.exr"));
     EXPECT_EQ(problem_of(with_key(next + " ", false)).kind, Problem::Kind::conflict);
+    EXPECT_TRUE(wait_for([&] { return !service_->health().queue; }));
+    EXPECT_THAT(service_->health().why, HasSubstr("the queue is full"));
+    // A retry waits for room too.
+    got(service_->cancel(user("ann"), first.id));
+    const std::string other = submit(in_folder(body(), "other"), "ann");
+    EXPECT_EQ(problem_of(service_->retry(user("ann"), first.id)).kind, Problem::Kind::busy);
+    got(service_->cancel(user("ann"), other));
+    got(service_->retry(user("ann"), first.id));
     HeldPass::held = false;
     done(first.id);
 }

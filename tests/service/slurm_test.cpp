@@ -30,7 +30,7 @@ TEST(Slurm, StatesOfTasks) {
     std::map<std::string, RemoteTasks> jobs{{"a", {}}, {"b", {}}, {"gone", {}}};
     add_tasks_of_squeue(
         "12|3,5-40%4|PENDING|a\n12|1|COMPLETED|a\n12|2|RUNNING|a\n12|4|NODE_FAIL|a\n"
-        "16|N/A|RUNNING|other\n17|1|RUNNING|b\n",
+        "16|N/A|RUNNING|other\n17|1|RUNNING|b\n\nslurm_load_jobs error: a\n12|1|RUNNING|a|b\n",
         jobs);
     const RemoteTasks& tasks = jobs["a"];
     EXPECT_EQ(tasks.id, "12");
@@ -47,7 +47,7 @@ TEST(Slurm, StatesOfTasks) {
     std::map<std::string, RemoteTasks> ended{{"a", {}}};
     add_tasks_of_sacct(
         "12_1|COMPLETED|a\n12_2|CANCELLED by 1000|a\n12_[5-6]|COMPLETED|a\n12_4|OUT_OF_MEMORY|a\n"
-        "12_7|FAILED|a job that had this id before\n",
+        "12_7|FAILED|a job that had this id before\n12|FAILED|a\n\n12_8|FAILED|a|b\n",
         ended);
     EXPECT_TRUE(ended["a"].ended());
     EXPECT_EQ(ended["a"].done, 3);
@@ -74,6 +74,15 @@ TEST(Slurm, AScriptRunsTheWordsOfItsTaskAndNoOtherVersion) {
     EXPECT_EQ(other.exit_code, 2);
     EXPECT_EQ(other.out, "");
     EXPECT_THAT(other.err, HasSubstr("the service is postchain 1.2"));
+    // The service reads the code of a measurement from a file.
+    const test::TempFolder logs;
+    RemoteJob measures;
+    measures.command = {"sh", "-c", "exit 8"};
+    measures.tasks = {{}, {}};
+    measures.log_folder = logs.path();
+    measures.keeps_exit_code = true;
+    EXPECT_EQ(ran_as_task(measures, "", 2).exit_code, 8);
+    EXPECT_EQ(test::must(read_text_file(logs.path("2.exit"), StatusCode::input)), "8\n");
     // Larger than an argument may be, which has 128 KiB.
     job.tasks.assign(300, {"--frames=" + std::string(1000, '1')});
     EXPECT_THAT(ran_as_task(job, "", 300).out, HasSubstr(" --threads=3\n"));
@@ -135,6 +144,8 @@ TEST_F(SlurmPrograms, AJobIsSubmitted) {
     EXPECT_EQ(test::must(queue_.submit(job_)), "12");
     EXPECT_THAT(words("sbatch"), HasSubstr("--array=1-2 "));
     EXPECT_THAT(words("sbatch"), testing::Not(HasSubstr("--dependency")));
+    EXPECT_EQ(test::must(SlurmQueue(SlurmSettings()).submit(job_)), "12");
+    EXPECT_THAT(words("sbatch"), testing::Not(HasSubstr("--mem")));
     for (const char* answer : {"Submitted batch job 12", ""}) {
         add("sbatch", concat("echo '", answer, "'"));
         EXPECT_THAT(test::error_of(queue_.submit(job_)), HasSubstr("did not print a job's id"));
@@ -161,6 +172,8 @@ TEST_F(SlurmPrograms, JobsThatHaveLeftTheQueueAreLookedUp) {
     auto found = test::must(queue_.look({{"a", "12"}, {"b", "13"}, {"c", ""}}));
     EXPECT_THAT(words("squeue"), HasSubstr(" --name=a,b,c\n"));
     EXPECT_THAT(words("sacct"), HasSubstr("-j 13 "));
+    (void)queue_.look({{"b", "13"}, {"a", "12"}, {"d", "14"}});
+    EXPECT_THAT(words("sacct"), HasSubstr("-j 13,14 "));
     EXPECT_EQ(found["a"].running, 1);
     EXPECT_EQ(found["b"].done, 1);
     EXPECT_FALSE(found["c"].known());

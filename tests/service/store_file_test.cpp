@@ -93,6 +93,12 @@ TEST_F(StoreTest, BackupsOfAStoreInUse) {
     EXPECT_EQ(test::read_text(folder_.path("mine")), "mine");
     EXPECT_EQ(back_up(path(), path()).code(), StatusCode::usage);
     EXPECT_EQ(back_up(folder_.path("none"), copy).code(), StatusCode::output);
+    EXPECT_EQ(back_up(folder_.path("mine"), copy).code(), StatusCode::output);
+    EXPECT_EQ(back_up(path(), folder_.path()).code(), StatusCode::output) << "a folder";
+    replace("CREATE TABLE mine(a)");
+    EXPECT_EQ(back_up(copy, path()).code(), StatusCode::usage) << "another program's";
+    EXPECT_EQ(back_up(path(), copy).code(), StatusCode::output);
+    EXPECT_EQ(Database(path(), Database::Open::existing).number("SELECT COUNT(*) FROM mine"), 0);
 }
 
 // Its ids go on above all that it has given, and those in between are known to be lost.
@@ -132,6 +138,17 @@ TEST_F(StoreTest, EventsAfterACopyWasPutBack) {
         store_.reset();
         for (const char* suffix : {"", ".lock"}) fs::remove(path() + suffix);
     }
+}
+
+TEST_F(StoreTest, EventsAfterACopyWithoutAnyWasPutBack) {
+    const std::string copy = folder_.path("copy.sqlite");
+    ASSERT_TRUE(back_up(path(), copy).ok());
+    const int64_t lost = events(add()).back().id;
+    store_.reset();
+    fs::copy_file(copy, path(), fs::copy_options::overwrite_existing);
+    open();
+    EXPECT_GT(events(add()).back().id, lost + 1);
+    EXPECT_TRUE(*store_->is_lost(lost));
 }
 
 // While another program holds the file, and a change waits for it.
@@ -268,6 +285,9 @@ TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
         file << std::string(60000, '\xff');
     }
     EXPECT_THAT(refusal(), HasSubstr("damaged"));
+    EXPECT_EQ(back_up(path(), folder_.path("copy")).code(), StatusCode::output);
+    for (const char* name : {"copy", "copy.tmp"})
+        EXPECT_FALSE(fs::exists(folder_.path(name))) << name;
 }
 
 // On a full disk calls fail and change nothing; the store works again when there is room.

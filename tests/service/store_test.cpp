@@ -184,6 +184,11 @@ TEST_F(StoreTest, FailuresCountUntilTheFrameIsQuarantined) {
     EXPECT_EQ(frame(id, 1).attempts, 0);
     EXPECT_EQ(job(id).failed, 0);
     EXPECT_EQ(job(id).ended_ms, 0);
+    // A frame that is written does not fail afterward.
+    write(id, 1);
+    ASSERT_TRUE(store_->frame_fails(id, 1, "late").ok());
+    EXPECT_EQ(frame(id, 1).state, FrameState::written);
+    EXPECT_EQ(types(id).back(), "frame");
 }
 
 TEST_F(StoreTest, OneKeyIsOneJob) {

@@ -492,8 +492,7 @@ class SceneReader {
                 reading_.file.diagnostics.push_back(std::move(note));
         if (!run.ok()) return reading_.error(node, above + scene.name, run.status());
         if (!input) return;
-        run->input = std::move(*input);
-        if (behind) run->input.patterns.emplace(Role::behind, std::move(*behind));
+        sequence::set_input(*run, std::move(*input), std::move(behind));
         run->version = version_;
         scene.measured.run = std::move(*run);
     }

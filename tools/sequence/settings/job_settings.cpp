@@ -458,4 +458,10 @@ Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& regist
     return run;
 }
 
+void set_input(RunSettings& run, io::InputSpec input, std::optional<io::PathPattern> behind) {
+    run.input = std::move(input);
+    if (behind) run.input.patterns.emplace(Role::behind, std::move(*behind));
+    run.source.color_frames = run.input.color();
+}
+
 }  // namespace postchain::sequence

@@ -76,4 +76,7 @@ Status read_aperture_images(CameraFile& file);
 Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& registry,
                               Diagnostics& notes);
 
+// The frames of a job by other names, such as their real ones.
+void set_input(RunSettings& run, io::InputSpec input, std::optional<io::PathPattern> behind);
+
 }  // namespace postchain::sequence

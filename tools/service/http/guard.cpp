@@ -71,8 +71,8 @@ std::vector<Hop> hops_of(const Request& request) {
             for (const std::string& pair : parts_of(entry, ';')) {
                 const std::string text =
                     trimmed(pair.substr(std::min(pair.find('=') + 1, pair.size())));
-                if (pair.size() > 4 && same_word(pair.substr(0, 4), "for=")) hop.address = text;
-                if (pair.size() > 6 && same_word(pair.substr(0, 6), "proto=")) hop.proto = text;
+                if (same_word(pair.substr(0, 4), "for=")) hop.address = text;
+                if (same_word(pair.substr(0, 6), "proto=")) hop.proto = text;
             }
             hops.push_back(std::move(hop));
         }
@@ -311,8 +311,7 @@ std::string Guard::begin_session(const Request& request) const {
 }
 
 void Guard::end_session(const Request& request) const {
-    if (const std::string session = cookie_of(request); !session.empty())
-        settings_.users->end_session(session);
+    settings_.users->end_session(cookie_of(request));
 }
 
 std::string Guard::address_of(const Request& request) const {

@@ -24,7 +24,7 @@ Json array_of(const Diagnostics& diagnostics) {
 
 Reply reply_of(int status, const std::string& detail, Json errors) {
     Json body = {{"type", "about:blank"}, {"title", reason_of(status)}, {"status", status}};
-    if (!detail.empty()) body["detail"] = detail;
+    body["detail"] = detail;
     if (!errors.empty()) body["errors"] = std::move(errors);
     Reply reply;
     reply.status = status;

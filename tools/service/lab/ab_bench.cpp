@@ -35,13 +35,8 @@ std::vector<std::string> options_of(const std::string& body, const Roots& roots)
     for (const auto& [key, value] : text.root().entries) {
         if (std::ranges::find(kOtherKeys, key.text) != kOtherKeys.end()) continue;
         const std::string option = sequence::option_name(key.text);
-        if (value.is_list()) {
-            for (const TextNode& item : value.items) words.push_back(option + "=" + item.text);
-        } else if (!is_string(value) && (value.text == "true" || value.text == "false")) {
-            words.push_back(value.text == "true" ? option : "--no-" + option.substr(2));
-        } else {
-            words.push_back(option + "=" + value.text);
-        }
+        if (!value.is_list()) words.push_back(option + "=" + value.text);
+        for (const TextNode& item : value.items) words.push_back(option + "=" + item.text);
     }
     return words;
 }
@@ -130,7 +125,7 @@ void AbOrBench::read_variants(const MeasurementText& text) {
     for (const std::string& one : text.body.list("sweep")) {
         auto sweep = experiment::parse_sweep(one);
         if (!sweep.ok()) {
-            text.body.fault("sweep", sweep.status().message());
+            text.body.fault("sweep", without_option("sweep", sweep.status().message()));
             continue;
         }
         if (sweep->key == "camera.aperture_image")
@@ -144,7 +139,7 @@ void AbOrBench::read_variants(const MeasurementText& text) {
     if (variants.ok())
         variants_ = std::move(*variants);
     else
-        text.body.fault("sweep", variants.status().message());
+        text.body.fault("sweep", without_option("sweep", variants.status().message()));
 }
 
 void AbOrBench::confine_truth(RequestBody& body) {

@@ -238,7 +238,6 @@ Result<std::shared_ptr<Users>> Users::of_file(const std::string& path,
     auto users = std::make_shared<Users>();
     users->users_path_ = path;
     users->check_folder_ = check_folder;
-    users->users_.clear();
     RETURN_IF_ERROR(users->reload());
     return users;
 }
@@ -273,8 +272,7 @@ Users::List Users::list() const {
 }
 
 bool Users::asks_for_token() const {
-    const List users = list();
-    return users.empty() || !users.front()->tokens.empty();
+    return !list().front()->tokens.empty();
 }
 
 size_t Users::count() const {
@@ -328,7 +326,6 @@ KnownUser Users::in_session(const std::string& given, Clock::time_point now) con
 }
 
 bool Users::has_session(const std::string& given, Clock::time_point now) const {
-    if (given.empty()) return false;
     const std::string hash = hash_of(given);
     const std::lock_guard lock(mutex_);
     const auto found = sessions_.find(hash);

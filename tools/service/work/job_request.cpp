@@ -183,7 +183,7 @@ class RequestParser {
         sequence::JobSettings alone;
         alone.input = "a.exr";
         const ParameterValue value = row.get(&job_);
-        if (value == ParameterValue() || value == ParameterValue(std::string())) return Status();
+        if (value == ParameterValue()) return Status();
         // A view is meaningful only with its display: checked with all settings.
         if (row.key.starts_with("ocio")) return Status();
         row.set(&alone, value);
@@ -218,13 +218,12 @@ class RequestParser {
                     body_.fault(row.key, without_option(row.key, status.message()));
         std::optional<io::PathPattern> output = confine_pattern("output", job_.output);
         std::optional<io::PathPattern> behind = confine_pattern("behind", job_.behind);
-        if (has_errors(body_.faults()) || !input) return;
+        if (has_errors(body_.faults())) return;
         Diagnostics notes;
         auto settings = sequence::parse_job(job_, reader_.registry_, notes);
         if (!settings.ok()) return body_.fault("", settings.status().message());
         for (Diagnostic& note : notes) body_.add(std::move(note));
-        settings->input = std::move(*input);
-        if (behind) settings->input.patterns.emplace(Role::behind, std::move(*behind));
+        sequence::set_input(*settings, std::move(*input), std::move(behind));
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
         settings->source.layers.manifest_check = roots_.resolver();

@@ -30,8 +30,10 @@ bool is_string(const TextNode& node) {
 }
 
 std::string without_option(const std::string& key, const std::string& message) {
-    const std::string option = sequence::option_name(key) + ": ";
-    return message.starts_with(option) ? message.substr(option.size()) : message;
+    const std::string option = sequence::option_name(key);
+    const size_t end = message.find(' ');
+    const std::string first = message.substr(0, end);
+    return first == option || first == option + ":" ? message.substr(end + 1) : message;
 }
 
 PathKind path_kind(const Parameter& row) {
@@ -152,7 +154,7 @@ std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
 void RequestBody::confine_file(const Parameter& row, ParameterRef settings) {
     const ParameterValue value = row.get(settings);
     const auto* text = std::get_if<std::string>(&value);
-    if (!text || text->empty()) return;
+    if (!text) return;
     if (path_kind(row) == PathKind::profile && is_word(*text)) return;
     const auto confined = confine(row.key, *text);
     if (!confined) return;

@@ -331,7 +331,8 @@ bool Worker::enter_end(const WorkerThread& self, const Job& job, const WorkEnd& 
             status = store_.requeue(job.id, end.message, job.kind != JobKind::run);
             break;
         case WorkEnd::How::store_failed:
-            status = store_.requeue(job.id, end.message, false);
+            status = store_.release(job.id);  // as after any interruption; it failed then
+            if (status.ok()) status = store_.requeue(job.id, end.message, false);
             break;
     }
     set_trouble(status.message());

@@ -2,13 +2,14 @@
 
     survey.py build [FOLDER ...]          copies the source to build-survey/source, inserts the fault points into FOLDER
                                           (none: config, chain/base, chain/plan, tools), and builds it
-    survey.py reach [--jobs N] [TEST ...]  runs the tests that match (patterns of names; none: the default set) without
+    survey.py reach [--jobs N] [TEST ...] runs the tests that match (patterns of names; none: the default set) without
                                           a fault and keeps what each reaches; those that ran are not run again
     survey.py undecided [FILE ...]        lists conditions that no such test has seen true, or false, and statements
                                           that none has run, in the files that match
-    survey.py sample N [--seed S] [--seconds T] [--jobs N] [FILE ...]
-                                          puts N faults that a test reaches in, one at a time, runs the quickest tests
-                                          that reach them, at most T seconds of tests (20), and lists those that live
+    survey.py sample [--count N] [--seed S] [--seconds T] [--jobs N] [FILE ...]
+                                          puts N (100) random faults that a test reaches in, one at a time, runs the
+                                          quickest tests that reach them, at most T seconds of tests (20), and lists
+                                          those that live
 
 A fault that lives changes nothing that matters, or shows what a test should assert. Each condition's parts become
 always true and always false, bounds of comparisons move, statements of one line are left out, returned truth values
@@ -223,7 +224,7 @@ def main():
     for name, words in (("build", "folders"), ("reach", "tests"), ("undecided", "files"), ("sample", "files")):
         command = commands.add_parser(name)
         if name == "sample":
-            command.add_argument("count", type=int)
+            command.add_argument("--count", type=int, default=100)
             command.add_argument("--seed", type=int, default=1)
             command.add_argument("--seconds", type=float, default=20)
         if name in ("reach", "sample"):

@@ -20,7 +20,7 @@ uvec2 sides_of(vec2 x, float q) {
 // from behind what this frame shows.
 Continuation find_continuation(Pixel pixel, Sample now, Search here, float found) {
     Continuation continued = Continuation(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
-    uint starts_left = here.hidden_starts;
+    uint starts_left = here.starts / kHidden;
     if (starts_left != 0u) SOFTWARE_LOOP do {
         const int i = findLSB(starts_left);
         starts_left &= starts_left - 1u;

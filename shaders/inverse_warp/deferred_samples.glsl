@@ -20,7 +20,7 @@ bool is_settled(Sample now, Search here) {
 // eight hidden ones, the bits above, the sample's number.
 uvec2 pack_search(int number, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
-    const uint bits = here.occluded_starts | here.hidden_starts << 8 | (shown ? kShown : 0u) |
+    const uint bits = here.starts | (shown ? kShown : 0u) |
                       (here.nearest.beyond ? kBeyond : 0u) |
                       (here.nearest.at.x == here.nearest_at.x ? kAtX : 0u) |
                       (here.nearest.at.y == here.nearest_at.y ? kAtY : 0u) |
@@ -48,7 +48,6 @@ Search unpack_search(uvec2 words, Pixel pixel, Sample now) {
     here.far = surface;
     here.far_at = at;
     here.shows_behind = (bits & kShowsBehind) != 0u;
-    here.occluded_starts = bits & 0xffu;
-    here.hidden_starts = bits >> 8 & 0xffu;
+    here.starts = bits & 0xffffu;
     return here;
 }

@@ -102,7 +102,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     const Sample at_nearer = seen_from(nearer, now), at_other = seen_from(-nearer, now);
     const bool limited = covered || (!shown && is_beyond(here.far, pixel.p, at_nearer));
     const bool limited_other = covered || (!shown && is_beyond(here.far, pixel.p, at_other));
-    uint searches = here.occluded_starts << 2 | from_far;
+    uint searches = (here.starts & kHidden - 1u) << 2 | from_far;
     int steps = 0;
     bool other = false;
     Sample then = now;

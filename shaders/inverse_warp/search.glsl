@@ -43,12 +43,14 @@ struct Search {
     Surface far;           // the farthest surface visited
     vec2 far_at;           // its pixel
     bool shows_behind;     // the farthest surface is behind the first
-    uint occluded_starts;  // a bit for each start surface that this frame may hide
-    uint hidden_starts;    // and for each that is behind what this frame shows at its place
+    uint starts;           // a bit for each start surface that this frame may hide; kHidden times it if the
+                           // surface is behind what this frame shows at its place
     float deferred_for;    // inverse depth of the nearest that a sample is deferred for; -1: none
 };
 
-// State of its loop.
+const uint kHidden = 256u;
+
+// State of its loop. A software renderer writes all of it at each visit, so it is small.
 struct SearchState {
     vec2 d;               // displacement of the surface from which the next step goes
     int start;            // 0: from the pixel itself; i + 1: from start surface i
@@ -58,14 +60,28 @@ struct SearchState {
     float residual;       // of Search::nearest
     float far_residual;   // of Search::far
     float first_depth;    // inverse depth of the first surface visited; below 0 before that
+    uvec4 nearest;        // Search::nearest, packed
+    uint nearest_at;      // pixel_word() of its pixel
+    uint far_at;          // and of Search::far
 };
 
 vec2 inside_of(vec2 at) {
     return clamp(at, vec2(0.0), vec2(uniforms.size - 1));
 }
 
-SearchState begin_state(Surface begin, Sample now) {
-    return SearchState(displacement(begin, now), 0, 0.0, 0, -1.0, kAcceptPx, 3.4e38, -1.0);
+const uint kBeyondWord = 1u << 31;
+
+uint pixel_word(vec2 x, bool beyond) {
+    return pack_cell(ivec2(x)) | (beyond ? kBeyondWord : 0u);
+}
+
+vec2 pixel_in(uint word) {
+    return vec2(unpack_cell(word & ~kBeyondWord));
+}
+
+SearchState begin_state(Surface begin, Pixel pixel, Sample now) {
+    const uint at = pixel_word(pixel.p, false);
+    return SearchState(displacement(begin, now), 0, 0.0, 0, -1.0, kAcceptPx, 3.4e38, -1.0, uvec4(0u), at, at);
 }
 
 // The result before the first visit.
@@ -79,8 +95,7 @@ Search begin_search(Pixel pixel, Surface begin) {
     s.far.inverse_depth = 3.4e38;
     s.far_at = pixel.p;
     s.shows_behind = false;
-    s.occluded_starts = 0u;
-    s.hidden_starts = 0u;
+    s.starts = 0u;
     s.deferred_for = -1.0;
     return s;
 }
@@ -129,15 +144,14 @@ vec2 at_edge(vec2 x, vec2 at, float q, vec2 a, vec2 p, Sample now) {
 }
 
 // The nearest accepted surface counts; at one depth the one with the smaller error.
-void keep_nearest(inout Search s, inout SearchState state, Visit v, vec2 p, float ratio) {
+void keep_nearest(inout Search s, inout SearchState state, Visit v, float ratio) {
     const float q = v.surface.inverse_depth, nearest = s.nearest.inverse_depth;
     if (!v.accepted ||
         !(q > nearest * ratio || (q * ratio >= nearest && v.error < state.residual)))
         return;
-    s.nearest = found_at(v.x, v.surface, v.d, v.beyond, p);
-    s.nearest_at = v.x;
-    s.nearest_edge = v.surface.edge;
-    s.nearest_place = place_in(v.bits);
+    s.nearest.inverse_depth = q;
+    state.nearest = v.bits;
+    state.nearest_at = pixel_word(v.x, v.beyond);
     state.residual = v.error;
 }
 
@@ -146,9 +160,9 @@ void keep_nearest(inout Search s, inout SearchState state, Visit v, vec2 p, floa
 void keep_farthest(inout Search s, inout SearchState state, Visit v, float ratio) {
     const float q = v.surface.inverse_depth, far = s.far.inverse_depth;
     if (!(q * ratio < far || (q <= far * ratio && v.error < state.far_residual))) return;
-    s.far = v.surface;
+    s.far.inverse_depth = q;
     state.far_residual = v.error;
-    s.far_at = v.x;
+    state.far_at = pixel_word(v.x, false);
 }
 
 // A start surface may be occluded if a step visits a nearer one or leaves the frame, or if the last
@@ -161,9 +175,8 @@ void note_occluded(inout Search s, inout SearchState state, Visit v, float ratio
     const bool unsettled = state.steps == kSteps - 1 && q * ratio >= state.start_depth;
     if (!v.beyond && !nearer && !unsettled) return;
     const uint start = 1u << (state.start - 1);
-    s.occluded_starts |= start;
     const bool hidden = state.steps == 0 && !v.beyond;
-    if (hidden) s.hidden_starts |= start;
+    s.starts |= start | (hidden ? kHidden * start : 0u);
     // Start surfaces are searched nearest first.
     if ((kSearchedOutside || hidden) && s.deferred_for < 0.0) s.deferred_for = state.start_depth;
 }
@@ -195,7 +208,7 @@ bool next_start(Search s, inout SearchState state, Pixel pixel, Sample now) {
 bool search_on(inout Search s, inout SearchState state, Pixel pixel, Sample now,
                inout uvec4 begin) {
     const Visit v = visit(pixel.p, state.d, now);
-    keep_nearest(s, state, v, pixel.p, now.depth_ratio);
+    keep_nearest(s, state, v, now.depth_ratio);
     keep_farthest(s, state, v, now.depth_ratio);
     note_occluded(s, state, v, now.depth_ratio);
     if (!kLens && v.accepted && state.start == 0) begin = v.bits;
@@ -208,13 +221,24 @@ bool search_on(inout Search s, inout SearchState state, Pixel pixel, Sample now,
     return more;
 }
 
+// The nearest surface found. If there is none, its inverse depth alone counts.
+void unpack_nearest(inout Search s, SearchState state, Pixel pixel, Sample now) {
+    Surface surface = unpack_surface(state.nearest);
+    surface.inverse_depth = s.nearest.inverse_depth;
+    s.nearest_at = pixel_in(state.nearest_at);
+    s.nearest = found_at(s.nearest_at, surface, displacement(surface, now),
+                         (state.nearest_at & kBeyondWord) != 0u, pixel.p);
+    s.nearest_edge = surface.edge;
+    s.nearest_place = place_in(state.nearest);
+}
+
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
 // first. With the shutter alone, `begin` becomes the surface found from it: the search of the next
 // time sample begins there.
 Search search(Pixel pixel, Sample now, inout uvec4 begin) {
     const Surface first = unpack_surface(begin);
     Search s = begin_search(pixel, first);
-    SearchState state = begin_state(first, now);
+    SearchState state = begin_state(first, pixel, now);
     bool more = true;
 #ifdef SOFTWARE_RENDERER
     SOFTWARE_LOOP do {
@@ -225,5 +249,7 @@ Search search(Pixel pixel, Sample now, inout uvec4 begin) {
     while (more) more = search_on(s, state, pixel, now, begin);
 #endif
     s.shows_behind = s.far.inverse_depth * now.depth_ratio < state.first_depth;
+    s.far_at = pixel_in(state.far_at);
+    unpack_nearest(s, state, pixel, now);
     return s;
 }

@@ -56,7 +56,7 @@ Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
     if (nearest.inverse_depth < 0.0)
         search_second_layer(here.far, pixel.p, now, farthest, nearest);
     for (int i = 0; i < STARTS; ++i)
-        if ((here.occluded_starts >> i & 1u) != 0u)
+        if ((here.starts >> i & 1u) != 0u)
             search_second_layer(start_surface(i), pixel.p, now, farthest, nearest);
     return nearest;
 }

@@ -194,9 +194,12 @@ TEST_F(Turns, ATaskAsksItsOwnFlag) {
 
 TEST(DiskChecks, EndWithoutADiskThatDoesNotAnswer) {
     std::promise<void> answers, asked;
+    auto mine = std::make_shared<int>();
+    const std::weak_ptr<int> held = mine;
     std::optional<DiskCheck> disks(
         std::in_place, std::vector<std::string>{"quick", "slow"},
-        [&, answer = answers.get_future().share()](const std::string& folder) -> std::string {
+        [&, mine = std::move(mine),
+         answer = answers.get_future().share()](const std::string& folder) -> std::string {
             if (folder == "quick") return "quick: the disk is full";
             answer.wait();
             asked.set_value();
@@ -206,6 +209,7 @@ TEST(DiskChecks, EndWithoutADiskThatDoesNotAnswer) {
     const auto begin = std::chrono::steady_clock::now();
     disks.reset();
     EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+    EXPECT_FALSE(held.expired()) << "the thread still uses it";
     answers.set_value();
     asked.get_future().wait();
 }

@@ -45,7 +45,9 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     fs::create_directory(folder_.path("other"));
     fs::create_hard_link(path(), folder_.path("other/hard.db"));
     for (const char* name : {"link.db", "other/hard.db"})
-        EXPECT_FALSE(JobStore::open(folder_.path(name), 3).ok()) << name;
+        EXPECT_THAT(JobStore::open(folder_.path(name), 3).status().message(),
+                    HasSubstr("another service uses this store"))
+            << name;
     store_.reset();
     EXPECT_EQ(refusal(), "opened");
 }

@@ -43,8 +43,8 @@ class Measurement {
     virtual int frames() const = 0;
     // Lowers --max-memory, bytes.
     virtual void limit_memory(uint64_t most) = 0;
-    // Whether its folder must be new. Errors: (usage) an input is in it; (output) it has a report or
-    // other files.
+    // Whether its folder must be new. Errors: (usage) an input is in it; (output) it has a report
+    // or other files.
     virtual Result<bool> needs_new_folder() const = 0;
 
     // `job` is running. GL is current on this thread.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 #include "chain/base/printable.h"
@@ -129,6 +130,13 @@ TEST(Text, QuotesWhatJsonDemands) {
     // UTF-8.
     EXPECT_EQ(quoted("\x7f\xc2\x9b\xe2\x80\xae"), "\"\\u007f\\u009b\\u202e\"");
     EXPECT_EQ(quoted("a\xff\xc3"), "\"a\\ufffd\\ufffd\"");
+    // Overlong, a surrogate, above U+10FFFF; the last code point.
+    for (const char* bad : {"\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80"}) {
+        std::string faults;
+        for (const char* at = bad; *at != 0; ++at) faults += "\\ufffd";
+        EXPECT_EQ(quoted(bad), '"' + faults + '"');
+    }
+    EXPECT_EQ(quoted("\xf4\x8f\xbf\xbf"), "\"\xf4\x8f\xbf\xbf\"");
     EXPECT_EQ(quoted("gr\xc3\xbcn"), "\"gr\xc3\xbcn\"");
     EXPECT_EQ(joined({"a", "b", "c"}), "a, b, c");
     EXPECT_EQ(joined({}, " "), "");
@@ -196,6 +204,22 @@ TEST(Parameter, TextsAreUnsetWhenEmpty) {
     EXPECT_TRUE(words.set(&w, "name", ParameterValue()).ok());
     EXPECT_EQ(w.name, "");
     EXPECT_EQ(words.set(&w, "folder", ParameterValue()).message(), "no value; folder is a text");
+}
+
+TEST(Parameter, SaysItsRange) {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    for (const auto& [min, max, above, said] : {std::tuple(-kNone, kNone, false, "a number"),
+                                                {-kNone, 5.0, false, "a number <= 5"},
+                                                {0.0, kNone, true, "a number > 0"},
+                                                {0.0, 5.0, true, "a number > 0 and <= 5"},
+                                                {0.0, 5.0, false, "a number in 0..5"}}) {
+        Parameter row;
+        row.type = ParameterType::number;
+        row.min = min;
+        row.max = max;
+        row.min_excluded = above;
+        EXPECT_EQ(row.domain(), said);
+    }
 }
 
 TEST(Parameter, ATableTakesTheRowsOfAMember) {

@@ -377,7 +377,7 @@ TEST_F(Remote, AnExperimentIsOneTask) {
         << std::string(5000, '.') << "\n1/6, frame 1, fast, 0:01 elapsed, 0:06 to go\n"
         << "2/6, frame 1 of " << root() << ", paper, 0:02 elapsed\n3/6, frame 2, fa" << std::flush;
     EXPECT_TRUE(says(id, "2/6 frame 1 of ., paper"));
-    log << "st, 0:02 elapsed\n" << std::flush;
+    log << "st, 0:02 elapsed\n4/6, frame 2\n" << std::flush;
     EXPECT_TRUE(says(id, "3/6 frame 2, fast"));
     EXPECT_EQ(test::count_of(types_of(id), "progress"), 2) << "it says each once";
     // A node dies: another attempt. Then the task exceeds a limit, and has written its report.

@@ -26,6 +26,7 @@ class FakeQueue final : public RemoteQueue {
         const std::lock_guard lock(mutex);
         ++asked;
         if (!refusal.ok()) return refusal;
+        if (jobs.size() >= most) return Status(StatusCode::usage, "fake: too many jobs");
         jobs.push_back(job);
         ranks.push_back(job.rank);
         const std::string id = std::to_string(jobs.size());
@@ -84,6 +85,7 @@ class FakeQueue final : public RemoteQueue {
     std::atomic<bool> hangs = false, hung = false;  // look()
     bool loses_answers = false;                     // of submit(), which takes the job
     Status refusal;                                 // of submit()
+    size_t most = 1000;                             // jobs that it takes
     int asked = 0;                                  // submit()
     int looked = 0;
 };
@@ -377,7 +379,7 @@ TEST_F(Remote, AnExperimentIsOneTask) {
         << std::string(5000, '.') << "\n1/6, frame 1, fast, 0:01 elapsed, 0:06 to go\n"
         << "2/6, frame 1 of " << root() << ", paper, 0:02 elapsed\n3/6, frame 2, fa" << std::flush;
     EXPECT_TRUE(says(id, "2/6 frame 1 of ., paper"));
-    log << "st, 0:02 elapsed\n" << std::flush;
+    log << "st, 0:02 elapsed\n4/6, frame 2\n" << std::flush;
     EXPECT_TRUE(says(id, "3/6 frame 2, fast"));
     EXPECT_EQ(test::count_of(types_of(id), "progress"), 2) << "it says each once";
     // A node dies: another attempt. Then the task exceeds a limit, and has written its report.
@@ -461,6 +463,20 @@ TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {
         const std::lock_guard lock(queue_->mutex);
         return queue_->canceled == std::vector<std::string>{"4", "3"};
     }));
+}
+
+// Its tasks would go on for a job that has failed.
+TEST_F(Remote, AStudyWhoseReportIsRefusedCancelsItsTasks) {
+    std::ofstream(root("study.yaml"))
+        << "postchain_study: 1\nchains: {x: fast, y: paper}\nscenes:\n"
+           "  - {name: one, input: in.####.exr, truth: in.####.exr, frames: 1}\n";
+    queue_->most = 1;
+    open();
+    const Job refused = ran(R"({"kind": "study", "study": "study.yaml", "output": "made"})");
+    EXPECT_EQ(refused.state, JobState::failed);
+    EXPECT_THAT(refused.message, HasSubstr("fake: too many jobs"));
+    const std::lock_guard lock(queue_->mutex);
+    EXPECT_EQ(queue_->canceled, std::vector<std::string>{"1"});
 }
 
 // As the last task has written it, here one that this machine has made before.

@@ -136,6 +136,18 @@ TEST_F(Results, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
               (std::vector{12, 8, 3}));
 }
 
+TEST_F(Results, AJobThatWaitsShowsItsFirstInput) {
+    hold();
+    submit(held_body());
+    ASSERT_TRUE(waits());
+    const std::string id = submit(in_folder(body(R"(, "frames": "2")"), "next"));
+    const Ask ask = [&](auto done) { service_->job_image(user(), id, {kValues, 12}, done); };
+    EXPECT_EQ(size_of(picture(ask)), (std::vector{12, 8, 3}));
+    fs::remove(root("in.0002.exr"));
+    EXPECT_EQ(no_picture(ask).kind, Problem::Kind::not_found);
+    test::HeldPass::held = false;
+}
+
 TEST_F(Results, PlansAndChains) {
     open();
     const json plan = json::parse(got(service_->plan(

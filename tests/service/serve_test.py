@@ -124,10 +124,12 @@ class Serve(Served):
 
     def test_host_ready_and_interrupt(self):
         with self.notified() as (system, environment):
-            with self.serving("--host", "farm.example", ends_by=signal.SIGINT, env=environment) as server:
+            with self.serving("--host", "farm.example", "--base-path", "/farm/", ends_by=signal.SIGINT,
+                              env=environment) as server:
                 self.assertEqual(system.recv(100), b"READY=1")
                 for host, status in [("farm.example", 200), ("other.example", 421)]:
-                    self.assertEqual(server.ask("GET", "/readyz", None, {"Host": host})[0], status)
+                    for target in ("/readyz", "/farm/readyz"):
+                        self.assertEqual(server.ask("GET", target, None, {"Host": host})[0], status)
             self.assertEqual(system.recv(100), b"STOPPING=1")
 
     def test_a_study_survives_kills(self):

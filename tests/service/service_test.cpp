@@ -150,6 +150,13 @@ TEST_F(Jobs, OutputsThatExistOrThatAnotherJobWillWrite) {
     EXPECT_THAT(why(body(R"(, "frames": "2-3")")),
                 HasSubstr(concat("job ", runs, " is going to write frame 3 to the same file")));
     const std::string beside = submit(body(R"(, "frames": "2")"));  // another frame
+    // One that waits and can write nothing: its chain is gone.
+    write_text(root("chain.yaml"), test::kFxaa);
+    submit(in_folder(R"({"chain": "chain.yaml", "input": "in.####.exr", "frames": "1",
+                         "output": "out/o.####.exr"})",
+                     "free"));
+    fs::remove(root("chain.yaml"));
+    const std::string free = submit(in_folder(body(R"(, "frames": "1")"), "free"));
     const std::string ab = R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
         "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1",
         "repeats": 1, "output": )";
@@ -157,7 +164,7 @@ TEST_F(Jobs, OutputsThatExistOrThatAnotherJobWillWrite) {
     EXPECT_THAT(why(ab + R"("out/../report"})"), HasSubstr("is going to write this report"));
     const std::string all = submit(body(R"(, "on_existing": "overwrite")"));
     HeldPass::held = false;
-    for (const std::string& id : {runs, beside, report}) done(id);
+    for (const std::string& id : {runs, beside, report, free}) done(id);
     EXPECT_EQ(done(all).done, 6);
     EXPECT_THAT(why(ab + R"("report"})"), HasSubstr("report"));
     done(submit(ab + R"("report", "on_existing": "overwrite"})"));
@@ -345,6 +352,9 @@ TEST_F(Jobs, FramesThatAreNotThere) {
     EXPECT_THAT(missing.detail, HasSubstr("(missing: skip or hold continues without them)"));
     ASSERT_EQ(missing.diagnostics.size(), 1u);
     EXPECT_EQ(missing.diagnostics[0].path, "frames");
+    std::string none = body();
+    none.replace(none.find("in.####"), 2, "none");
+    EXPECT_EQ(refused(none).diagnostics.at(0).path, "input");
     EXPECT_THAT(refused(body(R"(, "frames": "1-100001", "missing": "skip")")).detail,
                 HasSubstr("frames: 100001 are more than 100000; submit several jobs"));
     const Job skip = done(submit(body(R"(, "frames": "5-8", "missing": "skip")")));
@@ -507,6 +517,7 @@ TEST_F(Jobs, CanceledAndTriedAgain) {
     EXPECT_EQ(done(id).done, 12);
     EXPECT_EQ(problem_of(service_->retry(user(), id)).kind, Problem::Kind::conflict);
     EXPECT_EQ(problem_of(service_->cancel(user(), "77")).kind, Problem::Kind::not_found);
+    EXPECT_EQ(problem_of(service_->events("77", 0, 9)).kind, Problem::Kind::not_found);
 }
 
 TEST_F(Jobs, AJobThatGoesOnWithAnEditedFileMixesNoFrames) {

@@ -264,6 +264,9 @@ TEST_F(StoreTest, JobsAreNotRemovedByAClockThatHasJumped) {
     EXPECT_TRUE(*store_->job(first));
     EXPECT_TRUE(open_at("jump_ms", now - day / 2).empty()) << "said once";
     EXPECT_TRUE(*store_->job(first));
+    for (const int64_t again : {now + day, now - 40 * day})  // begins the wait anew
+        EXPECT_THAT(open_at("jump_ms", again), ElementsAre(HasSubstr("the clock is 40 days")));
+    EXPECT_TRUE(*store_->job(first));
     open_at("jump_ms", now - day - 1000);
     EXPECT_FALSE(*store_->job(first)) << "it has been so for a day";
     EXPECT_TRUE(open_at("clock_ms", now + 400 * day).empty()) << "set back";

@@ -127,6 +127,25 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     EXPECT_TRUE(fs::exists(root("out/o.0001.exr"))) << "outputs stay";
 }
 
+TEST_F(Team, JobsOfARemovedUserDoNotRun) {
+    use(kTwoUsers);
+    hold();
+    const std::string id = submit(held_body(), "ann");
+    ASSERT_TRUE(waits());
+    wait_for_done(id, 2);
+    test::got(service_->cancel(user("ann"), id));
+    test::HeldPass::held = false;
+    EXPECT_NE(test::got(service_->frame(id, 1)).sidecar, "");
+    close();
+    use("  ops: {token: oooooooooooooooo, admin: true}\n");
+    open();
+    EXPECT_EQ(test::got(service_->frame(id, 1)).sidecar, "");
+    test::got(service_->retry(user("ops"), id));
+    EXPECT_EQ(ended(id).state, JobState::failed);
+    EXPECT_THAT(ended(id).message, HasSubstr("user 'ann' is no longer in the file of users"));
+    EXPECT_FALSE(fs::exists(root("out/o.0006.exr")));
+}
+
 // The process reads nothing outside the service's folders. A link within them may still leave the
 // user's.
 TEST_F(Team, FilesThatLinkToOtherFoldersOfTheServiceAreNotRead) {

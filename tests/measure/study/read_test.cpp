@@ -56,6 +56,7 @@ TEST(StudyFile, EveryPairIsAskedAndPathsAreBesideTheFile) {
     EXPECT_EQ(s.family, "s");
     EXPECT_EQ(t.family, "f");
     EXPECT_EQ(s.measured.run.input.color().text(), "shots/a.####.exr");
+    EXPECT_EQ(s.measured.run.source.color_frames->text(), "shots/a.####.exr");
     EXPECT_EQ(t.measured.run.input.color().text(), "/x/a.####.exr");
     EXPECT_EQ(s.measured.truth, "shots/b.####.exr");
     EXPECT_FALSE(s.measured.run.input.patterns.contains(Role::behind));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "passes/registry.h"
@@ -157,14 +158,16 @@ TEST(JobSettings, EachValueArrives) {
 }
 
 TEST(JobSettings, ErrorsNameTheSetting) {
-    const std::pair<const char*, const char*> wrong[] = {
+    const std::string own = (std::filesystem::current_path() / "in.####.exr").string();
+    const std::pair<const char*, std::string> wrong[] = {
         {"frames", "2-1"},         {"cuts", "x"},
         {"profile", "maya"},       {"behind", "a.##.##.exr"},
         {"no_elide", "no_rule"},   {"elide", "no_rule"},
         {"output", "a.##.##.exr"}, {"compression", "zip:0"},
         {"channels", "R,,G"},      {"fill_mask", ".fill"},
         {"fill_mask", "fill."},    {"fill_mask", "a b"},
-        {"fill_mask", "f/"},       {"behind", "in.####.exr"}};
+        {"fill_mask", "f/"},       {"behind", "in.####.exr"},
+        {"behind", own},           {"behind", "./shots/..//in.####.exr"}};
     for (const auto& [key, value] : wrong) {
         const auto settings = settings_of({{key, value}});
         ASSERT_FALSE(settings.ok()) << key;

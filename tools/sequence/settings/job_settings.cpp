@@ -1,6 +1,7 @@
 #include "tools/sequence/settings/job_settings.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <sstream>
 
@@ -14,6 +15,14 @@
 
 namespace postchain::sequence {
 namespace {
+
+namespace fs = std::filesystem;
+
+// A name of the same files, however it is spelled; links are not followed.
+fs::path whole(const io::PathPattern& pattern) {
+    std::error_code error;
+    return fs::absolute(pattern.text(), error).lexically_normal();
+}
 
 // The rules that are on by default, or the others.
 std::vector<std::string> rule_names(const PassRegistry& registry, bool on_by_default) {
@@ -417,7 +426,7 @@ Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& regist
                                                     ": the input already names behind=; give one"));
     }
     if (const auto behind = run.input.patterns.find(Role::behind);
-        behind != run.input.patterns.end() && behind->second.text() == run.input.color().text())
+        behind != run.input.patterns.end() && whole(behind->second) == whole(run.input.color()))
         return Status(StatusCode::usage,
                       concat(option_name("behind"), ": ", behind->second.text(),
                              " is the input itself; name a render without the surfaces in front"));

@@ -98,9 +98,9 @@ TEST_F(RootsTest, NamesThatAreNone) {
     std::string deep = "a";
     while (deep.size() < 5000) deep += "/a";
     for (const std::string& path :
-         {std::string(), std::string("shots/a.exr\0.png", 16), std::string(256, 'a'), deep})
+         {std::string(), std::string("shots/a.exr\0.png", 16), std::string(256, 'a'), deep,
+          deep.substr(0, 4095)})  // the last one is too long with its root
         EXPECT_EQ(roots_.resolve(path).status().code(), StatusCode::usage) << path;
-    EXPECT_EQ(resolved(deep.substr(0, 4095)), "") << "too long with its root";
     for (const auto& [roots, words] : std::vector<std::pair<std::vector<std::string>, std::string>>{
              {{}, "missing"},
              {{base_ + "/nowhere"}, "does not exist"},

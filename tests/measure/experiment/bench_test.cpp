@@ -108,6 +108,8 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
                 ::testing::Contains("passes[0].motion_blur.samples 5 -> 401"));
     // For one frame: input and its maps, truth; 3 for each variant. Slices over time.
     EXPECT_EQ(report.images.size(), 4u + 6u + 3u);
+    EXPECT_EQ(report.find(ImageKind::color, 0, 1)->width, report.width);
+    EXPECT_EQ(report.find(ImageKind::color, 0, 1)->height, report.height);
     EXPECT_FALSE(report.find(ImageKind::color, 0, 2));
     EXPECT_EQ(report.title, "small: error against run time");
     EXPECT_EQ(report.pareto_metric, "hdr_flip");

@@ -193,11 +193,13 @@ TEST(ReportCsv, EveryRowHasEveryColumn) {
         {1, "variant", "one"},   {1, "frame", "10"},      {1, "flip", "0.25"},
         {2, "flip", ""},         {3, "frame", "mean"},    {3, "total_ms", "1.5"},
         {3, "mse_cross", "0.1"}, {3, "mse_total", "0.7"}, {6, "failure", "frame 10: no"},
-        {6, "total_ms", ""},     {7, "variant", "input"}, {7, "chain_hash", ""},
-        {8, "flip", "0.75"},     {9, "frame", "mean"},    {9, "flip", "0.625"},
-        {9, "pareto", ""}};
+        {3, "pareto", "no"},     {6, "pareto", "no"},     {6, "total_ms", ""},
+        {7, "variant", "input"}, {7, "chain_hash", ""},   {8, "flip", "0.75"},
+        {9, "frame", "mean"},    {9, "flip", "0.625"},    {9, "pareto", ""}};
     for (const auto& [line, column, value] : rows)
         EXPECT_EQ(field(line, column), value) << line << column;
+    report.variants[1].pareto = true;
+    EXPECT_THAT(lines_of(report_as_csv(report))[6], HasSubstr(",yes,"));
     // Quoted as in RFC 4180.
     report.variants[0].name = "one, \"two\"";
     EXPECT_THAT(report_as_csv(report), HasSubstr("\n\"one, \"\"two\"\"\","));
@@ -213,7 +215,7 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
           "standard deviation 0.015 of the displayed luma; a picture without any error would have "
           "flip 0.2 |",
           "| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |", "\n- what a split has to say\n", "- a note",
-          "| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |"})
+          "| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |", "; clock; frame 11; without"})
         EXPECT_THAT(text, HasSubstr(part));
     EXPECT_THAT(text, Not(HasSubstr("without a measurable difference")));
     EXPECT_THAT(text, Not(HasSubstr("bad has won")));

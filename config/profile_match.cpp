@@ -101,7 +101,7 @@ std::string view_of(const std::string& view, const FileChannels& file) {
 }
 
 bool has_layer(const ChannelPattern& pattern) {
-    return pattern[0].starts_with(kLayer);
+    return !pattern.empty() && pattern[0].starts_with(kLayer);
 }
 
 // The channels of `pattern` in `layer`, if one part has all of them.
@@ -116,7 +116,7 @@ std::optional<RoleChannels> complete(const ChannelPattern& pattern, const std::s
             if (it == names.parts[part].end()) break;
             found.channels.push_back(it->second);
         }
-        if (found.channels.size() == pattern.size()) return found;
+        if (!pattern.empty() && found.channels.size() == pattern.size()) return found;
     }
     return std::nullopt;
 }
@@ -268,10 +268,9 @@ Result<std::string> choose_view_layer(const Profile& profile, const Names& names
         auto most = find_roles(profile, chosen, names);
         for (const auto& layer : layers) {
             auto roles = find_roles(profile, layer, names);
-            // Either all candidates have color or none has.
             const auto its = roles.find(Role::color), own = most.find(Role::color);
-            if (its == roles.end() || its->second.channels != own->second.channels ||
-                roles.size() <= most.size())
+            if (its == roles.end() || own == most.end() ||
+                its->second.channels != own->second.channels || roles.size() <= most.size())
                 continue;
             chosen = layer;
             most = std::move(roles);
@@ -396,8 +395,10 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
 }
 
 std::vector<ViewChannel> channels_in_view(const FileChannels& file, const std::string& view) {
+    const std::vector<std::string> views = views_of(file);
+    const std::string chosen = view.empty() && !views.empty() ? views[0] : view;
     std::vector<ViewChannel> channels;
-    each_in_view(file, view,
+    each_in_view(file, chosen,
                  [&](int part, const std::string& name, const std::string& prefix,
                      const std::string& channel) {
                      const bool whole = prefix.empty() || name.starts_with(prefix + ".");
@@ -410,7 +411,7 @@ std::string ProfileMatch::text() const {
     std::string text;
     const auto add = [&](const std::string& line) { text += printable(line) + "\n"; };
     add(concat("profile ", profile, detected ? " (detected: " : " (", why, ")"));
-    if (view_layers.size() > 1 || !view_layers[0].empty())
+    if (!view_layers.empty() && !(view_layers.size() == 1 && view_layers[0].empty()))
         add("view layer " + shown(view_layer) +
             (view_layers.size() > 1 ? " of " + shown(view_layers) : std::string()));
     if (!views.empty()) add("view " + view + " of " + joined(views));
@@ -419,7 +420,7 @@ std::string ProfileMatch::text() const {
         if (found.part > 0) line += concat(" (part ", found.part, ")");
         if (role == Role::inverse_depth)
             line += ", stored as " + depth_encoding_names()[size_t(options.depth)];
-        if (found.channels.size() == 3) line += ", alpha 1";  // of color alone
+        if (role == Role::color && found.channels.size() == 3) line += ", alpha 1";
         if (role == Role::color && options.unpremultiplied) line += ", not premultiplied";
         if (role == Role::motion || role == Role::motion_back) {
             const MotionConvention& m = role == Role::motion ? options.motion : options.motion_back;

@@ -207,7 +207,7 @@ TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
         EXPECT_TRUE(atomic_write_text(image, "new", OnExisting::overwrite).ok());
     }
     EXPECT_THAT(folder.names(), ElementsAre("a.exr"));
-    // What has the names afterwards is another process's.
+    // Files that have the names afterwards are another process's.
     for (const char* name : {".a.exr.0.tmp", ".a.exr.json.0.tmp"})
         test::write_text(folder.path(name), "");
     remove_live_temporaries();

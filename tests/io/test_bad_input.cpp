@@ -123,6 +123,8 @@ TEST_F(BadInput, ARoleThatIsNotThere) {
                 AllOf(HasSubstr("no channel depth.Z"), HasSubstr("A, B, G, R, Z")));
     wrong[Role::inverse_depth] = {3, {"Z"}};
     EXPECT_THAT(read_error(in, wrong, {Role::inverse_depth}), HasSubstr("no part 3"));
+    wrong[Role::inverse_depth] = {0, {"Z", "A"}};
+    EXPECT_THAT(read_error(in, wrong, {Role::inverse_depth}), HasSubstr("2 channels"));
 }
 
 }  // namespace

@@ -223,7 +223,7 @@ TEST(CameraMetadata, SaysWhyAnAttributeIsNotUsed) {
          "worldToNDC",
          "no perspective"},
         {{{"worldToCamera", unit}, {"worldToNDC", "left"}}, "worldToNDC", "not 16 numbers"},
-        // What is to the right is beside the camera.
+        // Places to the right are beside the camera.
         {{{"worldToCamera", unit}, {"worldToNDC", "1 0 0 -1 0 1 0 0 0 0 1 1 0 0 -1 0"}},
          "worldToNDC",
          "no perspective"},

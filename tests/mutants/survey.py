@@ -44,7 +44,7 @@ SEEN_FALSE, SEEN_TRUE = 1, 2
 TIME_LIMIT_S = 1800
 
 Point = collections.namedtuple("Point", "file line kinds text")
-# What a test has reached: point -> what was seen. `case`: of a GoogleTest program, otherwise "".
+# The points that a test has reached, with what it saw there. `case`: of a GoogleTest program, otherwise "".
 Reached = collections.namedtuple("Reached", "test case seconds points")
 
 

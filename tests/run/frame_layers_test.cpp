@@ -221,7 +221,7 @@ TEST(FillMask, IsAboveTheLayersOfEachFrame) {
             EXPECT_EQ(rest, layered ? *image(value++) : ImageF());
         }
         EXPECT_EQ(with_fill_mask(frame).layers, layered ? 2 : 1);
-        // Of what is behind, it is the first layer.
+        // Behind, it is the first layer.
         const ImageF& behind = *planes.at(Role::behind);
         EXPECT_EQ(behind.height, kBehindPlanes + int(layered) + 1);
         for (int y = 0; y < behind.height; ++y)
@@ -338,7 +338,7 @@ TEST_F(SequenceTest, TwoCryptomattesAreFilteredEachByItself) {
                     for (int y = 0; y < 32; ++y)
                         for (int x = 0; x < 48; ++x) plane.at(x, y) = at(x, y);
                 };
-                // Of the same ids: columns, and rows.
+                // The same ids in columns, and in rows.
                 value("R", [&](int x, int y) { return (first ? x < 20 : y < 13) ? 3.0f : 5.0f; });
                 value("G", [&](int, int) { return first ? 1.0f : 0.5f; });
                 for (const char* channel : {"B", "A"})

@@ -202,7 +202,7 @@ TEST(Survey, NamesWhatMostFramesHaveOtherwise) {
     EXPECT_NE(survey.text().find("  sky in 1 of 4 frames\n"), std::string::npos) << survey.text();
     EXPECT_EQ(SequenceSurvey().text(), "");
     EXPECT_EQ(fault_of("damaged"), "damaged");
-    // Of ten frames of 10 GiB each, eight.
+    // Eight of ten frames of 10 GiB each.
     const std::vector<int> ten = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
     EXPECT_EQ(frames_to_survey(ten, uint64_t(10) << 30),
               (std::vector<int>{0, 1, 2, 3, 5, 6, 7, 9}));

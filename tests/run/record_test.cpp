@@ -221,7 +221,7 @@ TEST_F(SequenceTest, OutputsAreToldApartByWhatMadeThem) {
     settings_.strict = true;
     frames("3");
     ASSERT_TRUE(last_frame().status.ok());
-    // Of another program, and by a version that wrote no record.
+    // Files of another program, and of a version that wrote no record.
     for (const auto& [frame, provenance] :
          {std::pair(4, "postchain 3"), {5, "postchain test chain 1 work 2 strict"}}) {
         test::FrameFile file;

@@ -61,7 +61,7 @@ ImageF channel_of(const RgbImage& image, size_t c, float (*value)(float)) {
 double mean_of(const ImageF& image) {
     double sum = 0;
     for (const float v : image.data) sum += double(v);
-    return sum / double(image.data.size());
+    return image.data.empty() ? 0 : sum / double(image.data.size());
 }
 
 }  // namespace

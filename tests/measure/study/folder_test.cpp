@@ -134,7 +134,7 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
     for (const char* name :
          {"out/report.json", "out/report.csv", "out/report.md", "out/index.html"})
         write_text(at(name), "{}");
-    // Of a scene that the study no longer has, and of a run that was killed.
+    // The result of a scene that the study no longer has, and the claim of a run that was killed.
     keep(study({.scene = "t"}), "other");
     fs::copy(at("other/tasks/t.one_vs_two.json"), at("out/tasks"));
     write_text(at("out/tasks/t.one_vs_two.claim"), "");

@@ -1,4 +1,4 @@
-// What insert.py puts into a copy of the source: a fault at every point, one of which is active.
+// Fault points, which insert.py puts into a copy of the source. One fault is active.
 //
 //   POSTCHAIN_FAULT=NUMBER   the active fault: 8 * point + kind
 //   POSTCHAIN_REACHED=FILE   of kMaxPoints bytes. Each process that has it sets in a point's byte
@@ -15,7 +15,7 @@
 namespace postchain::fault_point {
 
 inline constexpr int kMaxPoints = 1 << 16;
-// Of insert.py. A condition that is always true or always false is told apart by its last bit.
+// In the order of KINDS in insert.py. condition() tells the first two apart by the last bit.
 enum Kind { always_true, always_false, boundary, left_out, flipped, one_is_zero };
 enum Seen { seen_false = 1, seen_true = 2, seen = 4 };
 

@@ -213,7 +213,9 @@ class Cursor {
         if (!good_ || at_ + count > size_) return good_ = false;
         char* out = static_cast<char*>(to);
         while (count > 0) {
-            if (at_ >= start_ + buffer_.size() && !fill()) return good_ = false;
+            if (at_ < start_ || at_ >= start_ + buffer_.size()) {
+                if (!fill()) return good_ = false;
+            }
             const size_t offset = size_t(at_ - start_);
             const size_t n = std::min(count, buffer_.size() - offset);
             std::memcpy(out, buffer_.data() + offset, n);
@@ -350,7 +352,7 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
                        " KiB, by attribute ", name, "; write it without that, or with less in it"));
         }
         Status status;
-        if (name == "dataWindow" && type == "box2i") {
+        if (name == "dataWindow" && type == "box2i" && size == 16) {
             part.data_window = read_window(in);
         } else if (type == "chlist") {  // under another name too: see fixed_size()
             PartSizes other;
@@ -377,6 +379,7 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
         }
         if (!status.ok()) return status;
         if (!in.good()) return truncated();
+        if (in.at() > end) return damaged_header(concat("attribute ", name));
         in.skip(end - in.at());
         if (!in.good()) return truncated();
     }

@@ -99,10 +99,12 @@ std::string why_not_in(const std::string& folder, int error) {
         namespace fs = std::filesystem;
         for (fs::path p = folder; !p.empty() && p != p.parent_path(); p = p.parent_path()) {
             std::error_code ignored;
-            if (fs::exists(p, ignored)) return concat(p.string(), " is a file, not a folder");
+            if (fs::exists(p, ignored) && !fs::is_directory(p, ignored))
+                return concat(p.string(), " is a file, not a folder");
         }
     }
-    if (errno == ENOENT) return concat("folder ", folder, " does not exist; create it first");
+    if (errno == ENOENT || errno == ENOTDIR)
+        return concat("folder ", folder, " does not exist; create it first");
     return concat("cannot write in folder ", folder, ": ", reason_of(errno));
 }
 
@@ -271,7 +273,8 @@ AtomicFile::~AtomicFile() {
 }
 
 Status AtomicFile::fail(const char* action, int error) {
-    return failed_ = output_error(path_, concat(action, ": ", reason_of(error)));
+    if (failed_.ok()) failed_ = output_error(path_, concat(action, ": ", reason_of(error)));
+    return failed_;
 }
 
 Status AtomicFile::flush() try {
@@ -342,7 +345,7 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
         ::close(folder);
     }
     if (error == EEXIST && on_existing == OnExisting::skip) return false;
-    if (error == EEXIST) {
+    if (error == EEXIST && on_existing == OnExisting::fail) {
         failed_ =
             output_error(path_, "exists already, and is not replaced; move it, or write elsewhere");
         return failed_;

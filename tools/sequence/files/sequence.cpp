@@ -237,7 +237,7 @@ std::string PathPattern::format(int frame) const {
 }
 
 std::string PathPattern::format_wide(int frame) const {
-    return path_of("-" + padded(-frame, digits_));
+    return has_token_ ? path_of("-" + padded(-frame, digits_)) : text_;
 }
 
 std::string PathPattern::path_of(const std::string& number) const {
@@ -334,22 +334,22 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
     }
     std::string_view rest = text;
     while (true) {
-        const std::string_view key = *key_of(rest);
-        if (!roles_of_words().contains(key)) {
+        const std::optional<std::string_view> key = key_of(rest);
+        if (!key || !roles_of_words().contains(*key)) {
             return usage_error(
-                concat("input '", text, "': '", key,
+                concat("input '", text, "': '", key.value_or(rest),
                        "' is none of color=, depth=, motion=, motion_back=, behind= (a file name "
                        "with '=' can be written ./NAME)"));
         }
-        rest.remove_prefix(key.size() + 1);
+        rest.remove_prefix(key->size() + 1);
         // A comma ends the path only if another plane follows: names may contain commas.
         size_t end = rest.find(',');
         while (end != std::string_view::npos && !key_of(rest.substr(end + 1)))
             end = rest.find(',', end + 1);
         ASSIGN_OR_RETURN(auto pattern,
-                         PathPattern::parse(rest.substr(0, end)).at(concat("input ", key)));
-        if (!spec.patterns.emplace(roles_of_words().at(key), std::move(pattern)).second)
-            return usage_error(concat("input '", text, "': ", key, "= is given twice; keep one"));
+                         PathPattern::parse(rest.substr(0, end)).at(concat("input ", *key)));
+        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(pattern)).second)
+            return usage_error(concat("input '", text, "': ", *key, "= is given twice; keep one"));
         if (end == std::string_view::npos) break;
         rest.remove_prefix(end + 1);
     }

@@ -164,7 +164,7 @@ void add_coverage(const io::RankedCoverage& ranks, const io::Window& of, const i
                 (size_t(y - of.min_y) * size_t(ranks.width) + size_t(x - of.min_x)) * count;
             for (size_t i = pixel; i < pixel + count; ++i) {
                 const float coverage = ranks.coverages[i];
-                if (!(coverage > 0) || ranks.ids[i] == 0) continue;
+                if (!(coverage > 0) || !std::isfinite(coverage) || ranks.ids[i] == 0) continue;
                 if (ranks.ids[i] != last) found = slots.find(last = ranks.ids[i]);
                 if (found == slots.end()) continue;
                 const int layer = int(found->second / 4), channel = int(found->second % 4);

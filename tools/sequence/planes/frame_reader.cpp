@@ -15,6 +15,12 @@ namespace {
 
 constexpr std::array<double, 3> kRec709Luma = {0.2126, 0.7152, 0.0722};
 
+// Channels of a role in a file: color may come without alpha.
+bool count_fits(Role role, size_t count) {
+    if (role == Role::color) return count == 3 || count == 4;
+    return count == size_t(channels_of(role));
+}
+
 // A layer with R, G and B, or r, g and b, that is not a cryptomatte's.
 bool has_color(const ExrPart& part) {
     return std::any_of(part.channels.begin(), part.channels.end(), [&](const ExrChannel& c) {
@@ -137,6 +143,11 @@ Result<std::vector<PartRead>> reads_of(const FrameFiles& files, const FrameChann
                                                     name_of(role), "; name them in a profile"));
         }
         const RoleChannels& source = it->second;
+        if (!count_fits(role, source.channels.size())) {
+            return Status(StatusCode::input,
+                          concat(file.path(), ": ", name_of(role), " cannot be made of ",
+                                 source.channels.size(), " channels; correct the profile"));
+        }
         RETURN_IF_ERROR(file.check_channels(source.part, source.channels));
         auto read = std::find_if(reads.begin(), reads.end(), [&](const PartRead& known) {
             return known.file == &file && known.part == source.part;

@@ -240,7 +240,8 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     frame.description.origin_y = describe(header).origin_y;
     for (const auto& [role, where] : header.match.roles)
         if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
-    frame.cryptomattes = std::move(strip.cryptomattes);
+    if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
+        frame.cryptomattes = std::move(strip.cryptomattes);
     frame.warnings = std::move(header.warnings);
     frame.warnings.insert(frame.warnings.end(), strip.mattes.warnings.begin(),
                           strip.mattes.warnings.end());
@@ -319,7 +320,7 @@ double color_change(const ImageF& color, const ImageF& next) {
                 sum += std::abs(difference / pixels);
                 ++values;
             }
-    return sum / double(values);
+    return values ? sum / double(values) : 0;
 }
 
 std::optional<double> part_of_hard_edges(const ImageF& color) {

@@ -169,7 +169,7 @@ double Thumbnail::difference(const Thumbnail& other) const {
                             other.sums_[cell * 3 + c] / double(other.pixels_[cell]));
         count += 3;
     }
-    return sum / count;  // every image has a pixel in the first cell
+    return count ? sum / count : 0;
 }
 
 void SequenceSurvey::add(int frame, const SourceFrame& source, const Thumbnail& thumbnail) {

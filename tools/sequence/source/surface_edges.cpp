@@ -116,17 +116,16 @@ bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change
 }  // namespace
 
 uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip) {
-    const ImageF& color = planes.at(Role::color);
-    const auto depth = planes.find(Role::inverse_depth);
-    if (depth == planes.end()) return 0;
+    const auto color = planes.find(Role::color), depth = planes.find(Role::inverse_depth);
+    if (color == planes.end() || depth == planes.end()) return 0;
     std::vector<Change> changes;
     for (int y = 0; y < depth->second.height; ++y) {
         for (int x = 0; x < depth->second.width; ++x) {
-            const float alpha = color.at(x, y, 3);
+            const float alpha = color->second.at(x, y, 3);
             if (!(alpha > 0 && alpha < 1) || !is_infinitely_far(depth->second.at(x, y))) continue;
             Change change{x, y, x, y};
             for (int distance = 1; distance <= kReachPx; ++distance) {
-                if (!find_surface(color, depth->second, distance, change)) continue;
+                if (!find_surface(color->second, depth->second, distance, change)) continue;
                 changes.push_back(change);
                 break;
             }

@@ -35,8 +35,13 @@ std::vector<std::string> options_of(const std::string& body, const Roots& roots)
     for (const auto& [key, value] : text.root().entries) {
         if (std::ranges::find(kOtherKeys, key.text) != kOtherKeys.end()) continue;
         const std::string option = sequence::option_name(key.text);
-        if (!value.is_list()) words.push_back(option + "=" + value.text);
-        for (const TextNode& item : value.items) words.push_back(option + "=" + item.text);
+        if (value.is_list()) {
+            for (const TextNode& item : value.items) words.push_back(option + "=" + item.text);
+        } else if (!is_string(value) && (value.text == "true" || value.text == "false")) {
+            words.push_back(value.text == "true" ? option : "--no-" + option.substr(2));
+        } else {
+            words.push_back(option + "=" + value.text);
+        }
     }
     return words;
 }

@@ -272,7 +272,8 @@ Users::List Users::list() const {
 }
 
 bool Users::asks_for_token() const {
-    return !list().front()->tokens.empty();
+    const List users = list();
+    return users.empty() || !users.front()->tokens.empty();
 }
 
 size_t Users::count() const {

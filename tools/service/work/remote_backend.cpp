@@ -40,9 +40,10 @@ std::vector<std::string> words_of(const JobRequest& request) {
     for (const auto& [key, value] : request.run.given) {
         if (key == "input" || key == "behind") continue;
         const std::string option = sequence::option_name(key);
-        // A flag that is given is true: none of the others is true by default.
-        const bool flag = std::holds_alternative<bool>(value);
-        words.push_back(flag ? option : option + "=" + text_of(value));
+        if (const bool* flag = std::get_if<bool>(&value))
+            words.push_back(*flag ? option : "--no-" + option.substr(2));
+        else
+            words.push_back(option + "=" + text_of(value));
     }
     // These are not in `given`: they do not change the result.
     if (!request.run.sidecar) words.emplace_back("--no-sidecar");

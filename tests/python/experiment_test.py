@@ -53,6 +53,8 @@ def test_bench(frames, chains, tmp_path):
                             **SETTINGS)
     assert metrics_of(found) == metrics_of(expected) and len(found["variants"]) == 2
     assert found["met"] and (tmp_path / "b" / "under_flip.yaml").exists()
+    alone = postchain.bench(FXAA, pattern, tmp_path / "d", truth=pattern, frames=2, **SETTINGS)
+    assert len(alone["variants"]) == 1 and "motion_blur" not in alone["variants"][0]["name"]
     # Results are kept, as by the command.
     again = postchain.bench(chains / "blur.yaml", pattern, tmp_path / "b", camera, truth=pattern,
                             frames=2, sweep={"motion_blur.samples": [5, 9]}, **SETTINGS)
@@ -60,6 +62,7 @@ def test_bench(frames, chains, tmp_path):
     expect_errors((postchain.UsageError, words, lambda more=more: postchain.bench(
         BLUR, pattern, tmp_path / "c", **more)) for words, more in [
             ("sweep: is a list; give a dict", {"sweep": ["samples=5"]}),
+            ("motion_blur.mode", {"sweep": {"motion_blur.mode": ["guertin", "gertin"]}}),
             ("under: no metric .fl1p.; did you mean", {"under": {"fl1p": 1}})])
 
 
@@ -80,10 +83,16 @@ def test_study(frames, chains, tmp_path):
     for report in (found, expected):
         report.pop("revisions")  # of module and command, which may not be built at once
     assert found == expected and page == str(tmp_path / "b" / "index.html")
+    # In two chunks; the last one writes the report.
+    half = postchain.study(study, tmp_path / "e", chunk="1/2")
+    assert half["results"] + 1 == half["tasks"] and not (tmp_path / "e" / "report.json").exists()
+    chunked = postchain.study(study, tmp_path / "e", chunk="2/2")
+    assert chunked["scenes"] == found["scenes"] and (tmp_path / "e" / "index.html").exists()
     event = threading.Event()
     event.set()
     (tmp_path / "bad.yaml").write_text("postchain_study: 1")
     expect_errors([
+        (postchain.UsageError, "chunk: ", lambda: postchain.study(study, tmp_path / "c", chunk="3/2")),
         (postchain.CanceledError, "", lambda: postchain.study(study, tmp_path / "c", stop=event)),
         (postchain.UsageError, "", lambda: postchain.study(tmp_path / "bad.yaml", tmp_path / "d"))])
 
@@ -108,9 +117,19 @@ def test_sheet(frames, tmp_path):
     found = postchain.sheet(pattern, tmp_path / "b.png", width=32, beside=pattern, frames="1-3")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert found == {"frames": 3, "of": 3, "absent": 0}
+    seen = []
+    small = postchain.sheet(pattern, tmp_path / "d.png", width=32, cells=2, columns=1, progress=seen.append)
+    assert (small["frames"], small["of"]) == (2, 3)
+    assert seen == [{"frame": 1, "done": 0, "total": 2}, {"frame": 3, "done": 1, "total": 2}]
+    command("sheet", pattern, "-o", tmp_path / "e.png", "--width", 32, "--cells", 2, "--columns", 1)
+    assert (tmp_path / "d.png").read_bytes() == (tmp_path / "e.png").read_bytes()
     expect_errors((kind, words, lambda out=out, more=more: postchain.sheet(pattern, tmp_path / out, **more))
                   for kind, words, out, more in [
         (postchain.OutputError, "on_existing='overwrite'", "b.png", {}),
         (TypeError, "'png'", "c.png", {"png": True}),
         (postchain.UsageError, "width: 9 is not in 16..4096", "c.png", {"width": 9}),
+        (postchain.UsageError, "width: 4097 is not", "c.png", {"width": 4097}),
+        *((postchain.UsageError, f"{key}: {value} is not in", "c.png", {key: value})
+          for key, value in (("cells", 0), ("cells", 10001), ("columns", -1), ("columns", 10001))),
+        (postchain.CanceledError, "", "c.png", {"progress": lambda now: False}),
         (postchain.UsageError, "does not end in .png", "c.jpg", {})])

@@ -150,10 +150,17 @@ def test_write(frames, tmp_path):
     postchain.write(tmp_path / "b.exr", found.color[..., :3], half=True, on_existing="overwrite")
     half = channels_of_exr(tmp_path / "b.exr", "RGB")
     assert (half == found.color[..., :3].astype("f2")).all()
-    aovs = found._replace(aovs={"key": found.color[..., :3]})
+    masked = postchain.Chain(BLUR).filter(shot.frame, before=shot.before, after=shot.after, fill_mask=True)
+    aovs = masked._replace(aovs={"key": found.color[..., :3]})
     postchain.write(tmp_path / "new" / "c.exr", aovs, mkdir=True)
-    assert (channels_of_exr(tmp_path / "new" / "c.exr", ["key.R"])[..., 0]
-            == found.color[..., 0]).all()
+    assert (channels_of_exr(tmp_path / "new" / "c.exr", ["key.R", "key.G", "key.B"]) == found.color[..., :3]).all()
+    mask = channels_of_exr(tmp_path / "new" / "c.exr", ["fill.frame", "fill.neighbor", "fill.background"])
+    assert masked.fill_mask.any() and (mask == masked.fill_mask.astype("f2")).all()
+    with pytest.warns(postchain.Warning, match="f.exr: 1 pixels? clamped"):
+        bright = found.color.copy()
+        bright[3, 4, 1] = 1e6
+        postchain.write(tmp_path / "f.exr", bright, half=True, overflow="clamp")
+    assert channels_of_exr(tmp_path / "f.exr", "G").max() == 65504
     shown = numpy.minimum(found.color, found.color[..., 3:])  # a PNG has no light above its alpha
     postchain.write(tmp_path / "d.png", shown)
     assert postchain.diff(tmp_path / "d.png", shown)["psnr"] > 60
@@ -161,7 +168,12 @@ def test_write(frames, tmp_path):
     expect_errors([
         (postchain.OutputError, "on_existing='overwrite'", lambda: postchain.write(tmp_path / "b.exr", found.color)),
         (postchain.UsageError, "AOVs and a fill mask need an EXR", lambda: postchain.write(tmp_path / "e.png", aovs)),
-        (postchain.UsageError, "pixels, the frame 48x32", lambda: postchain.write(bad, found.color[:-1], shot.frame)),
+        (postchain.UsageError, "48x31 pixels, the frame 48x32", lambda: postchain.write(bad, found.color[:-1], shot.frame)),
+        (postchain.UsageError, "47x32 pixels, the frame 48x32",
+         lambda: postchain.write(bad, found.color[:, :-1], shot.frame)),
+        (postchain.UsageError, "AOVs and a fill mask need an EXR", lambda: postchain.write(tmp_path / "e.png", masked)),
+        (postchain.UsageError, "skip is for runs", lambda: postchain.write(bad, found.color, on_existing="skip")),
+        (postchain.Error, "65504|largest", lambda: postchain.write(bad, bright, half=True)),
         (postchain.UsageError, "frame: is a str", lambda: postchain.write(bad, found.color, "frame")),
         (postchain.UsageError, "not a NumPy array", lambda: postchain.write(bad, [1, 2])),
         (postchain.Error, "frame.0002.exr",

@@ -1,6 +1,7 @@
 """Layers, mattes and cryptomattes of arrays against the command on files with the same values."""
 import json
 
+import exr
 import numpy
 import postchain
 import pytest
@@ -110,6 +111,22 @@ def test_the_bits_of_the_command(layered, tmp_path):
     assert (bits(files.aovs["color_uv"]) == bits(found.aovs["uv"])).all()
     assert (bits(files.cryptomattes["Object"]) == bits(ranks)).all()
 
+    # Written, it is the file of the command; a layer that the frame filters must be there, in its size.
+    postchain.write(tmp_path / "back.exr", files, read[1])
+    back, its = (exr.read(path) for path in (tmp_path / "back.exr", written))
+    assert back.channels == its.channels
+    def written_with(**more):
+        return lambda: postchain.write(tmp_path / "not.exr", files._replace(**more), read[1])
+    expect_errors((postchain.UsageError, words, call) for words, call in [
+        ("image.aovs: has no 'View.key'", written_with(aovs={"color_uv": files.aovs["color_uv"]})),
+        ("image.aovs: is 47x32 pixels, the frame 48x32",
+         written_with(aovs={name: layer[:, :-1] for name, layer in files.aovs.items()})),
+        ("image.cryptomattes: has no 'Object'", written_with(cryptomattes={})),
+        ("image.cryptomattes: is 48x31 pixels", written_with(cryptomattes={"Object": ranks[:-1]})),
+        (r"cryptomattes\['Object'\]: give height x width x", written_with(cryptomattes={"Object": ranks[..., :3]})),
+        (r"cryptomattes\['Object'\]: give height x width x", written_with(cryptomattes={"Object": ranks[0]}))])
+    assert not (tmp_path / "not.exr").exists()
+
 
 def test_a_matte_of_ids(layered, tmp_path):
     described = chain_with("cryptomatte:square", matte_effect="unmoved")
@@ -146,6 +163,20 @@ def test_a_neighbor_without_a_layer():
     without = chain.filter(**frame)
     assert (bits(found.aovs["View.key"]) == bits(without.aovs["View.key"])).all()
     assert (bits(found.aovs["uv"]) != bits(without.aovs["uv"])).any()
+
+
+def test_a_frame_with_a_matte_and_without():
+    """A Frame keeps how it was read with a matte or a fill mask for the next call only if that asks for the same."""
+    frame, plain = frame_of(1), postchain.Chain(BLUR)
+    matted = postchain.Chain(chain_with("hero"))
+    def found(chain, **more):
+        return chain.filter(frame, before=frame_of(0), after=frame_of(2), **more)
+    expected = [found(chain).color for chain in (plain, matted)]
+    assert (bits(expected[0]) != bits(expected[1])).any()
+    for fill_mask in (True, True, False):
+        for chain, color in zip((matted, plain), reversed(expected)):
+            again = found(chain, fill_mask=fill_mask)
+            assert (again.fill_mask is not None) == fill_mask and (bits(again.color) == bits(color)).all()
 
 
 @pytest.mark.parametrize("argument, value, words", [

@@ -70,7 +70,9 @@ def test_devices():
         (postchain.UsageError, "it is closed", lambda: postchain.Chain(FXAA).run(planes_of(0)["color"], device=device)),
         (postchain.UsageError, "device: 'fast'", lambda: postchain.Device("fast")),
         (postchain.DeviceError, "device 99 does not exist", lambda: postchain.Device(99)),
-        (postchain.UsageError, "before the first run", lambda: postchain.set_threads(2))])
+        (postchain.UsageError, "before the first run", lambda: postchain.set_threads(2)),
+        *((postchain.UsageError, f"threads: {count} is not in", lambda count=count: postchain.set_threads(count))
+          for count in (0, 1025))])
 
 
 @pytest.mark.parametrize("own_device", [True, False])

@@ -48,6 +48,11 @@ def test_frames_as_arrays_of_numpy(frames, tmp_path):
         assert summary["written"] == numpy.size(given)
 
 
+class BytesPath:
+    def __fspath__(self):
+        return b"a.exr"
+
+
 def run_fxaa(folder, out, **settings):
     return postchain.run_sequence(FXAA, folder / "frame.####.exr", out / "out.####.exr", **settings)
 
@@ -76,6 +81,9 @@ def test_failures(frames, tmp_path):
         (postchain.UsageError, "mkdir: is a str", {"mkdir": "yes"}),
         (postchain.UsageError, "progress: is not callable", {"progress": 5}),
         (postchain.UsageError, "stop: has no is_set", {"stop": 5}),
+        (postchain.UsageError, "frames: is a bool", {"frames": True}),
+        (postchain.UsageError, "max_memory: .*is too large a number", {"max_memory": 1 << 64}),
+        (postchain.UsageError, "camera: is a path of bytes", {"camera": BytesPath()}),
         (postchain.InputError, "missing.json", {"camera": "missing.json"}),
         (postchain.InputError, "on disk", {"frames": "7"})])
     expect_errors([(postchain.UsageError, "input: is a int",
@@ -89,6 +97,22 @@ def test_failures(frames, tmp_path):
     summary = postchain.run_sequence(FXAA, tmp_path / "bad.####.exr", tmp_path / "out.####.exr",
                                      on_error="continue")
     assert summary["failed"] == 1 and summary["left"] == 0
+
+
+def test_an_output_that_the_run_reads(frames, tmp_path):
+    """Pictures of a camera's dict, or of the chain's, are inputs as those of its file are."""
+    aperture = tmp_path / "aperture.exr"
+    postchain.write(aperture, numpy.ones((9, 9, 3), "f4"))
+    before, one = aperture.read_bytes(), {"aperture_image": str(aperture)}
+    def run(chain=FXAA, camera=None, output=aperture):
+        return lambda: postchain.run_sequence(chain, frames / "frame.0001.exr", output, camera, on_existing="overwrite")
+    (tmp_path / "fxaa.exr").write_text(json.dumps(FXAA))
+    expect_errors([
+        (postchain.UsageError, "aperture.exr", run(camera=one)),
+        (postchain.UsageError, "aperture.exr", run(camera={"frames": {"1": one}})),
+        (postchain.UsageError, "aperture.exr", run(dict(FXAA, camera=one))),
+        (postchain.UsageError, "the chain file", run(tmp_path / "fxaa.exr", output=tmp_path / "fxaa.exr"))])
+    assert aperture.read_bytes() == before
 
 
 def test_plan_sequence(frames):
@@ -143,13 +167,17 @@ def test_diff(frames, tmp_path):
     assert postchain.diff(a, b, metrics=["psnr", "ssim"]) == {
         key: expected[key] for key in ("psnr", "ssim")}
     assert postchain.diff(a, a)["psnr"] is None and postchain.diff(a, a)["flip"] == 0
+    over = json.loads(command("diff", first, second, "--json", "--over", 0.25))
+    found = postchain.diff(a, b, over=0.25)
+    assert found == {key: over[key] for key in metrics} and found != expected
+    assert postchain.diff([a], [b]) == {"frames": [expected], "summary": expected}
 
     mapped = postchain.diff(a, b, map="difference")["map"]
     assert mapped.shape == a.shape[:2]
     assert mapped == pytest.approx(numpy.abs(a - b)[..., :3].max(-1))
 
 
-def test_diff_of_sequences(frames):
+def test_diff_of_sequences(frames, tmp_path):
     a = [planes_of(number)["color"] for number in (0, 1, 2)]
     b = [0.9 * one for one in a]
     both = postchain.diff(a, b)
@@ -165,6 +193,12 @@ def test_diff_of_sequences(frames):
     assert set(postchain.diff(a, b, metrics=["temporal_error"])["summary"]) == {"nonfinite", "temporal_error"}
     files = postchain.diff(frames / "frame.####.exr", frames / "frame.####.exr")
     assert files["summary"]["hdr_flip"] == 0 and len(files["frames"]) == 3
+    for number in (2, 3, 4):
+        (tmp_path / f"other.{number:04}.exr").symlink_to(frames / f"frame.{number - 1:04}.exr")
+    expect_errors([
+        (postchain.InputError, "the frames of the patterns differ",
+         lambda: postchain.diff(frames / "frame.####.exr", tmp_path / "other.####.exr")),
+        (postchain.InputError, "none.####.exr", lambda: postchain.diff(tmp_path / "none.####.exr", b))])
 
 
 def test_wrong_diffs():
@@ -174,6 +208,8 @@ def test_wrong_diffs():
         (postchain.UsageError, "give one of each", lambda: postchain.diff([a, a], [a])),
         (postchain.UsageError, "give one of each", lambda: postchain.diff(a, [a])),
         (postchain.UsageError, "is empty", lambda: postchain.diff([], [])),
+        (postchain.UsageError, "reference: is a int", lambda: postchain.diff(5, a)),
+        (postchain.UsageError, "unknown tone mapper 'film'", lambda: postchain.diff(a, a, tone_mapper="film")),
         (postchain.UsageError, "known are flip", lambda: postchain.diff(a, a, metrics=["fl1p"])),
         (postchain.UsageError, "tde needs two frames", lambda: postchain.diff(a, a, metrics=["tde"])),
         (postchain.UsageError, "known are", lambda: postchain.diff(a, a, map="ssim")),
@@ -215,11 +251,19 @@ def test_scene(tmp_path):
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
     assert reports[-1]["frame"] == 1 and reports[-1]["picture"] == "deep"
+    done = [one["done"] for one in reports]
+    assert done == sorted(done) and 0 <= done[0] < done[-1] <= 1
+    postchain.scene("wheels", tmp_path / "lens", size=(32, 18), frames=1, camera={"f_stop": 1.25})
+    camera = json.loads((tmp_path / "lens" / "camera.json").read_text())
+    assert camera == json.loads((tmp_path / "a" / "camera.json").read_text()) | {"f_stop": 1.25}
     expect_errors((kind, words, lambda name=name, more=more: postchain.scene(name, tmp_path / "c", **more))
                   for kind, words, name, more in [
         (postchain.UsageError, "wheels", "wheel", {}),
         (postchain.UsageError, "camera: is a str; give a dict", "wheels", {"camera": "camera.json"}),
         (postchain.UsageError, "size: 0x9", "wheels", {"size": (0, 9)}),
+        (postchain.UsageError, "size: 9x0", "wheels", {"size": (9, 0)}),
+        (postchain.UsageError, "size: 16385x9", "wheels", {"size": (16385, 9)}),
+        (postchain.UsageError, "size: 9x16385", "wheels", {"size": (9, 16385)}),
         (postchain.UsageError, "fail or overwrite", "wheels", {"on_existing": "skip"}),
         (postchain.CanceledError, "", "wheels", {"progress": lambda report: False, "frames": "1-50"})])
     with pytest.raises(postchain.OutputError, match="exist"):

@@ -8,8 +8,8 @@
                                           that none has run, in the files that match
     survey.py sample [--count N] [--seed S] [--seconds T] [--jobs N] [FILE ...]
                                           puts N (100) random faults that a test reaches in, one at a time, runs the
-                                          quickest tests that reach them, at most T seconds of tests (20), and lists
-                                          those that live
+                                          quickest tests that reach them, at most T seconds of tests (20; a quarter
+                                          of them in one program), and lists those that live
 
 A fault that lives changes nothing that matters, or shows what a test should assert. Each condition's parts become
 always true and always false, bounds of comparisons move, statements of one line are left out, returned truth values
@@ -181,7 +181,7 @@ def noticed(number, kind, reached, tests, limit_s):
     asked, left = 0, []
     for name, cases in sorted(by_test.items(), key=lambda item: sum(one.seconds for one in item[1])):
         cases.sort(key=lambda one: one.seconds)
-        while len(cases) > 1 and sum(one.seconds for one in cases) > limit_s:
+        while len(cases) > 1 and sum(one.seconds for one in cases) > limit_s / 4:
             cases.pop()
         seconds = sum(one.seconds for one in cases)
         if asked + seconds > limit_s and asked:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "tests/command/frames.h"
@@ -22,6 +23,7 @@ using postchain::test::Planes;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::Pair;
 
 constexpr int kWidth = 53, kHeight = 37;
 
@@ -112,6 +114,21 @@ TEST(Regions, FramesAndRegions) {
     node.choose("frame_size", "source");
     EXPECT_EQ(node.region_of_definition(5, region), kStatOK);
     EXPECT_THAT(region, ElementsAre(20, 9, 30, 17));
+    node.choose("frame_size", "project");
+    for (const auto& [width, height] : {std::pair(0, kHeight), {kWidth, 0}}) {
+        node.object().properties.set("OfxImageEffectPropProjectSize",
+                                     {double(width), double(height)});
+        EXPECT_EQ(node.region_of_definition(5, region), kStatOK);
+        EXPECT_THAT(region, ElementsAre(20, 9, 30, 17)) << "a host without a project's size";
+    }
+    // FXAA moves no light out of Source, and asks for nothing of clips that it does not have.
+    Node fxaa(host, "postchain.fxaa", kWidth, kHeight);
+    fxaa.connect("Source", Picture{.pixels = ImageF(10, 8, 4, 1), .x = 20, .y = 9});
+    EXPECT_EQ(fxaa.region_of_definition(5, region), kStatOK);
+    EXPECT_THAT(region, ElementsAre(20, 9, 30, 17));
+    EXPECT_THAT(fxaa.regions_of_interest(5),
+                ElementsAre(Pair("Source", ElementsAre(20, 9, 30, 17))));
+    EXPECT_THAT(fxaa.frames_needed(5), ElementsAre(Pair("Source", ElementsAre(5, 5))));
 }
 
 // Each cause is a message on the node, and the message goes with it.
@@ -150,6 +167,14 @@ TEST(Messages, GoWithTheirCause) {
     node.connect("Depth", Picture{.pixels = ImageF(kWidth - 1, kHeight, 1, 3)});
     fails("Depth: covers pixels (0, 0) to (52, 37), and Source (0, 0) to (53, 37)");
     works();
+    for (const auto& [x, y] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+        node.connect("Depth", Picture{.pixels = ImageF(kWidth, kHeight, 1, 3), .x = x, .y = y});
+        fails("Depth: covers pixels (");
+        works();
+        node.connect("Motion", Picture{.pixels = ImageF(kWidth, kHeight, 4, 3), .x = x, .y = y});
+        fails("Motion: covers pixels (");
+        works();
+    }
     node.connect("Depth",
                  Picture{.pixels = ImageF(kWidth, kHeight, 1), .depth = "OfxBitDepthByte"});
     fails("Depth: pixels are OfxBitDepthByte; connect float or half images");
@@ -341,6 +366,25 @@ TEST(Signs, AreCheckedOnceAndDismissed) {
     EXPECT_EQ(node.message(), "");
 }
 
+// Frames without motion say nothing about its signs, and the next one is checked.
+TEST(Signs, AreCheckedWhereSomethingMoves) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    node.set("samples", 3);
+    node.set("motion_scale", -1, 1);
+    node.connect("Motion", [](double time) -> std::optional<Picture> {
+        if (time == 2) return Picture{.pixels = ImageF(kWidth, kHeight, 4)};
+        return Picture{.pixels = vectors(make_planes(kWidth, kHeight, int(time)))};
+    });
+    EXPECT_EQ(node.changed("check", 2), kStatOK);
+    EXPECT_THAT(node.status(), HasSubstr("signs of the motion vectors: not checked: "));
+    EXPECT_EQ(node.message(), "");
+    EXPECT_EQ(node.changed("check", 3), kStatOK);
+    EXPECT_EQ(node.object().message_type, "OfxMessageWarning");
+    EXPECT_THAT(node.status(), HasSubstr("signs of the motion vectors: contradicted"));
+}
+
 // Across a cut no frame is read, and its motion is that from the frame before.
 TEST(Cuts, NoFrameAcross) {
     Host host;
@@ -362,6 +406,9 @@ TEST(Cuts, NoFrameAcross) {
     EXPECT_EQ(node.changed("cut"), kStatOK);
     EXPECT_THAT(node.status(),
                 HasSubstr("without the frame before: frame 1 is the first of Source"));
+    EXPECT_EQ(node.render(9), kStatOK);
+    EXPECT_EQ(node.changed("cut"), kStatOK);
+    EXPECT_THAT(node.status(), HasSubstr("without the frame after: frame 9 is the last of Source"));
 }
 
 TEST(Mattes, KeepWhatTheyCover) {
@@ -382,6 +429,49 @@ TEST(Mattes, KeepWhatTheyCover) {
     EXPECT_THAT(node.message(), HasSubstr("matte_effect"));
 }
 
+// One channel serves as each; a smaller matte is 0 around; values are coverages.
+TEST(Mattes, OfOneChannelOfAPartAndOfOtherValues) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    const ImageF blurred = node.rendered(2);
+    const auto with_matte = [&](ImageF matte, int x = 0, int y = 0) {
+        node.connect("Matte", Picture{.pixels = std::move(matte), .x = x, .y = y});
+        return node.rendered(2);
+    };
+    EXPECT_EQ(with_matte(ImageF(kWidth, kHeight, 1, 1)), source());
+    EXPECT_EQ(with_matte(ImageF(kWidth, kHeight, 1, 7)), source());
+    for (const float none : {0.f, -1.f, std::numeric_limits<float>::quiet_NaN()})
+        EXPECT_EQ(with_matte(ImageF(kWidth, kHeight, 1, none)), blurred) << none;
+    ImageF whole(kWidth, kHeight, 1);
+    for (int y = kHeight - 20; y < kHeight - 9; ++y)  // rows from the top, of 9 to 20 from below
+        for (int x = 20; x < 30; ++x) whole.at(x, y) = 1;
+    const ImageF part = with_matte(ImageF(10, 11, 1, 1), 20, 9);
+    EXPECT_EQ(part, with_matte(whole));
+    EXPECT_NE(part, blurred);
+    EXPECT_NE(part, source());
+}
+
+// A chain that names the matte at one pass takes it there alone.
+TEST(Mattes, OfAChainThatNamesOne) {
+    Host host;
+    Node node(host, "postchain.chain", kWidth, kHeight);
+    connect_scene(node);
+    node.choose("chain", "from chain_file");
+    const postchain::test::TempFolder folder;
+    node.set("chain_file", folder.path("chain.yaml"));
+    const auto passes = [&](const char* text) {
+        postchain::test::write_text(folder.path("chain.yaml"),
+                                    concat("postchain: 1\npasses: [", text, "]\n"));
+        return node.rendered(2);
+    };
+    const ImageF fxaa = passes("fxaa");
+    EXPECT_NE(fxaa, source());
+    node.connect("Matte", Picture{.pixels = ImageF(kWidth, kHeight, 1, 1)});
+    EXPECT_EQ(passes("fxaa, motion_blur: {samples: 3}"), source());
+    EXPECT_EQ(passes("fxaa, motion_blur: {samples: 3, matte: Matte}"), fxaa);
+}
+
 // Light of surfaces that the frame does not show.
 TEST(Behind, GivesLight) {
     Host host;
@@ -393,6 +483,12 @@ TEST(Behind, GivesLight) {
     node.connect("Behind", Picture{.pixels = ImageF(kWidth, kHeight, 4, 1)});
     EXPECT_EQ(node.render(2), kStatFailed);
     EXPECT_THAT(node.message(), HasSubstr("BehindDepth: is not connected"));
+    for (const Feed& none : {Feed([](double) { return std::optional<Picture>(); }),
+                             Feed([](double) { return Picture{.pixels = ImageF(9, 9, 1, 6)}; })}) {
+        node.connect("BehindDepth", none);
+        EXPECT_EQ(node.render(2), kStatFailed);
+        EXPECT_THAT(node.message(), HasSubstr("the layer behind: BehindDepth: "));
+    }
     node.connect("BehindDepth", Picture{.pixels = ImageF(kWidth, kHeight, 1, 6)});
     const ImageF with_layer = node.rendered(2);
     EXPECT_NE(with_layer, alone);
@@ -446,6 +542,12 @@ TEST(Life, GraysOutWhatHasNoEffect) {
     EXPECT_TRUE(enabled("max_blur_px"));
     EXPECT_FALSE(enabled("path_px_per_time"));
     EXPECT_FALSE(enabled("status"));
+    // A value that is none leaves the others to decide.
+    node.set("samples", -1);
+    node.choose("mode", "inverse_warp");
+    EXPECT_EQ(node.changed("samples"), kStatOK);
+    EXPECT_TRUE(enabled("path_px_per_time"));
+    EXPECT_FALSE(enabled("center_weight"));
 }
 
 TEST(Life, TwoThreadsAndManyInstances) {

@@ -148,6 +148,13 @@ TEST_F(OpenFx, ACameraThatTurnsAndZoomsHasTheBitsOfTheCommand) {
                                      of_both(zoom + turn)};
     for (size_t a = 0; a < all.size(); ++a)
         for (size_t b = 0; b < a; ++b) EXPECT_NE(all[a], all[b]) << a << b;
+    // Across a cut the sky takes no motion from the other camera.
+    for (const int cut : {1, 2}) {
+        settings_.source.cuts = {cut};
+        node.animate("cut", [=](double time) { return time == cut ? 1 : 0; });
+        EXPECT_NE(of_both(zoom + turn), all[3]) << cut;
+    }
+    node.animate("cut", [](double) { return 0; });
     // Vectors of other renderers have the zoom.
     node.choose("motion_meaning", "nuke");
     write_camera(zoom);
@@ -398,6 +405,17 @@ TEST(Pixels, MeaningsOfVectorsAndDepth) {
     node.use("far_clip", 9);
     EXPECT_EQ(with_depth("normalized", [](double d) { return (d - 1) / 8; }), 0);
     EXPECT_EQ(with_depth("normalized_inverted", [](double d) { return 1 - (d - 1) / 8; }), 0);
+    // Pixels that a crop lacks are as far away as in each other meaning.
+    node.connect("Source", Picture{.pixels = ImageF(10, 8, 4, 1), .x = 20, .y = 9});
+    ImageF cropped[2];
+    for (const auto& [at, meaning, value] :
+         {std::tuple(0, "linear", 5.f), {1, "normalized", 0.5f}}) {
+        node.choose("depth_meaning", meaning);
+        node.connect("Depth", Picture{.pixels = ImageF(10, 8, 1, value), .x = 20, .y = 9});
+        cropped[at] = node.rendered(2);
+    }
+    EXPECT_EQ(cropped[0], cropped[1]);
+    node.connect("Source", Picture{.pixels = planes.color});
     EXPECT_GT(with_depth("linear", [](double d) { return 1 / d; }), 1e-2);
 }
 

@@ -273,7 +273,8 @@ void Node::find_wanted() {
     if (connected(Clip::depth)) own_.add(Role::inverse_depth);
     if (connected(Clip::motion)) {
         own_.add(Role::motion);
-        if (conventions_.back_at >= 0) own_.add(Role::motion_back);
+        // At a cut, the vectors of one side serve as both (read_at()).
+        if (conventions_.back_at >= 0 && !cut_before_ && !cut_after_) own_.add(Role::motion_back);
     }
     if (connected(Clip::matte)) own_.add(Role::mattes);
     if (connected(Clip::behind)) own_.add(Role::behind);

@@ -77,6 +77,12 @@ class Shapes(Attacked):
             with self.subTest(raw):
                 self.refused(raw, 400, 505)
 
+    def test_an_expectation_that_is_refused_ends_the_connection(self):
+        """Its body would be read as the next request."""
+        body = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
+        head = f"{POST}Content-Length: {len(body)}\r\nExpect: 200-ok\r\n\r\n".encode()
+        self.refused(head + body, 400)
+
     def test_queries(self):
         for target, values in {
                 "jobs?limit=": ["0", "-1", "", "501", "1x", "99999999999999999999"],
@@ -296,13 +302,15 @@ class Files(Attacked):
             self.assertEqual(schemas[name], {"type": "integer", "minimum": 1, "maximum": most}, path)
 
     def test_pictures_of_a_report(self):
-        """In the fake's report there is none."""
         self.server.ask("POST", "/v1/jobs", {})
         target = "/v1/jobs/j1/report/index.html"
-        self.assertEqual(self.server.ask("GET", target + "?picture=image-1")[0], 404)
-        status, headers, page = self.server.ask("GET", target + "?pictures=apart")
-        self.assertEqual([status, page], [200, b"<p>report</p>"])
-        self.assertIn("sandbox", headers["content-security-policy"])
+        self.assertEqual(self.server.ask("GET", target + "?picture=image-2")[0], 404)
+        for query, kind, text in [("?picture=image-1", "text/plain", b"data:,x"),
+                                  ("?pictures=apart", "text/html", b"<p>report</p>\n")]:
+            status, headers, body = self.server.ask("GET", target + query)
+            self.assertEqual([status, body], [200, text])
+            self.assertTrue(headers["content-type"].startswith(kind), headers)
+            self.assertIn("sandbox", headers["content-security-policy"])
 
 
 class Waiting(Attacked):
@@ -429,6 +437,22 @@ class Resets(Attacked):
                          [(0, "reset"), (1, "queued"), (2, "canceled")])
         again.close()
         self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}/events?after=2")[0], 204)
+
+
+class Followed(Attacked):
+    def test_a_job_that_runs_has_more_events(self):
+        """Also for a client that has all of those until now."""
+        job = self.server.submit({})
+        listener = Events(self.server, f"/v1/jobs/{job}/events", last=99)
+        number, event = listener.next()
+        self.assertEqual(event["type"], "reset")
+        number, event = listener.next()
+        self.assertEqual(event["type"], "queued")
+        waiting = Events(self.server, f"/v1/jobs/{job}/events", last=number)
+        self.server.ask("DELETE", f"/v1/jobs/{job}")
+        for one in (listener, waiting):
+            self.assertEqual(one.next()[1]["type"], "canceled")
+            one.close()
 
 
 class Restarted(Attacked):

@@ -101,6 +101,18 @@ TEST_F(Turns, TheLastTaskOfTheLargestShareMakesWay) {
     wait_for(5);
 }
 
+TEST_F(Turns, AShareThatMakesWayKeepsItsOtherTasks) {
+    begin(1, 3);
+    add("a");
+    wait_for(1);
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(add("b"));
+    EXPECT_TRUE(add("c"));
+    EXPECT_EQ(dropped_, "b");
+    open();
+    wait_for(4);
+    EXPECT_EQ(order(), "abcb");
+}
+
 TEST_F(Turns, ThreadsThatHangAreCounted) {
     begin(2, 100, 50ms);
     add("a");

@@ -13,7 +13,9 @@ from points.insert import KINDS, Inserter, without_text
 CXX = None
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = r"""
+#include <algorithm>
 #include <cstdio>
+#include <string>
 #include <vector>
 // if (a) is no code
 #define IF if (false)
@@ -32,14 +34,25 @@ bool is_even(int n) {
     if (n % 2 == 0) return true;
     return false;
 }
+struct Vec {
+    int x;
+    Vec operator-() const { return {-x}; }
+    friend Vec operator+(Vec a, Vec b) { return {a.x + b.x}; }
+};
+int ends(int n) { return std::max(n, 3) - 2 * std::min(n, 9); }
+std::string twice(const std::string& word) { return word + word; }
 int main() {
     Text text;
     text.all.push_back(1);
     text.all = {4, 5, 9};
     std::printf("%d %d %d \"if (b)\" %c\n", sum(text, 5), is_even(4), early(5), ')');
+    const Vec seven{7}, one{1};
+    const Vec vec = seven + one;
+    std::printf("%d %d %s", ends(5), vec.x, twice("on").c_str());
 }
 """
-SAID = '13 1 1 "if (b)" )'
+MIDDLE = ' "if (b)" )\n'
+SAID = f"13 1 1{MIDDLE}-5 8 onon"
 
 
 class Points(unittest.TestCase):
@@ -68,7 +81,9 @@ class Points(unittest.TestCase):
         self.assertEqual({text: seen[number] for number, (_, kinds, text) in enumerate(inserter.points, 3)
                           if "always true" in [KINDS[kind] for kind in kinds]}, {
             "value < limit": 3, "limit == 0": 1, "value == 9": 3, "n % 2 == 0": 2, "n > 2": 2, "n != 7": 2, "total > 3": 2})
-        self.assertEqual({key: text.split(' "')[0] for key, text in found.items() if text != SAID}, {
+        changed = {key: next(new for new, old in zip(text.split(MIDDLE), SAID.split(MIDDLE)) if new != old)
+                   for key, text in found.items() if text != SAID}
+        self.assertEqual(changed, {
             ("value < limit", "always true"): "18 1 1",
             ("value < limit", "always false"): "9 1 1",
             ("value < limit", "boundary moved"): "18 1 1",
@@ -82,7 +97,13 @@ class Points(unittest.TestCase):
             ("total > 3", "always false"): "-12 1 1",
             ("total -= 1", "left out"): "14 1 1",
             ("return total > 3 ? total + 1 : -total;", "1 is 0"): "12 1 1",
-            ('std::printf("%d %d %d \\"if (b)\\" %c\\n", sum(text, 5), is_even(4), early(5), \')\')', "left out"): "",
+            ('std::printf("%d %d %d \\"if (b)\\" %c\\n", sum(text, 5), is_even(4), early(5), \')\')', "left out"): "-5 8 onon",
+            ('std::printf("%d %d %s", ends(5), vec.x, twice("on").c_str())', "left out"): '13 1 1 "if (b)" )',
+            ("friend Vec operator+(Vec a, Vec b) { return {a.x + b.x}; }", "other sign"): "-5 6 onon",
+            ("const Vec vec = seven + one;", "other sign"): "-5 6 onon",
+            ("int ends(int n) { return std::max(n, 3) - 2 * std::min(n, 9); }", "other sign"): "15 8 onon",
+            ("std::max(n, 3)", "other end"): "-7 8 onon",
+            ("std::min(n, 9)", "other end"): "-13 8 onon",
         })
 
     def test_text_is_no_code(self):

@@ -13,7 +13,8 @@
 
 A fault that lives changes nothing that matters, or shows what a test should assert. Each condition's parts become
 always true and always false, bounds of comparisons move, statements of one line are left out, returned truth values
-are flipped, and 1 becomes 0 in sums and differences (points/insert.py). The build needs the packages of
+are flipped, 1 becomes 0 in sums and differences, terms change sign, and a maximum is taken for a minimum
+(points/insert.py). The build needs the packages of
 tools/install_packages.sh --full.
 """
 

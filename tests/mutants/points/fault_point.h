@@ -16,7 +16,16 @@ namespace postchain::fault_point {
 
 inline constexpr int kMaxPoints = 1 << 16;
 // In the order of KINDS in insert.py. condition() tells the first two apart by the last bit.
-enum Kind { always_true, always_false, boundary, left_out, flipped, one_is_zero };
+enum Kind {
+    always_true,
+    always_false,
+    boundary,
+    left_out,
+    flipped,
+    one_is_zero,
+    other_sign,
+    other_end
+};
 enum Seen { seen_false = 1, seen_true = 2, seen = 4 };
 
 inline unsigned char nowhere[kMaxPoints];
@@ -59,4 +68,34 @@ constexpr int one(int point) {
     return is_active(point, one_is_zero) ? 0 : 1;
 }
 
+// The sign of a term: of a number, or of what has a negative of its type. Texts have none.
+struct Sign {
+    int point;
+
+    template <class T>
+    friend constexpr decltype(auto) operator*(Sign sign, T&& term) {
+        using Value = std::decay_t<T>;
+        if constexpr (std::is_arithmetic_v<Value>)
+            return static_cast<Value>(is_active(sign.point, other_sign) ? -term : term);
+        else if constexpr (requires { requires std::is_same_v<decltype(-term), Value>; })
+            return is_active(sign.point, other_sign) ? -term : Value(term);
+        else
+            return static_cast<T&&>(term);
+    }
+};
+
 }  // namespace postchain::fault_point
+
+// std::min(a, b) and std::max(a, b) with the prefix ends::.
+namespace postchain::ends::std {
+
+template <class T>
+constexpr const T& min(int point, const T& a, const T& b) {
+    return fault_point::is_active(point, fault_point::other_end) == (b < a) ? a : b;
+}
+template <class T>
+constexpr const T& max(int point, const T& a, const T& b) {
+    return fault_point::is_active(point, fault_point::other_end) == (a < b) ? a : b;
+}
+
+}  // namespace postchain::ends::std

@@ -1,14 +1,15 @@
-"""Puts fault points into C++ files: conditions, comparisons, returned truth values, statements of one line and
-differences by one. All faults are compiled at once and one is active at run time (mutant schemata: Untch, Offutt,
+"""Puts fault points into C++ files: conditions, comparisons, returned truth values, statements of one line,
+differences by one, signs of sums, minima and maxima. All faults are compiled at once and one is active at run time (mutant schemata: Untch, Offutt,
 Harrold, Mutation Analysis Using Mutant Schemata, ISSTA 1993; fault_point.h).
 """
 
 import re
 
 # Places of the kinds of fault_point.h.
-KINDS = ["always true", "always false", "boundary moved", "left out", "flipped", "1 is 0"]
-ALWAYS_TRUE, ALWAYS_FALSE, BOUNDARY, LEFT_OUT, FLIPPED, ONE_IS_ZERO = range(len(KINDS))
+KINDS = ["always true", "always false", "boundary moved", "left out", "flipped", "1 is 0", "other sign", "other end"]
+ALWAYS_TRUE, ALWAYS_FALSE, BOUNDARY, LEFT_OUT, FLIPPED, ONE_IS_ZERO, OTHER_SIGN, OTHER_END = range(len(KINDS))
 NAMESPACE = "postchain::fault_point::"
+ENDS = "postchain::ends::"
 
 NO_CODE = re.compile(r"""//[^\n]*|/\*.*?\*/|R"([^(\s]*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])+'
                          |^[ \t]*\#(?:\\\n|[^\n])*""", re.S | re.M | re.X)
@@ -163,14 +164,31 @@ class Inserter:
 
     def add_ones(self):
         for sign in re.finditer(r"(?<=[\w)\]]) [+-] (1)\b(?![.\w'])", self.code):
-            begin = self.text.rfind("\n", 0, sign.start()) + 1
-            end = self.text.find("\n", sign.start())
+            begin, end = self.line_at(sign.start())
             if "static_assert" not in self.code[begin:end]:
                 number = self.point(begin, (ONE_IS_ZERO,), end)
                 self.wrap(sign.start(1), sign.end(1), f"{NAMESPACE}one({number}) * ", "")
 
+    def line_at(self, place):
+        return self.text.rfind("\n", 0, place) + 1, self.text.find("\n", place)
+
+    def add_signs(self):
+        """Of the second term: operators that bind more strongly are applied to it first."""
+        for sign in re.finditer(r"(?<=[\w)\]]) [+-] (?=[A-Za-z_(]|[02-9]|1[\w.'])", self.code):
+            number = self.point(self.line_at(sign.start())[0], (OTHER_SIGN,), self.line_at(sign.start())[1])
+            self.insertions.append(((sign.end(), 2, 0), f"{NAMESPACE}Sign{{{number}}} * "))
+
+    def add_ends(self):
+        for name in re.finditer(r"\bstd::(min|max)\((?!\{)", self.code):
+            end = self.end_of_bracket(name.end() - 1)
+            if sum(self.code[i] == "," for i in self.top_level(name.end(), end)) == 1:
+                number = self.point(name.start(), (OTHER_END,), end + 1)
+                self.insertions.append(((name.start(), 2, 0), ENDS))
+                self.insertions.append(((name.end(), 0, 0), f"{number}, "))
+
     def result(self):
-        for add in (self.add_heads, self.add_returns, self.add_choices, self.add_statements, self.add_ones):
+        for add in (self.add_heads, self.add_returns, self.add_choices, self.add_statements, self.add_ones,
+                    self.add_signs, self.add_ends):
             add()
         parts, last = [], 0
         for (place, *_), inserted in sorted(self.insertions, key=lambda one: one[0]):

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <sstream>
 
@@ -66,6 +67,88 @@ TEST(Document, UndoAndRedoLeadThroughEveryState) {
     EXPECT_FALSE(document.can_redo()) << "an edit ends what could be done again";
 }
 
+// The oldest states are forgotten, and each name stays with its edit.
+TEST(Document, UndoHasALimit) {
+    Document document = opened(kText);
+    for (int edit = 1; edit <= 505; ++edit)
+        ASSERT_TRUE(document.set_camera(edit % 2 ? "f_stop" : "focus_distance", 3.0 + edit).ok());
+    EXPECT_EQ(document.undo_name(), "camera.f_stop");
+    document.undo();
+    EXPECT_EQ(document.undo_name(), "camera.focus_distance");
+    EXPECT_EQ(document.redo_name(), "camera.f_stop");
+    EXPECT_EQ(document.chain().camera.f_stop, 3.0 + 503);
+    int undone = 1;
+    for (; document.can_undo(); ++undone) document.undo();
+    EXPECT_EQ(undone, 499);
+    EXPECT_EQ(document.chain().camera.focus_distance, 3.0 + 6);
+    EXPECT_TRUE(document.changed()) << "the file's state is forgotten";
+}
+
+// Passes that are off stay off wherever they go.
+TEST(Document, EditsOfTheListKeepWhatIsOff) {
+    Document document = opened(kText);
+    ASSERT_TRUE(document.switch_off(2, true).ok());
+    using Off = std::vector<bool>;
+    EXPECT_TRUE(document.add("joint_blur", 1).ok());
+    EXPECT_EQ(document.chain().types(),
+              (std::vector<std::string>{"depth_of_field", "joint_blur", "motion_blur", "fxaa"}));
+    EXPECT_EQ(document.state().off, (Off{false, false, false, true}));
+    EXPECT_EQ(document.state().id, (std::vector<uint64_t>{0, 3, 1, 2}));
+    EXPECT_TRUE(document.erase(0).ok());
+    EXPECT_EQ(document.state().off, (Off{false, false, true}));
+    EXPECT_EQ(document.state().id, (std::vector<uint64_t>{3, 1, 2}));
+    EXPECT_TRUE(document.move(2, 0).ok());
+    EXPECT_EQ(document.state().off, (Off{true, false, false}));
+    EXPECT_EQ(document.state().id, (std::vector<uint64_t>{2, 3, 1}));
+    EXPECT_TRUE(document.move(0, 99).ok()) << "to the end";
+    EXPECT_EQ(document.chain().types().back(), "fxaa");
+    while (document.chain().links.size() < kMaxPasses) ASSERT_TRUE(document.add("fxaa", 99).ok());
+    EXPECT_EQ(document.add("fxaa", 0).code(), StatusCode::chain);
+    EXPECT_TRUE(document.orders().empty()) << "too many";
+}
+
+TEST(Document, AValueForAllPassesThatReadIt) {
+    Document document = opened(
+        "postchain: 1\npasses:\n  - motion_blur: {mode: guertin}\n"
+        "  - joint_blur\n  - motion_blur\n  - fxaa\n");
+    EXPECT_TRUE(document.set_in_all("path_px_per_time", 7.0).ok());
+    for (const auto& [link, count] : {std::pair(0, false), {1, false}, {2, true}, {3, false}})
+        EXPECT_EQ(document.chain().links[size_t(link)].text().find("path_px_per_time=7") !=
+                      std::string::npos,
+                  count)
+            << link;
+    EXPECT_EQ(document.undo_name(), "path_px_per_time");
+}
+
+TEST(Document, PassesOfAnotherChainKeepTheCamera) {
+    Document document = opened(kText);
+    const ChainFile other =
+        parse_chain("postchain: 1\ncamera: {f_stop: 9}\npasses:\n  - fxaa\n", "", builtin_passes());
+    document.take_passes(other.chain, "other");
+    EXPECT_EQ(document.chain().types(), std::vector<std::string>{"fxaa"});
+    EXPECT_EQ(document.chain().camera.f_stop, 2.8);
+    // Edits that come back know which of the passes were there, each of them once.
+    DocumentState state = document.state().clone();
+    for (int i = 0; i < 2; ++i) state.chain.append(builtin_passes(), "fxaa");
+    state.off = {false, true, false};
+    document.restore(std::move(state));
+    const auto& id = document.state().id;
+    EXPECT_EQ(std::set<uint64_t>(id.begin(), id.end()).size(), 3u);
+    EXPECT_EQ(id[0], 3u);
+    EXPECT_TRUE(document.state().off[1]);
+}
+
+TEST(Document, PassesWithAValueOfTheirOwnAreNamed) {
+    Document document = opened(
+        "postchain: 1\npasses:\n  - depth_of_field: {f_stop: 4}\n  - motion_blur\n"
+        "  - joint_blur: {f_stop: 2}\n");
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(document.passes_with_own("f_stop"), (Names{"depth_of_field", "joint_blur"}));
+    EXPECT_TRUE(document.switch_off(0, true).ok());
+    EXPECT_EQ(document.passes_with_own("f_stop"), Names{"joint_blur"});
+    EXPECT_EQ(document.passes_with_own("focus_distance"), Names());
+}
+
 TEST(Document, AGestureIsOneStep) {
     Document document = opened(kText);
     document.begin_gesture();
@@ -89,6 +172,16 @@ TEST(Document, AFaultyValueChangesNothing) {
     EXPECT_EQ(document.add("no_such_pass", 0).code(), StatusCode::chain);
     EXPECT_EQ(document.erase(3).code(), StatusCode::chain);
     EXPECT_EQ(document.set_focus_key(1, 0).code(), StatusCode::chain);
+    for (const double none : {-1.0, std::nan(""), HUGE_VAL})
+        EXPECT_EQ(document.set_focus_key(1, none).code(), StatusCode::chain) << none;
+    EXPECT_EQ(document.set_camera("aperture_image", std::string("/no/such.exr")).code(),
+              StatusCode::input);
+    EXPECT_EQ(document.set(0, "matte_effect", std::string("unmoved")).code(), StatusCode::chain);
+    EXPECT_EQ(document.set_in_all("samples", int64_t(-1)).code(), StatusCode::chain);
+    EXPECT_EQ(document.switch_off(3, true).code(), StatusCode::chain);
+    EXPECT_EQ(document.move(3, 0).code(), StatusCode::chain);
+    for (const auto& order : {std::vector<size_t>{0, 0, 1}, {0, 1}, {0, 1, 3}, {0, 1, 2, 3}})
+        EXPECT_EQ(document.reorder(order).code(), StatusCode::chain);
     EXPECT_TRUE(document.set(0, "samples", int64_t(16)).ok()) << "the value that it has";
     EXPECT_EQ(document.revision(), revision);
 }
@@ -129,6 +222,15 @@ TEST(Document, KeysGiveEachFrameItsFocus) {
     EXPECT_TRUE(document.keys_changed());
     document.undo();
     EXPECT_FALSE(document.keys_changed()) << "there are none";
+    document.redo();
+    document.redo();
+    const uint64_t with_both = document.hash_at(15);
+    EXPECT_NE(document.hash_at(20), with_both);
+    document.remove_focus_key(20);
+    EXPECT_EQ(document.chain_at(20).camera.focus_distance, 1.0);
+    EXPECT_NE(document.hash_at(15), with_both);
+    EXPECT_EQ(document.hash_at(15), document.hash_at(20));
+    document.remove_focus_key(10);
     EXPECT_EQ(document.chain_at(10).camera.focus_distance, 3.0);
 }
 
@@ -193,6 +295,26 @@ std::string save(const std::string& text, Document& document) {
     return saved.text;
 }
 
+// Values are added where the others are, in braces or on lines.
+TEST(ChainText, ValuesAreAddedInPlace) {
+    const char* const text =
+        "postchain: 1\ncamera: {f_stop: 2}  # wide\npasses:\n"
+        "  - motion_blur: {samples: 9}  # nine\n  - fxaa  # plain\n"
+        "  - depth_of_field:  # rows\n      samples: 16\n";
+    Document document = opened(text);
+    EXPECT_TRUE(document.set_camera("focus_distance", 3.0).ok());
+    EXPECT_TRUE(document.set(0, "shutter_frames", 0.25).ok());
+    EXPECT_TRUE(document.set(1, "mode", std::string("directional")).ok());
+    EXPECT_TRUE(document.set(2, "f_stop", 4.0).ok());
+    const ChainFileText saved = chain_file_text(text, document);
+    EXPECT_TRUE(saved.kept);
+    EXPECT_EQ(saved.text,
+              "postchain: 1\ncamera: {focus_distance: 3, f_stop: 2}  # wide\npasses:\n"
+              "  - motion_blur: {shutter_frames: 0.25, samples: 9}  # nine\n"
+              "  - fxaa: {mode: directional}  # plain\n"
+              "  - depth_of_field:  # rows\n      f_stop: 4\n      samples: 16\n");
+}
+
 TEST(ChainText, UndoAcrossASaveIsSaved) {
     Document document = opened(kText);
     EXPECT_TRUE(document.erase(0).ok());
@@ -250,7 +372,11 @@ TEST(ChainText, EveryFormOfAFileIsSaved) {
           "# top\npostchain: 1\npasses: [fxaa, motion_blur]\n",
           "postchain: 1\npasses:\n- fxaa\n- motion_blur: {samples:\n   9}\n",
           "passes:\n  - \"fxaa\"\n  - motion_blur\npostchain: 1\n",
-          "# ä\npostchain: 1\npasses:\n  - fxaa\n  - motion_blur: {samples: 9} # ö\n"}) {
+          "# ä\npostchain: 1\npasses:\n  - fxaa\n  - motion_blur: {samples: 9} # ö\n",
+          "postchain: 1\ncamera: {}\npasses:\n  - fxaa: {}\n  - motion_blur: {}\n",
+          "postchain: 1\ncamera: {sensor_width_mm: 36,\n  f_stop: 2}\npasses:\n  - fxaa\n"
+          "  - motion_blur: {shutter_frames: 0.5,\n      samples: 9}\n",
+          "postchain: 1\r\npasses:\r\n  - fxaa\r\n  - motion_blur:\r\n      samples: 9\r\n"}) {
         Document document = opened(text);
         EXPECT_TRUE(document.set(1, "samples", int64_t(33)).ok());
         EXPECT_TRUE(document.move(0, 1).ok());

@@ -29,6 +29,17 @@ class ExportTest : public SessionTest {
     Status write(const ExportJob& job) {
         return run_export(job, stop_, [&](int done) { done_ = done; });
     }
+    // With a script in the place of ffmpeg.
+    Status write_movie(const std::string& name, const std::string& script) {
+        const std::string path_before = std::getenv("PATH");
+        fs::create_directories(path("bin"));
+        write_text(path("bin/ffmpeg"), "#!/bin/sh\n" + script);
+        chmod(path("bin/ffmpeg").c_str(), 0755);
+        setenv("PATH", (path("bin") + ":" + path_before).c_str(), 1);
+        const Status status = write(job_of(ExportKind::movie, name));
+        setenv("PATH", path_before.c_str(), 1);
+        return status;
+    }
     std::atomic<bool> stop_ = false;
     int done_ = 0;
 };
@@ -83,7 +94,63 @@ TEST_F(ExportTest, ImagesAndSheet) {
         EXPECT_TRUE(test::read_text(path(name)).starts_with("\x89PNG")) << name;
     }
     stop_ = true;
-    EXPECT_EQ(write(job_of(ExportKind::sheet, "other.png")).code(), StatusCode::canceled);
+    for (const auto& [kind, name] : {std::pair(ExportKind::sheet, "other.png"),
+                                     {ExportKind::movie, "other.mp4"},
+                                     {ExportKind::frames, "other.####.exr"}})
+        EXPECT_EQ(write(job_of(kind, name)).code(), StatusCode::canceled) << name;
+    for (const auto& entry : fs::directory_iterator(path("")))
+        EXPECT_FALSE(entry.path().filename().string().starts_with("other")) << entry.path();
+    stop_ = false;
+    ExportJob none = job_of(ExportKind::sheet, "other.png");
+    none.frames.clear();
+    EXPECT_EQ(write(none).code(), StatusCode::usage);
+}
+
+TEST_F(ExportTest, InTheBackgroundOneAtATime) {
+    open();
+    settle();
+    fs::create_directory(path("out"));
+    std::atomic<int> wakes = 0;
+    Exporter exporter([&] { ++wakes; });
+    const auto ended = [&] {
+        EXPECT_TRUE(wait_for([&] { return !exporter.state().running; }));
+        return exporter.state();
+    };
+    EXPECT_TRUE(exporter.start(job_of(ExportKind::frames, "out/o.####.exr")));
+    EXPECT_FALSE(exporter.start(job_of(ExportKind::png, "out/o.png")));
+    const ExportState first = ended();
+    EXPECT_FALSE(first.failed) << first.text;
+    EXPECT_EQ(first.done, 3);
+    EXPECT_EQ(first.total, 3);
+    EXPECT_EQ(first.text, path("out/o.####.exr: written"));
+    EXPECT_EQ(wakes, 3 + 1);
+    EXPECT_EQ(test::read_color(path("out/o.0002.exr")).data, as_run(2).data);
+    EXPECT_TRUE(exporter.start(job_of(ExportKind::frames, "out/o.####.exr")));
+    const ExportState second = ended();
+    EXPECT_TRUE(second.failed);
+    EXPECT_EQ(second.done, 0);
+    EXPECT_THAT(second.text, testing::HasSubstr("out/o.0001.exr"));
+    {
+        Exporter closed([] {});
+        EXPECT_TRUE(closed.start(job_of(ExportKind::sheet, "out/sheet.png")));
+    }
+    EXPECT_FALSE(fs::exists(path("out/sheet.png")));
+    EXPECT_TRUE(exporter.start(job_of(ExportKind::png, "out/o.png"))) << "after a failure";
+    EXPECT_FALSE(ended().failed);
+    EXPECT_TRUE(fs::exists(path("out/o.png")));
+}
+
+// A sheet says so in the frame's place; a movie has one size.
+TEST_F(ExportTest, AFrameOfAnotherSize) {
+    test::write_sequence(folder_.path(), {4}, 48, 64);
+    open();
+    settle();
+    ASSERT_EQ(session_->playback().frames().size(), 4u);
+    EXPECT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
+    EXPECT_EQ(done_, 4);
+    const Status movie = write_movie("movie.mp4", "cat\n");
+    EXPECT_THAT(movie.message(), testing::HasSubstr("a frame of 48x64 pixels in a movie of 64x48"));
+    EXPECT_FALSE(fs::exists(path("movie.mp4")));
 }
 
 // A command in the place of ffmpeg, which writes its words and the number of bytes that it got.
@@ -99,13 +166,8 @@ TEST_F(ExportTest, AMovieIsWrittenByFfmpeg) {
     EXPECT_THAT(missing.message(), testing::HasSubstr("install ffmpeg"));
     EXPECT_FALSE(fs::exists(path("movie.mp4")));
 
-    write_text(path("bin/ffmpeg"), "#!/bin/sh\necho \"$@\"\nwc -c\n");
-    chmod(path("bin/ffmpeg").c_str(), 0755);
-    setenv("PATH", (path("bin") + ":" + path_before).c_str(), 1);
-    const Status written = write(job_of(ExportKind::movie, "movie.mp4"));
-    write_text(path("bin/ffmpeg"), "#!/bin/sh\ncat >/dev/null\nexit 1\n");
-    const Status failed = write(job_of(ExportKind::movie, "other.mp4"));
-    setenv("PATH", path_before.c_str(), 1);
+    const Status written = write_movie("movie.mp4", "echo \"$@\"\nwc -c\n");
+    const Status failed = write_movie("other.mp4", "cat >/dev/null\nexit 1\n");
     ASSERT_TRUE(written.ok()) << written.message();
     const std::string text = test::read_text(path("movie.mp4"));
     EXPECT_NE(text.find("-video_size 64x48 -framerate 24"), std::string::npos) << text;

@@ -3,6 +3,8 @@
 #include "tools/apps/view/session.h"
 
 #include <ctime>
+#include <limits>
+#include <map>
 
 #include "tests/view/session_fixture.h"
 #include "tools/apps/view/session_values.h"
@@ -162,6 +164,39 @@ TEST_F(SessionTest, FocusFollowsAClick) {
     document().undo();
     EXPECT_EQ(document().chain().camera.focus_distance, 2);
     EXPECT_EQ(focus_at_pixel(*session_, -1, 0).code(), StatusCode::input);
+}
+
+TEST_F(SessionTest, ValuesUnderTheCursor) {
+    test::Planes planes = test::make_planes(64, 48, 1);
+    planes.depth.at(5, 7) = std::numeric_limits<float>::infinity();
+    for (int c = 0; c < 4; ++c) planes.color.at(9, 7, c) = float(c + 1) / 8;
+    planes.motion.at(9, 7, 0) = 2.5f;
+    planes.motion.at(9, 7, 1) = -1.25f;
+    test::write_frame(path("in.0001.exr"), planes);
+    open();
+    settle();
+    const auto values = [&](int x, int y) {
+        std::map<std::string, std::string> found;
+        for (const auto& [name, text] : values_at(*session_, x, y)) found[name] = text;
+        return found;
+    };
+    const auto here = values(9, 7);
+    for (const char* name : {"result", "color", "depth", "motion", "motion_back"})
+        EXPECT_TRUE(here.contains(name)) << name;
+    EXPECT_EQ(here.at("color"), "0.125  0.25  0.375  0.5");
+    EXPECT_EQ(here.at("motion"), "2.5  -1.25");
+    EXPECT_EQ(here.at("depth"), "6");
+    EXPECT_EQ(values(5, 7).at("depth"), "sky");
+    for (const auto& [x, y] : {std::pair(-1, 7), {9, -1}, {64, 7}, {9, 48}})
+        EXPECT_TRUE(values(x, y).empty()) << x << " " << y;
+    EXPECT_EQ(focus_at_pixel(*session_, 5, 7).code(), StatusCode::input);
+    EXPECT_EQ(focus_pull(*session_, {5, 7}, {9, 7}).code(), StatusCode::input);
+    EXPECT_EQ(focus_pull(*session_, {9, 7}, {5, 7}).code(), StatusCode::input);
+    EXPECT_FALSE(document().can_undo());
+    // With keys, a click sets one for this frame.
+    EXPECT_TRUE(document().set_focus_key(3, 4).ok());
+    EXPECT_TRUE(focus_at_pixel(*session_, 9, 7).ok());
+    EXPECT_EQ(document().state().focus_keys, (std::map<int, double>{{1, 6}, {3, 4}}));
 }
 
 TEST_F(SessionTest, AValueIsSetFromWhatItInherits) {

@@ -55,6 +55,16 @@ TEST(SignCheck, ConfirmsTheTruth) {
     EXPECT_EQ(check.verdict(), SignVerdict::confirmed);
 }
 
+// Between pixels the next frame is interpolated, on either side of a pixel.
+TEST(SignCheck, FractionsOfPixels) {
+    for (const auto& [vx, vy] : {std::pair(4.75, -3.25), {-2.25, 1.5}}) {
+        const SignCheck check = check_of(pan(vx, vy));
+        EXPECT_TRUE(check.candidates[0].as_converted());
+        EXPECT_LT(check.candidates[0].error, 2e-3) << vx;
+        EXPECT_GT(check.still_error, 0.02);
+    }
+}
+
 TEST(SignCheck, FindsEachWrongSign) {
     for (int sign_x : {1, -1}) {
         for (int sign_y : {1, -1}) {

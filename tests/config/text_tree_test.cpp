@@ -264,6 +264,9 @@ TEST(TextTree, RefusesAQuarterMegabyteOfNesting) {
     EXPECT_THAT(errors_of(repeat("[")), ElementsAre("t:1:33: error: nested deeper than 32 levels"));
     for (const char* what : {"[", "{", "[{", "{a: ", "{a: [", "- ", "? ", "[\n", "- - "})
         EXPECT_THAT(errors_of(repeat(what)), ElementsAre(HasSubstr("error:"))) << what;
+    EXPECT_THAT(errors_of("# one\n" + repeat("[").substr(6)),
+                ElementsAre("t:2:33: error: nested deeper than 32 levels"));
+    EXPECT_THAT(errors_of("[a # no end"), ElementsAre(HasSubstr("error:")));
     // Brackets that find_large_flow() takes for quoted, and one level of indentation per line.
     EXPECT_THAT(errors_of("[a ' , " + repeat("[").substr(20)), ElementsAre(HasSubstr("deeper")));
     std::string steps;

@@ -15,6 +15,7 @@
 #include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/planes/cryptomatte.h"
 #include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/neighbor_planes.h"
 
 namespace postchain::sequence::frame_layers_test {
 namespace {
@@ -403,6 +404,21 @@ TEST_F(SequenceTest, ALayerIsWrittenInTheConventionOfColor) {
         const auto before = must(io::ExrFile::open(in(1))).read_channels(0, {"R", "G", "B"});
         EXPECT_GT(test::largest_difference(*color, *before), 0.01) << unassociated;
     }
+}
+
+// Of cryptomattes, those that are filtered: the first ones.
+TEST(LayersLacking, NamesWhatTheOtherFrameDoesNotFilter) {
+    const auto layers_of = [](std::vector<std::string> names, size_t filtered) {
+        FrameLayers layers;
+        for (std::string& name : names) layers.cryptomattes.emplace_back().name = std::move(name);
+        layers.filtered_cryptomattes = filtered;
+        return layers;
+    };
+    const FrameLayers frame = layers_of({"Object", "Material", "Asset"}, 2);
+    EXPECT_THAT(layers_lacking(frame, layers_of({"Material", "Object"}, 2)), ElementsAre());
+    EXPECT_THAT(layers_lacking(frame, layers_of({"Material", "Object"}, 1)), ElementsAre("Object"));
+    EXPECT_THAT(layers_lacking(frame, FrameLayers()), ElementsAre("Object", "Material"));
+    EXPECT_THAT(layers_lacking(FrameLayers(), frame), ElementsAre());
 }
 
 }  // namespace

@@ -130,6 +130,26 @@ TEST_F(FrameScan, WindowsThatDiffer) {
     file.origin_y = -4;
     test::write_frame(path(2), odd_planes(2), file);
     expect_like_the_whole();
+    settings_.data_window = DataWindow::keep;
+    const FrameDescription there = describe(open(2));
+    EXPECT_EQ(there.origin_x, 5 - 2);
+    EXPECT_EQ(there.origin_y, -4 - 3);
+    expect_like_the_whole();
+    test::write_frame(path(1), odd_planes(1), file);
+    expect_like_the_whole();
+}
+
+TEST(Windows, OfUpTo16384PixelsASideFit) {
+    for (const auto& [first, sides] : {std::pair(-20000, 16384), {-8000, 16384}, {100000, 16384}}) {
+        const int last = first + sides - 1;
+        EXPECT_TRUE(fits({first, 0, last, 0})) << first;
+        EXPECT_TRUE(fits({0, first, 0, last})) << first;
+        EXPECT_FALSE(fits({first, 0, last + 1, 0})) << first;
+        EXPECT_FALSE(fits({0, first, 0, last + 1})) << first;
+    }
+    constexpr int kLow = std::numeric_limits<int>::min(), kHigh = std::numeric_limits<int>::max();
+    EXPECT_FALSE(fits({kLow, 0, kHigh, 0}));
+    EXPECT_FALSE(fits({0, kLow, 0, kHigh}));
 }
 
 // Vectors as fractions of the image refer to the whole image.
@@ -202,6 +222,7 @@ TEST(Survey, NamesWhatMostFramesHaveOtherwise) {
     EXPECT_NE(survey.text().find("  sky in 1 of 4 frames\n"), std::string::npos) << survey.text();
     EXPECT_EQ(SequenceSurvey().text(), "");
     EXPECT_EQ(fault_of("damaged"), "damaged");
+    EXPECT_EQ(fault_of("a.exr: chunk 3: damaged"), "chunk 3: damaged");
     // Eight of ten frames of 10 GiB each.
     const std::vector<int> ten = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
     EXPECT_EQ(frames_to_survey(ten, uint64_t(10) << 30),

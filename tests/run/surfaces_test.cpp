@@ -157,6 +157,30 @@ TEST(MixedEdges, TellsAveragesFromSamples) {
     EXPECT_GT(mixed_edges(two_surfaces(8, 8)).depth, 0.3);
 }
 
+// A step in depth along either axis, with a row or column of mixed values, and the largest slope
+// beside it that is none of a surface.
+TEST(MixedEdges, AlongEitherAxis) {
+    for (const bool rows : {false, true})
+        for (const double mixed : {1.0, 0.5}) {
+            ImageF depth(48, 48, 1), motion(48, 48, 2);
+            for (int y = 0; y < 48; ++y)
+                for (int x = 0; x < 48; ++x) {
+                    const int at = rows ? y : x;  // rows 2, 6, 10, ... are looked at
+                    const double near = at < 22 ? 0 : at == 22 ? mixed : 1;
+                    depth.at(x, y) = float(0.25 + 0.75 * near);
+                    motion.at(x, y, rows) = float(8 * near);
+                }
+            const MixedEdgeCounts found = count_mixed_edges(
+                {{Role::inverse_depth, depth}, {Role::motion, motion}}, Strip::whole(48));
+            // Both pixels of a clean step have neighbors that differ, the row of one pixel in four.
+            const uint64_t pixels = rows ? 44 : 11 * (mixed == 1 ? 2 : 1);
+            for (const auto& count : {found.depth, found.motion}) {
+                EXPECT_EQ(count.edges, pixels) << rows << mixed;
+                EXPECT_EQ(count.mixed, mixed == 1 ? 0 : pixels) << rows << mixed;
+            }
+        }
+}
+
 TEST(MixedEdges, SlopesAreNoEdges) {
     ImageF depth(64, 48, 1), motion(64, 48, 2);
     for (int y = 0; y < 48; ++y)
@@ -224,6 +248,9 @@ TEST(Reduced, DepthIsThatOfTheMiddle) {
     depth.data = {1, 3, 5, 7, 9};
     EXPECT_EQ(middle_reduced(depth, 1, 1).data, (std::vector<float>{5}));
     EXPECT_EQ(middle_reduced(depth, 2, 1).data, (std::vector<float>{3, 7}));
+    std::swap(depth.width, depth.height);
+    EXPECT_EQ(middle_reduced(depth, 1, 1).data, (std::vector<float>{5}));
+    EXPECT_EQ(middle_reduced(depth, 1, 2).data, (std::vector<float>{3, 7}));
 }
 
 // A frame of 10x7 pixels within one of 40x30, at a place that is not that of its corner.

@@ -204,6 +204,52 @@ TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
 }
 
 // The file system of /proc has no room. Mesa's index there would end the process.
+// Blocks of 8 x 8 pixels, those at the right and lower borders smaller.
+TEST(ColorChange, IsTheMeanOfBlocks) {
+    const ImageF before(20, 12, 4, 1);
+    ImageF next = before;
+    EXPECT_EQ(color_change(before, next), 0);
+    // Three columns and two rows of blocks. The display's value of 3 is 3/4, of 1 it is 1/2.
+    for (int y = 8; y < 12; ++y)
+        for (int x = 16; x < 20; ++x) next.at(x, y, 1) = 3;
+    EXPECT_NEAR(color_change(before, next), 0.25 / (6 * 3), 1e-9);
+    EXPECT_NEAR(color_change(next, before), 0.25 / (6 * 3), 1e-9);
+    // What moves within a block is no change of it.
+    next = before;
+    next.at(3, 3, 0) = 3;
+    ImageF moved = before;
+    moved.at(4, 5, 0) = 3;
+    EXPECT_NEAR(color_change(next, moved), 0, 1e-9);
+    moved.at(4, 5, 0) = -7;  // as 0
+    EXPECT_NEAR(color_change(before, moved), 0.5 / 64 / (6 * 3), 1e-9);
+    EXPECT_NEAR(color_change(before, ImageF(9, 9, 4, 3)), 0.25, 1e-9);
+    EXPECT_EQ(color_change(before, ImageF()), 0);
+}
+
+// Steps from light 0 to 1, displayed 0 and .707, with a pixel between them in every third one.
+TEST(HardEdges, ArePartOfAllEdges) {
+    for (const bool rows : {false, true}) {
+        ImageF color(64, 64, 4);
+        for (int line = 0; line < 64; ++line)
+            for (int at = 0; at < 64; ++at) {
+                const float light = at < 10 ? 0 : at < 20 ? 1 : at < 30 ? 0 : at == 30 ? 0.2f : 1;
+                for (int c = 0; c < 3; ++c) color.at(rows ? line : at, rows ? at : line, c) = light;
+            }
+        ASSERT_TRUE(part_of_hard_edges(color));
+        EXPECT_NEAR(*part_of_hard_edges(color), 2.0 / 3, 1e-9) << rows;
+    }
+    // A displayed step of .2 is an edge, and a smaller one is none: light of 1/24.
+    const auto step = [](float light) {
+        ImageF color(64, 64, 4);
+        for (int y = 0; y < 64; ++y)
+            for (int x = 32; x < 64; ++x)
+                for (int c = 0; c < 3; ++c) color.at(x, y, c) = light;
+        return part_of_hard_edges(color);
+    };
+    EXPECT_FALSE(step(1.f / 26));
+    EXPECT_EQ(step(1.f / 22), 1);
+}
+
 TEST(DeviceWarnings, AFullDiskLeavesOutTheCacheOfPrograms) {
     const auto said = [](const std::string& folder) {
         setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1);

@@ -98,6 +98,22 @@ TEST(PixelClasses, AreOutlinesWithinReachOfAStep) {
     EXPECT_EQ(width(8, out_of_focus), 2 * 7);
 }
 
+// Of the three pixels that tell a step, the one that is blurred most counts, on either side of it.
+TEST(PixelClasses, HaveAReachByTheLargestBlur) {
+    for (const int side : {-1, 1}) {
+        Planes planes;
+        for (int y = 0; y < 9; ++y)
+            for (int x = 0; x < 41; ++x) {
+                planes.planes[Role::inverse_depth].at(x, y) = (x - 20) * side > 0 ? 0.25f : 0.25f * 0.89f;
+                if ((x - 20) * side > 0) planes.planes[Role::motion].at(x, y) = 12;  // 3 px of blur
+            }
+        const auto classes = planes.classes();
+        for (int x = 0; x < 41; ++x)
+            EXPECT_EQ(classes.at(x, 4) == outline, std::abs(2 * (x - 20) * side - 1) < 2 * 5)
+                << x << " " << side;
+    }
+}
+
 // Inverse depth is linear along a plane, however steep.
 TEST(PixelClasses, HaveNoOutlineOnASlope) {
     Planes planes;

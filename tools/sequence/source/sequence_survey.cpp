@@ -145,7 +145,7 @@ Result<SignCheck> scan_signs(const FrameHeader& header, const FrameHeader& next,
 
 void Thumbnail::add(const ImageF& color, int first, int height) {
     for (int y = 0; y < color.height; ++y) {
-        const int row = std::min(kHeight - 1, int(int64_t(first + y) * kHeight / height));
+        const int row = int(int64_t(first + y) * kHeight / height);
         for (int x = 0; x < color.width; ++x) {
             const size_t cell = size_t(row * kWidth + int(int64_t(x) * kWidth / color.width));
             const float* pixel =

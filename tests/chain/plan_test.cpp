@@ -281,6 +281,52 @@ TEST(Plan, WhatTheDeviceFoundIsCounted) {
     EXPECT_THAT(plan_as_text(plan), HasSubstr("(saves 10 taps a block; the device finds them)"));
 }
 
+// A compiled plan takes the values of another one, and its size; all else is compiled.
+TEST(Plan, OneOfAnotherShapeDiffersInAnythingThatIsCompiled) {
+    const Plan plan = plan_of(chain_of({"makes", "carries", "reads"}));
+    constexpr void (*kCompiled[])(Plan&) = {
+        [](Plan& p) { p.steps.pop_back(); },
+        [](Plan& p) { p.steps[1].pass = 2; },
+        [](Plan& p) { p.steps[1].name = "other"; },
+        [](Plan& p) { p.steps[1].program.file = "other.comp"; },
+        [](Plan& p) { p.steps[1].program.defines["A"] = "1"; },
+        [](Plan& p) { ++p.steps[0].bindings[1].unit; },
+        [](Plan& p) { ++p.steps[0].bindings[1].texture; },
+        [](Plan& p) { p.steps[0].bindings[0].access = Access::read; },
+        [](Plan& p) { p.steps[0].bindings.pop_back(); },
+        [](Plan& p) { p.steps[1].uniforms.resize(16); },
+        [](Plan& p) { p.steps[1].uniforms_type = "Block"; },
+        [](Plan& p) { p.steps[1].spread = Area::fixed(3, 2); },
+        [](Plan& p) { p.steps[1].groups[2] = 2; },
+        [](Plan& p) { p.steps[1].work_list = 0; },
+        [](Plan& p) { p.steps[1].first_layer = 1; },
+        [](Plan& p) { p.outputs[Role::hint] = 0; },
+        [](Plan& p) { p.outputs[Role::color] = 0; },
+        [](Plan& p) { p.passes.pop_back(); },
+        [](Plan& p) { p.passes[1].tiles.least_px = 8; },
+        [](Plan& p) { p.textures.pop_back(); },
+        [](Plan& p) { p.textures[3].format = Format::r8; },
+        [](Plan& p) { p.textures[3].slices = 2; },
+        [](Plan& p) { p.textures[3].area = Area::fixed(40, 30); },
+        [](Plan& p) { p.textures[3].imported = true; },
+        [](Plan& p) { p.textures[3].last_step = 5; }};
+    for (size_t i = 0; i < std::size(kCompiled); ++i) {
+        Plan other = plan;
+        kCompiled[i](other);
+        EXPECT_FALSE(same_shape(plan, other)) << i;
+        EXPECT_FALSE(same_shape(other, plan)) << i;
+    }
+    Plan values = plan;
+    fit(values, 70, 50);
+    values.frame_number = 7;
+    values.passes[1].text = "seed: 7";
+    values.passes[1].tiles.px = 8;
+    values.steps[0].taps = values.steps[0].group_taps = 99;
+    values.elisions.push_back({.pass = 1, .rule = "still"});
+    EXPECT_TRUE(same_shape(plan, values));
+    EXPECT_NE(plan, values);
+}
+
 TEST(Planner, LifetimesAndPeakByHand) {
     // Steps 0..3; textures: input 0..0 (16 B/px), scratch0 0..1 (8), out0 1..2 (16),
     // scratch1 2..3 (8), out1 3..3 (16). Alive: 24, 24, 24, 24 bytes per pixel; 1200 pixels.

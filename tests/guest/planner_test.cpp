@@ -405,7 +405,7 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
          [](pc_frame& f) { f.color.internal_format = 99; }},
         {"color.internal_format: 0xa", PC_ERROR_INPUT,
          [](pc_frame& f) { f.color.internal_format = PC_FORMAT_RGBA32UI; }},
-        {"output: PC_FORMAT_RGB9E5 cannot be written", PC_ERROR_INPUT,
+        {"output: PC_FORMAT_RGB9E5 cannot be written as a storage image", PC_ERROR_INPUT,
          [](pc_frame& f) { f.output.internal_format = PC_FORMAT_RGB9E5; }},
         {"motion: PC_FORMAT_R16F has fewer", PC_ERROR_INPUT,
          [](pc_frame& f) { f.motion.internal_format = PC_FORMAT_R16F; }},
@@ -426,6 +426,12 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
         expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), code, text);
         EXPECT_EQ(out.steps, nullptr);
     }
+    pc_frame largest = engine_frame(kMaxWidth, kMaxHeight);
+    EXPECT_EQ(plan(by, chain, largest).made_width, kMaxWidth);
+    // Only PC_VALIDATE looks deeper.
+    largest.nearest = 5;
+    largest.farthest = 4;
+    EXPECT_NE(plan(planner(), chain, largest).result, PC_PLAN_NONE);
     // The depth at a place would have to be read back.
     EXPECT_EQ(pc_chain_set_point(chain.get(), 1, "focus_at", 0.5, 0.5), PC_OK);
     const pc_frame frame = engine_frame();
@@ -569,6 +575,12 @@ TEST_F(Members, Limits) {
     }
     refused_in_both(PC_ERROR_CHAIN, "depth_range: both ends are 0.5",
                     [](F f) { f.depth_range[0] = f.depth_range[1] = 0.5f; });
+    refused(PC_ERROR_ARGUMENT, "flags: PC_TOP_LEFT and",
+            [](F f) { f.flags = PC_TOP_LEFT | PC_BOTTOM_LEFT; });
+    refused(PC_ERROR_VERSION, "has a bit that this library does not",
+            [](F f) { f.flags = 2 * PC_BOTTOM_LEFT; });
+    accepted([](F f) { f.nearest = f.farthest = 5; });
+    refused(PC_ERROR_CHAIN, "nearest: 5 is beyond", [](F f) { f.nearest = 5, f.farthest = 4; });
     refused_in_both(PC_ERROR_ARGUMENT, "depth_encoding: 6", [](F f) { f.depth_encoding = 6; });
     for (const auto reserved : {&pc_frame::reserved, &pc_frame::reserved_2})
         refused_in_both(PC_ERROR_VERSION, "pc_frame.reserved", [&](F f) { f.*reserved = 1; });
@@ -589,18 +601,20 @@ TEST_F(Members, Textures) {
                     {"mask", &pc_frame::mask, kWidth, kHeight, false},
                     {"output", &pc_frame::output, kWidth, kHeight, false}};
     for (const auto& one : textures) {
-        const auto wrong = [&](const std::function<void(pc_texture&)>& change) {
+        const auto wrong = [&](const char* text, const std::function<void(pc_texture&)>& change) {
             const auto spoil = [&](F f) { change(f.*one.of); };
-            refused(PC_ERROR_INPUT, one.name, spoil);
-            if (one.of_neighbors) refused_neighbor(PC_ERROR_INPUT, one.name, spoil);
+            refused(PC_ERROR_INPUT, concat(one.name, text), spoil);
+            if (one.of_neighbors) refused_neighbor(PC_ERROR_INPUT, concat(one.name, text), spoil);
         };
-        wrong([](pc_texture& t) { t.width = 0; });
-        wrong([](pc_texture& t) { t.height = 0; });
-        wrong([](pc_texture& t) { t.x = -1; });
-        wrong([](pc_texture& t) { t.y = -1; });
-        wrong([&](pc_texture& t) { t.x = t.width - one.width + 1; });
-        wrong([&](pc_texture& t) { t.y = t.height - one.height + 1; });
-        wrong([](pc_texture& t) { t.internal_format = PC_FORMAT_R32UI; });
+        wrong(": its size is 0x2160", [](pc_texture& t) { t.width = 0; });
+        wrong(": its size is 3840x0", [](pc_texture& t) { t.height = 0; });
+        wrong(": its size is -2147483648x", [](pc_texture& t) { t.width = INT32_MIN; });
+        wrong(": its size is 3840x-2147483648", [](pc_texture& t) { t.height = INT32_MIN; });
+        wrong(": a frame of ", [](pc_texture& t) { t.x = -1; });
+        wrong(": a frame of ", [](pc_texture& t) { t.y = -1; });
+        wrong(": a frame of ", [&](pc_texture& t) { t.x = t.width - one.width + 1; });
+        wrong(": a frame of ", [&](pc_texture& t) { t.y = t.height - one.height + 1; });
+        wrong(".internal_format: ", [](pc_texture& t) { t.internal_format = PC_FORMAT_R32UI; });
         accepted([&](F f) {
             (f.*one.of).x = (f.*one.of).width - one.width;
             (f.*one.of).y = (f.*one.of).height - one.height;
@@ -609,6 +623,30 @@ TEST_F(Members, Textures) {
             refused(PC_ERROR_INPUT, concat("output: is the texture of ", one.name),
                     [&](F f) { f.output.name = (f.*one.of).name; });
     }
+    // The least channels, and whether a depth format counts.
+    const std::tuple<const char*, pc_texture pc_frame::*, pc_format> formats[] = {
+        {"color", &pc_frame::color, PC_FORMAT_RG16F},
+        {"color", &pc_frame::color, PC_FORMAT_D32F},
+        {"motion", &pc_frame::motion, PC_FORMAT_R16F},
+        {"motion", &pc_frame::motion, PC_FORMAT_D32F},
+        {"mask", &pc_frame::mask, PC_FORMAT_D32F},
+        {"output", &pc_frame::output, PC_FORMAT_RG16F}};
+    for (const auto& [name, of, format] : formats)
+        refused(PC_ERROR_INPUT, concat(name, ": PC_FORMAT_"),
+                [of = of, format = format](F f) { (f.*of).internal_format = format; });
+    for (const auto of : {&pc_frame::depth, &pc_frame::exposure})
+        accepted([&](F f) { (f.*of).internal_format = PC_FORMAT_D32F; });
+    // The frame from color's x, y to its end.
+    const auto rest = [](int width, int height) {
+        return [=](F f) {
+            f.color.x = f.color.width - width;
+            f.color.y = f.color.height - height;
+            f.width = f.height = 0;
+        };
+    };
+    accepted(rest(1, 1));
+    refused(PC_ERROR_INPUT, "the frame is 0x1: there is nothing to do", rest(0, 1));
+    refused(PC_ERROR_INPUT, "the frame is 1x0: there is nothing to do", rest(1, 0));
     for (const auto& [name, of] : {std::pair("depth_size", &pc_frame::depth_size),
                                    {"motion_size", &pc_frame::motion_size}}) {
         const auto set = [of = of](int width, int height) {

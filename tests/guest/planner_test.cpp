@@ -276,6 +276,7 @@ TEST(Planner, EveryArrayHoldsOnAnIndependentWalk) {
             ASSERT_GT(found.step_count, 0u);
             ASSERT_NE(found.result, PC_PLAN_NONE);
             EXPECT_EQ(found.textures[found.result].host, frame.output.name);
+            EXPECT_STREQ(found.textures[found.result].name, frame.output.name ? "host.output" : "");
             expect_lives(found);
             expect_barriers(found);
             expect_steps(found, programs);

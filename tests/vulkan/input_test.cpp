@@ -301,8 +301,10 @@ TEST(Input, FramesAreRefusedWithASentence) {
             [](F f, V) { f.output.view = VK_NULL_HANDLE; });
     refused(kInput, "motion.format: VkFormat 105 is not one of",
             [](F f, V) { f.motion.format = VK_FORMAT_R32G32B32_SINT; });
-    refused(kInput, "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written",
-            [](F f, V) { f.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
+    refused(
+        kInput,
+        "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written by a compute shader; give VK_FORMAT_",
+        [](F f, V) { f.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
     refused(kInput, "output.layout: VkImageLayout 5",
             [](F f, V) { f.output.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL; });
     refused(kInput, "depth.layout: an image of VK_FORMAT_R32_SFLOAT cannot be read in",

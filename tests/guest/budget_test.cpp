@@ -275,8 +275,10 @@ TEST(TimeBudget, BadValues) {
         EXPECT_EQ(state_of(guest, chain).milliseconds, 0);
     };
     const auto made = chain("joint_blur"), dof = chain("depth_of_field");
-    fails(made, budget_of(-1), PC_ERROR_ARGUMENT, "milliseconds: -1; give a time");
-    fails(made, budget_of(2, 0.1f), PC_ERROR_ARGUMENT, "least: 0.1 is not within 0.25 and 1");
+    for (const float time : {-1.0f, NAN, INFINITY})
+        fails(made, budget_of(time), PC_ERROR_ARGUMENT, "milliseconds: ");
+    for (const float least : {0.249f, 1.01f, -1.0f, NAN})
+        fails(made, budget_of(2, least), PC_ERROR_ARGUMENT, "is not within 0.25 and 1");
     auto reserved = budget_of(2);
     reserved.reserved = 1;
     fails(made, reserved, PC_ERROR_VERSION, "pc_budget.reserved is not 0");

@@ -218,6 +218,9 @@ TEST(Focus, MorePlacesThanCanBeFollowed) {
         ASSERT_EQ(pc_chain_set_point(made.get(), i, "focus_at", 0.1 * i, 0.5), PC_OK);
     expect_error(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_ERROR_CHAIN,
                  "focus_at: the chain has 5 places; at most 4");
+    ASSERT_EQ(pc_chain_unset(made.get(), 4, "focus_at"), PC_OK);
+    auto needs = pc::make<pc_frame_needs>();
+    EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &scene.frame, &needs), PC_OK) << pc_error();
 }
 
 }  // namespace

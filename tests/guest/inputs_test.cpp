@@ -87,6 +87,29 @@ TEST_F(Inputs, LayersAndLevels) {
     }
 }
 
+// Focus at a place of a layer's depth, in turn with one of a texture of its own.
+TEST_F(Inputs, FocusInALayer) {
+    const ImageF near_left = make_image(
+        kWidth, kHeight, 1, [](int x, int, int) { return x < kWidth / 2 ? 0.25 : 0.05; });
+    const HostTexture plain(GL_R32F, near_left);
+    const ArrayTexture layer(GL_R32F, near_left);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = focused(0.2, 0.5);
+    pc_frame frame = host().frame, in_layer = frame;
+    frame.depth = plain;
+    frame.f_stop = in_layer.f_stop = 0.1f;
+    in_layer.depth = layer;
+    in_layer.depth_slice = ArrayTexture::kSlice;
+    prepare(guest, made, in_layer);
+    const ImageF expected = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)})
+        for (pc_frame* one : {&in_layer, &frame}) {
+            one->flags |= cut;
+            glFinish();
+            expect_equal(read(run(guest, made, *one), kWidth, kHeight), expected);
+        }
+}
+
 // The color's own layer as output, and another layer of it.
 TEST_F(Inputs, OneTextureInAndOut) {
     for (const int layer : {2, 0}) {

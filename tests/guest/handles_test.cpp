@@ -360,8 +360,26 @@ TEST_F(Handles, ViewsOfTheHostsTextures) {
     EXPECT_TRUE(equal_bits(filtered(made, frame), vectors));
     frame.debug_view = "0.motion_blur.moving_blocks";  // the header's example
     prepare_and_run(guest(), made, frame);
-    frame.debug_view = "host.nothing";
-    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+    for (const char* none :
+         {"host.nothing", "host.mask", "host.color:nothing", "0.motion_blur.moving_blocks:color"}) {
+        frame.debug_view = none;
+        EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT) << none;
+    }
+    // As what it is, or as something else.
+    const auto shown = [&](const char* view) {
+        frame.debug_view = view;
+        return filtered(made, frame);
+    };
+    const std::tuple<const char*, const char*, bool> views[] = {
+        {"host.color", "host.color:color", true},
+        {"host.color", "host.color:number", false},
+        {"host.color:number", "host.color:vector", false},
+        {"input.inverse_depth", "input.inverse_depth:number", true},
+        {"input.inverse_depth", "input.inverse_depth:color", false},
+        {"host.motion", "host.motion:vector", true},
+        {"host.motion", "host.motion:number", false}};
+    for (const auto& [one, other, equal] : views)
+        EXPECT_EQ(equal_bits(shown(one), shown(other)), equal) << other;
 }
 
 TEST(Results, HaveTheNamesOfTheHeader) {

@@ -110,6 +110,31 @@ TEST_F(Inputs, FocusInALayer) {
         }
 }
 
+TEST_F(Inputs, ViewsOfLayers) {
+    const ImageF covered = make_image(
+        kWidth, kHeight, 1, [](int x, int y, int) { return 0.25 * (x % 3) + 0.125 * (y % 2); });
+    const HostTexture mask(GL_R32F, covered);
+    const ArrayTexture layers[] = {{GL_RGBA32F, plane(Role::color)},
+                                   {GL_R32F, plane(Role::inverse_depth)},
+                                   {GL_RG32F, plane(Role::motion)},
+                                   {GL_R32F, covered}};
+    const std::tuple<const char*, pc_texture pc_frame::*, pc_slice pc_frame::*> views[] = {
+        {"host.color", &pc_frame::color, &pc_frame::color_slice},
+        {"host.depth", &pc_frame::depth, &pc_frame::depth_slice},
+        {"host.motion", &pc_frame::motion, &pc_frame::motion_slice},
+        {"host.mask", &pc_frame::mask, &pc_frame::mask_slice}};
+    for (size_t i = 0; i < std::size(views); ++i) {
+        const auto& [view, of, slice] = views[i];
+        pc_frame frame = host().frame;
+        frame.mask = mask;
+        frame.debug_view = view;
+        const ImageF expected = filtered(made(), frame);
+        frame.*of = layers[i];
+        frame.*slice = ArrayTexture::kSlice;
+        expect_equal(filtered(made(), frame), expected);
+    }
+}
+
 // The color's own layer as output, and another layer of it.
 TEST_F(Inputs, OneTextureInAndOut) {
     for (const int layer : {2, 0}) {

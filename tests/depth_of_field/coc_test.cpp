@@ -92,6 +92,25 @@ TEST(circle_of_confusion, pinhole) {
     }
 }
 
+// A range that reaches behind the camera.
+TEST(used_values, sharp_from_the_camera_on) {
+    Parameters parameters;
+    parameters.coc = CocSource::range;
+    parameters.focus = 1;
+    parameters.range = 4;
+    parameters.max_radius_px = 1;
+    const FrameDescription frame = frame_1920(50, 2.8, 5);
+    for (const UsedValue& value :
+         lens::used_values(parameters, must(circle_of_confusion(parameters, frame)), frame, 0.5)) {
+        if (value.key == "sharp_from") {
+            EXPECT_EQ(value.value, ParameterValue(0.0));
+        }
+        if (value.key == "sharp_to") {
+            EXPECT_EQ(value.value, ParameterValue(3.0));
+        }
+    }
+}
+
 // Each value with the place that it comes from, and the row that gave it if its name is another.
 TEST(used_values, of_a_lens_and_of_a_range) {
     FrameDescription camera = frame_1920(50, 2.8, 5);

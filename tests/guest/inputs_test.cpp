@@ -145,7 +145,12 @@ TEST_F(Inputs, OneTextureInAndOut) {
         frame.output_slice.layer = layer;
         prepare_and_run(guest(), made(), frame);
         expect_equal(both.layer(1, layer), expected());
-        if (layer == 0) expect_equal(both.layer(1, 2), plane(Role::color));
+        if (layer == 2) continue;
+        expect_equal(both.layer(1, 2), plane(Role::color));
+        // Where the chain has nothing to do, the other layer gets the color.
+        frame.flags |= PC_CAMERA_CUT;
+        prepare_and_run(guest(), chain("motion_blur"), frame);
+        expect_equal(both.layer(1, layer), plane(Role::color));
     }
 }
 

@@ -225,8 +225,13 @@ TEST(circle_of_confusion, largest_radius_bounds_every_depth) {
 TEST(circle_of_confusion, sharp_depths_are_those_of_both_sides) {
     const double radius = 0.5;
     for (const CocSource source : {CocSource::lens, CocSource::planes, CocSource::range})
-        for (const auto& [near_fraction, far_fraction] :
-             {std::pair{0.05, 0.05}, {0.05, 0.0}, {0.0, 0.05}, {0.05, 0.002}, {0.002, 0.05}}) {
+        for (const auto& [near_fraction, far_fraction] : {std::pair{0.05, 0.05},
+                                                          {0.05, 0.0},
+                                                          {0.0, 0.05},
+                                                          {0.05, 0.002},
+                                                          {0.002, 0.05},
+                                                          {0.05, 0.0002},
+                                                          {0.0002, 0.05}}) {
             Parameters parameters;
             parameters.coc = source;
             parameters.near_blurry = 1;

@@ -22,7 +22,7 @@ class Findings {
     Findings(FrameBounds& of_frame, int width) : bounds(of_frame), width_(width) {}
     void nonfinite(uint64_t& count, size_t pixel) {
         ++count;
-        if (first_ != kNone && pixel >= first_) return;
+        if (pixel >= first_) return;
         first_ = pixel;
         health.first_nonfinite = {int(pixel % size_t(width_)), int(pixel / size_t(width_))};
     }
@@ -31,9 +31,8 @@ class Findings {
     InputHealth health;
 
   private:
-    static constexpr size_t kNone = size_t(-1);
     int width_;
-    size_t first_ = kNone;
+    size_t first_ = size_t(-1);
 };
 
 // Results of one walk over the colors. Written so that it vectorizes.
@@ -202,8 +201,7 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
         high = std::max(high, w);
         if (!is_infinitely_far(w)) lowest_surface = std::min(lowest_surface, w);
     }
-    findings.health.farthest_surface =
-        std::isfinite(lowest_surface) ? 1 / double(lowest_surface) : 0;
+    findings.health.farthest_surface = 1 / double(lowest_surface);  // 0: there is none
     findings.bounds.min_inverse_depth = depth.empty() ? 0 : double(low);
     findings.bounds.max_inverse_depth = double(high);
     return Status();

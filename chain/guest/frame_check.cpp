@@ -295,7 +295,7 @@ bool knows_flags(uint32_t flags) {
 Failure read_frame(const pc_frame* given, FrameCopy& copy, const pc_frame*& read) {
     RETURN_IF_ERROR(read_struct(given, "pc_frame", copy.frame, read));
     if (!read->before && !read->after) return {};
-    if (read == given) copy.frame = *given;
+    copy.frame = *read;
     read = &copy.frame;
     std::array<const pc_frame*, kNeighbors.size()> neighbors = {copy.frame.before,
                                                                 copy.frame.after};

@@ -168,7 +168,7 @@ class Builder {
         }
         const bool as_is = frame_.top_left() && !frame_.has_gain() &&
                            (frame_.output.name == 0 || frame_.output_holds_color());
-        if (works && as_is && frame_.output.name == 0) {
+        if (as_is && frame_.output.name == 0) {
             host_.result = color;
             return;
         }

@@ -80,8 +80,7 @@ uint64_t Plan::peak_bytes() const {
     for (int step = 0; step < int(steps.size()); ++step) {
         uint64_t alive = 0;
         for (const auto& texture : textures)
-            if (texture.first_step >= 0 && texture.first_step <= step && step <= texture.last_step)
-                alive += texture.bytes();
+            if (texture.first_step <= step && step <= texture.last_step) alive += texture.bytes();
         peak = std::max(peak, alive);
     }
     return peak;

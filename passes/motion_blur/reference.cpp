@@ -259,7 +259,6 @@ class Reference {
     // f for the sample at S against p; with the two exchanged it is b.
     double in_front(double q_p, double q_s) const {
         if (p_.depth_softness == 0 || (q_p == 0 && q_s == 0)) return 1;
-        if (q_s == 0) return 0;
         return clamp01(1 - p_.depth_softness * (q_p / q_s - 1));
     }
 

@@ -85,7 +85,7 @@ TEST(Bands, OfARecordedRunTakeAtMostTheirTime) {
     }
     step.group_taps = uint64_t(kBandTaps / 100);
     step.work_list = 0;
-    for (const int blocks : {1, 100, 101, 1000}) {
+    for (const int blocks : {1, 100, 101, 128, 1000}) {
         PlanTexture list;
         list.width = blocks;
         plan.textures = {list};

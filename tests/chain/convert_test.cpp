@@ -127,6 +127,31 @@ TEST(Convert, LinearDepthKnowsSkyAndNonsense) {
     EXPECT_EQ(made.health.negative_depth, 2u);
     EXPECT_EQ(made.health.first_nonfinite, (std::array<int, 2>{2, 0}));
     EXPECT_EQ(made.frame.bounds.min_inverse_depth, 0);
+    EXPECT_EQ(made.frame.bounds.max_inverse_depth, double(w[6]));
+}
+
+TEST(Convert, BoundsOfDepth) {
+    for (const std::vector<float>& depths : {std::vector{4.0f, 2.0f, 8.0f}, {8, 4, 2}, {2, 8, 4}}) {
+        const FrameBounds bounds =
+            converted(Role::inverse_depth, image_of(3, 1, depths)).frame.bounds;
+        EXPECT_EQ(bounds.min_inverse_depth, 0.125);
+        EXPECT_EQ(bounds.max_inverse_depth, 0.5);
+    }
+}
+
+// What lies beyond infinity is infinitely far.
+TEST(Convert, InverseDepthBelowZero) {
+    const std::pair<DepthEncoding, std::vector<float>> cases[] = {
+        {DepthEncoding::inverse, {-0.5f, 0.5f}},
+        {DepthEncoding::forward_infinite, {1.5f, 0.875f}},
+        {DepthEncoding::reverse_infinite, {-0.5f, 0.125f}}};
+    for (const auto& [encoding, stored] : cases) {
+        const Converted made =
+            converted(Role::inverse_depth, image_of(2, 1, stored), {.depth = encoding});
+        EXPECT_EQ(made.values(Role::inverse_depth), (std::vector{0.0f, 0.5f}));
+        EXPECT_EQ(made.health.negative_depth, 1u);
+        EXPECT_EQ(made.health.nonfinite_depth, 0u);
+    }
 }
 
 TEST(Convert, DepthWithoutItsCameraIsAnError) {
@@ -145,6 +170,7 @@ TEST(Convert, DepthWithoutItsCameraIsAnError) {
         {{E::forward_infinite, E::reverse_infinite, E::linear}, "", &Camera::far_clip, {}, true},
         {{E::ray_distance}, "camera.focal_length_mm", &Camera::focal_length_mm, {}},
         {{E::ray_distance}, "camera.sensor_width_mm", &Camera::sensor_width_mm, {}},
+        {{E::linear, E::inverse, E::ray_distance}, "", &Camera::near_clip, {}, true},
         {{E::linear}, "", &Camera::sensor_width_mm, {}, true}};
     for (const auto& one : cases)
         for (const E encoding : one.encodings) {
@@ -186,6 +212,32 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     EXPECT_FALSE(blender.health.motion_in_0_1);
     EXPECT_DOUBLE_EQ(blender.health.fastest_stored_px, std::sqrt(13.0));
     EXPECT_TRUE(converted(Role::motion, ImageF(2, 2, 2)).health.motion_all_zero);
+    // A vector that is no number is none, whatever its other half is.
+    const InputHealth none = converted(Role::motion, image_of(2, 1, {kNan, 1e5f, 1e5f, kInf}),
+                                       {.motion = {.sentinel = 9999}})
+                                 .health;
+    EXPECT_EQ(none.nonfinite_motion, 2u);
+    EXPECT_EQ(none.sentinel_motion, 0u);
+}
+
+// In the order of the picture, whichever plane it is in.
+TEST(Convert, TheFirstPixelThatIsNoNumber) {
+    for (const bool swapped : {false, true}) {
+        FramePlanes planes = {{Role::color, ImageF(3, 2, 4)},
+                              {Role::inverse_depth, ImageF(3, 2, 1)}};
+        planes[Role::color].at(swapped ? 2 : 1, swapped ? 0 : 1, 3) = kNan;
+        planes[Role::inverse_depth].at(swapped ? 1 : 2, swapped ? 1 : 0) = kNan;
+        FrameDescription frame = frame_of(3, 2);
+        EXPECT_EQ(test::must(convert_frame(planes, frame, {})).first_nonfinite,
+                  (std::array<int, 2>{2, 0}));
+    }
+}
+
+TEST(Convert, ColorOfAReferenceIsFinite) {
+    ImageD color(7, 1, 1);
+    color.data = {double(kNan), double(kInf), -double(kInf), 1e300, -2e34, double(1e34f), -0.5};
+    EXPECT_EQ(finite_color(color).data,
+              (std::vector<double>{0, 65504, -65504, 65504, -65504, double(1e34f), -0.5}));
 }
 
 // Each layer is treated as color is; this is the second of two.
@@ -256,11 +308,13 @@ TEST(Convert, BoundsOfColor) {
     ImageF color(3, 2, 4, 0.25f);
     EXPECT_TRUE(bounds_of(color).one_color);
     EXPECT_TRUE(bounds_of(color).color_is_half);
-    color.at(2, 1, 1) = -7.5f;
+    color.at(1, 0, 1) = -7.5f;
     color.at(1, 1, 1) = 3;
     EXPECT_FALSE(bounds_of(color).one_color);
     EXPECT_EQ(bounds_of(color).min_color, (std::array<double, 4>{0.25, -7.5, 0.25, 0.25}));
     EXPECT_EQ(bounds_of(color).max_color, (std::array<double, 4>{0.25, 3, 0.25, 0.25}));
+    EXPECT_EQ(bounds_of(ImageF(3, 2, 4, -2)).max_color[3], -2);
+    EXPECT_EQ(bounds_of(ImageF(3, 2, 4, 2)).min_color[0], 2);
     // One color but for the sign of a zero is not one.
     ImageF zeros(3, 2, 4, 0.0f);
     EXPECT_TRUE(bounds_of(zeros).one_color);
@@ -291,16 +345,35 @@ TEST(Convert, OnlyWhatIsThereIsKnown) {
     EXPECT_TRUE(frame.bounds.camera_cut) << "the caller's word";
     EXPECT_EQ(frame.bounds.max_speed_px, FrameBounds::kUnknown);
     EXPECT_EQ(frame.bounds.max_inverse_depth, FrameBounds::kUnknown);
+    EXPECT_EQ(frame.planes, RoleSet{Role::color});
+    // Of each frame anew.
+    planes[Role::layers] = ImageF(2, 6, 4);
+    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    EXPECT_EQ(frame.layers, 3);
+    EXPECT_EQ(frame.planes, (RoleSet{Role::color, Role::layers}));
+    planes.erase(Role::layers);
+    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    EXPECT_EQ(frame.layers, 0);
+    EXPECT_EQ(frame.planes, RoleSet{Role::color});
+    planes = {{Role::layers, ImageF(2, 2, 4)}};
+    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    EXPECT_EQ(frame.layers, 1);
 }
 
 TEST(Convert, PlanesOfOneFrameHaveOneSize) {
     FramePlanes none;
     FrameDescription empty;
     EXPECT_EQ(convert_frame(none, empty, {}).status().code(), StatusCode::input);
-    for (const ImageF& depth : {ImageF(3, 2, 1), ImageF(2, 2, 3)}) {
-        FramePlanes planes = {{Role::color, ImageF(2, 2, 4)}, {Role::inverse_depth, depth}};
+    const std::pair<Role, ImageF> others[] = {
+        {Role::inverse_depth, ImageF(3, 2, 1)}, {Role::inverse_depth, ImageF(2, 3, 1)},
+        {Role::inverse_depth, ImageF(2, 4, 1)}, {Role::inverse_depth, ImageF(2, 2, 3)},
+        {Role::layers, ImageF(2, 5, 4)},        {Role::layers, ImageF(3, 4, 4)},
+        {Role::layers, ImageF(2, 0, 4)}};
+    for (const auto& [role, plane] : others) {
+        FramePlanes planes = {{Role::color, ImageF(2, 2, 4)}, {role, plane}};
         FrameDescription frame;
-        EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input);
+        EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input)
+            << name_of(role) << " " << plane.width << "x" << plane.height;
     }
 }
 

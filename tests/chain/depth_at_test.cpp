@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "tests/support/images.h"
@@ -42,6 +43,7 @@ TEST(DepthAt, IsThatOfThePlaceInTheDataWindow) {
 TEST(DepthAt, IsTheMedianAround) {
     ImageF depth(21, 21, 1, 0.25f);
     for (int y = 0; y < 21; ++y) depth.at(10, y) = 4;
+    EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), {0.5, 0.5}), 0.25);
     depth.at(9, 9) = std::numeric_limits<float>::quiet_NaN();
     depth.at(11, 9) = std::numeric_limits<float>::infinity();
     EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), {0.5, 0.5}), 0.25);
@@ -63,9 +65,32 @@ TEST(DepthAt, IsTheMedianOfASquare) {
     }
 }
 
+// What lies behind a border is not of the square: 10 of the 15 pixels at a side are 0.25.
+TEST(DepthAt, EndsAtTheBorders) {
+    const struct {
+        Place place;
+        bool (*is_near)(int x, int y);
+    } cases[] = {{{0, 0.5}, [](int x, int) { return x == 0 || x > 2; }},
+                 {{1, 0.5}, [](int x, int) { return x == 20 || x < 18; }},
+                 {{0.5, 0}, [](int, int y) { return y == 0 || y > 2; }},
+                 {{0.5, 1}, [](int, int y) { return y == 20 || y < 18; }}};
+    for (const auto& [place, is_near] : cases) {
+        const ImageF depth = test::make_image(
+            21, 21, 1, [&](int x, int y, int) { return is_near(x, y) ? 4 : 0.25; });
+        EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), place), 0.25);
+    }
+}
+
+// So is what is no number, and what lies beyond.
 TEST(DepthAt, SkyIsInfinitelyFar) {
-    const ImageF sky(8, 8, 1, 0);
-    EXPECT_EQ(inverse_depth_at(sky, frame_of(sky, 8), {0.5, 0.5}), 0);
+    for (const float value : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN(),
+                              std::numeric_limits<float>::infinity()}) {
+        ImageF sky(8, 8, 1, value);
+        EXPECT_EQ(inverse_depth_at(sky, frame_of(sky, 8), {0.5, 0.5}), 0) << value;
+        if (std::isfinite(value)) continue;
+        sky.at(4, 4) = 0.25f;
+        EXPECT_EQ(inverse_depth_at(sky, frame_of(sky, 8), {0.5, 0.5}), 0.25) << value;
+    }
 }
 
 }  // namespace

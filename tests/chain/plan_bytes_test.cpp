@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 namespace postchain::test {
 namespace {
 
@@ -84,6 +87,39 @@ TEST_F(PlanBytes, ABlockCountsForTheListThatMovesMost) {
     EXPECT_FALSE(bytes[3].counts);
     EXPECT_EQ(bytes[1].moved(), 0u);
     EXPECT_DOUBLE_EQ(bytes_per_pixel(plan), 4 + 3 * list + 36 + list);
+}
+
+// In whichever order the lists are bound.
+TEST_F(PlanBytes, ABlockCountsOnceInEveryOrder) {
+    std::array<int, 3> order = {0, 1, 2};
+    do {
+        plan.steps.clear();
+        plan.textures.clear();
+        std::array<TextureId, 3> lists, results;
+        for (TextureId& list : lists) list = texture(Format::work_list, 8, 1);
+        for (const size_t i : {0u, 1u, 2u})
+            results[i] = texture(std::array{Format::r8, Format::r32f, Format::rgba32f}[i]);
+        step(0, {{0, lists[size_t(order[0])], Access::list},
+                 {1, lists[size_t(order[1])], Access::list},
+                 {2, lists[size_t(order[2])], Access::list}});
+        for (const size_t i : {0u, 1u, 2u}) step(0, {{0, results[i], Access::write}}, lists[i]);
+        const std::vector<StepBytes> bytes = bytes_of_steps(plan);
+        for (const size_t i : {0u, 1u, 2u}) EXPECT_EQ(bytes[i + 1].counts, i == 2) << order[0];
+    } while (std::ranges::next_permutation(order).found);
+}
+
+// A step that is launched by a list and fills another one.
+TEST_F(PlanBytes, AListIsNotOneOfThoseThatItsStepFills) {
+    const TextureId first = texture(Format::work_list, 8, 1),
+                    then = texture(Format::work_list, 8, 1), small = texture(Format::r8),
+                    result = texture(Format::rgba32f);
+    for (const auto& [of_first, of_then] : {std::pair(small, result), {result, small}}) {
+        plan.steps.clear();
+        step(0, {{0, first, Access::list}});
+        step(0, {{0, of_first, Access::write}, {1, then, Access::list}}, first);
+        step(0, {{0, of_then, Access::write}}, then);
+        for (const StepBytes& bytes : bytes_of_steps(plan)) EXPECT_TRUE(bytes.counts);
+    }
 }
 
 TEST_F(PlanBytes, StepsOfOneListCountTogether) {

@@ -281,6 +281,88 @@ TEST(Plan, WhatTheDeviceFoundIsCounted) {
     EXPECT_THAT(plan_as_text(plan), HasSubstr("(saves 10 taps a block; the device finds them)"));
 }
 
+// A compiled plan takes the values of another one, and its size; all else is compiled.
+TEST(Plan, OneOfAnotherShapeDiffersInAnythingThatIsCompiled) {
+    const Plan plan = plan_of(chain_of({"makes", "carries", "reads"}));
+    constexpr void (*kCompiled[])(Plan&) = {
+        [](Plan& p) { p.steps.pop_back(); },
+        [](Plan& p) { p.steps[1].pass = 2; },
+        [](Plan& p) { p.steps[1].name = "other"; },
+        [](Plan& p) { p.steps[1].program.file = "other.comp"; },
+        [](Plan& p) { p.steps[1].program.defines["A"] = "1"; },
+        [](Plan& p) { ++p.steps[0].bindings[1].unit; },
+        [](Plan& p) { ++p.steps[0].bindings[1].texture; },
+        [](Plan& p) { p.steps[0].bindings[0].access = Access::read; },
+        [](Plan& p) { p.steps[0].bindings.pop_back(); },
+        [](Plan& p) { p.steps[1].uniforms.resize(16); },
+        [](Plan& p) { p.steps[1].uniforms_type = "Block"; },
+        [](Plan& p) { p.steps[1].spread = Area::fixed(3, 2); },
+        [](Plan& p) { p.steps[1].groups[2] = 2; },
+        [](Plan& p) { p.steps[1].work_list = 0; },
+        [](Plan& p) { p.steps[1].first_layer = 1; },
+        [](Plan& p) { p.outputs[Role::hint] = 0; },
+        [](Plan& p) { p.outputs[Role::color] = 0; },
+        [](Plan& p) { p.passes.pop_back(); },
+        [](Plan& p) { p.passes[1].tiles.least_px = 8; },
+        [](Plan& p) { p.textures.pop_back(); },
+        [](Plan& p) { p.textures[3].format = Format::r8; },
+        [](Plan& p) { p.textures[3].slices = 2; },
+        [](Plan& p) { p.textures[3].area = Area::fixed(40, 30); },
+        [](Plan& p) { p.textures[3].imported = true; },
+        [](Plan& p) { p.textures[3].last_step = 5; }};
+    for (size_t i = 0; i < std::size(kCompiled); ++i) {
+        Plan other = plan;
+        kCompiled[i](other);
+        EXPECT_FALSE(same_shape(plan, other)) << i;
+        EXPECT_FALSE(same_shape(other, plan)) << i;
+    }
+    Plan values = plan;
+    fit(values, 70, 50);
+    values.frame_number = 7;
+    values.passes[1].text = "seed: 7";
+    values.passes[1].tiles.px = 8;
+    values.steps[0].taps = values.steps[0].group_taps = 99;
+    values.elisions.push_back({.pass = 1, .rule = "still"});
+    EXPECT_TRUE(same_shape(plan, values));
+    EXPECT_NE(plan, values);
+}
+
+// Textures and work groups by the frame's size, and by the tiles of their pass.
+TEST(Plan, FitsAnotherSize) {
+    Plan plan;
+    plan.passes = {{"a", "", false, {}}, {"b", "", false, {10, 5}}};
+    plan.textures.resize(3);
+    plan.textures[1].pass = 1;
+    plan.textures[1].area = Area().tiles();
+    plan.textures[2].format = Format::work_list;
+    plan.textures[2].area = Area().in_squares(kBlockPx);
+    plan.steps.resize(2);
+    plan.steps[0].groups[2] = plan.steps[1].groups[2] = 3;
+    plan.steps[1].pass = 1;
+    plan.steps[1].spread = Area().tiles();
+    fit(plan, 70, 35);
+    EXPECT_EQ(plan.width, 70);
+    EXPECT_EQ(plan.height, 35);
+    const std::pair<int, int> sizes[] = {{70, 35}, {7, 4}, {5 * 3, 1}};
+    for (size_t i = 0; i < std::size(sizes); ++i)
+        EXPECT_EQ(std::pair(plan.textures[i].width, plan.textures[i].height), sizes[i]) << i;
+    EXPECT_EQ(plan.steps[0].groups, (std::array{5, 3, 3}));
+    EXPECT_EQ(plan.steps[1].groups, (std::array{7, 4, 3}));
+}
+
+TEST(Plan, FormatsOfPlanes) {
+    const std::tuple<int, Format, Format> formats[] = {{1, Format::r32f, Format::r16f},
+                                                       {2, Format::rg32f, Format::rg16f},
+                                                       {4, Format::rgba32f, Format::rgba16f}};
+    for (const auto& [channels, whole, half] : formats) {
+        EXPECT_EQ(plane_format(channels, Precision::fp32), whole);
+        EXPECT_EQ(plane_format(channels, Precision::fp16), half);
+    }
+    EXPECT_EQ((Storage{Format::r16f, 7, 5, 3}.text()), "7x5x3 r16f");
+    EXPECT_EQ((Storage{Format::r16f, 7, 5, 3}.bytes()), 7u * 5 * 3 * 2);
+    EXPECT_EQ((Storage{Format::r16f, 7, 5, 0}.text()), "7x5 r16f");
+}
+
 TEST(Planner, LifetimesAndPeakByHand) {
     // Steps 0..3; textures: input 0..0 (16 B/px), scratch0 0..1 (8), out0 1..2 (16),
     // scratch1 2..3 (8), out1 3..3 (16). Alive: 24, 24, 24, 24 bytes per pixel; 1200 pixels.
@@ -294,6 +376,14 @@ TEST(Planner, LifetimesAndPeakByHand) {
                             std::pair(1, 2), std::pair(2, 3), std::pair(3, 4)));
     EXPECT_EQ(plan.peak_bytes(), 24u * 1200u);
     EXPECT_EQ(plan.transient_bytes(), 48u * 1200u);
+    // An output that no step touches, and one that the first step makes.
+    const auto life = [](const Plan& of, Role role) {
+        const PlanTexture& output = of.textures[size_t(of.outputs.at(role))];
+        return std::pair(output.first_step, output.last_step);
+    };
+    EXPECT_EQ(life(plan_of(with_off(chain_of({"copy"}), 0)), Role::color), std::pair(-1, -1));
+    EXPECT_EQ(life(plan_of(chain_of({"makes"}), {.outputs = {Role::hint}}), Role::hint),
+              std::pair(0, 1));
 }
 
 TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {

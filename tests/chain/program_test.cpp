@@ -4,10 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
+#include <span>
+#include <vector>
 
 #include "chain/base/status.h"
 #include "chain/gl/device.h"
 #include "chain/plan/program_source.h"
+#include "tests/guest/gl_calls.h"
 #include "tests/support/environment.h"
 #include "tests/support/gpu.h"
 #include "tests/support/status.h"
@@ -33,8 +37,13 @@ class Programs : public ::testing::Test {
         test::executor();  // a GL context
         std::filesystem::create_directories(folder_.path("common"));
         test::set_variable("POSTCHAIN_SHADER_DIR", folder_.path());
+        test::GlCalls::start();
     }
-    void TearDown() override { test::set_variable("POSTCHAIN_SHADER_DIR", ""); }
+    void TearDown() override {
+        test::GlCalls::stop();
+        EXPECT_EQ(test::GlCalls::objects(), 0) << "an object outlives its cache";
+        test::set_variable("POSTCHAIN_SHADER_DIR", "");
+    }
     void write(const std::string& name, const std::string& text) {
         test::write_text(folder_.path(name), kVersion + text);
     }
@@ -68,6 +77,12 @@ TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
     EXPECT_THAT(program.status().message(), HasSubstr("common/value.glsl" + line_of(3)));
 }
 
+TEST_F(Programs, LinkErrorHasTheLog) {
+    write("a.comp", "float value();\n" + kBody);
+    gl::ProgramCache cache({}, gl::shader_folder_of_environment());
+    EXPECT_THAT(test::error_of(cache.get({"a.comp", {}})), HasSubstr("value"));
+}
+
 TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
     const std::pair<const char*, const char*> rows[] = {{"common/none.glsl", "a.comp:2"},
                                                         {"common/none.glsl", "none.glsl"},
@@ -93,20 +108,62 @@ TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
     write("a.comp", kValue + "// changed\n" + kBody);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     EXPECT_EQ(cache.compiled(), 2u) << "a good change is compiled";
+    const auto last = test::must(cache.get({"a.comp", {}}));
+    std::filesystem::remove(folder_.path("a.comp"));
+    EXPECT_EQ(test::must(cache.get({"a.comp", {}})), last);
+    EXPECT_EQ(said.size(), 2u);
 }
 
+// Beside others, before it or behind it.
 TEST_F(Programs, BlockOfTheProgram) {
     const std::string block =
         "layout(std140, binding = 0) uniform Sizes { ivec2 size; float edge; } block;\n";
-    write("a.comp", block + kValue + kBody);
-    write("b.comp", kValue + kBody);
-    gl::ProgramCache cache({}, gl::shader_folder_of_environment());
-    const auto with = cache.get({"a.comp", {}}), without = cache.get({"b.comp", {}});
-    ASSERT_TRUE(with.ok() && without.ok());
-    EXPECT_EQ(with->uniforms_type, "Sizes");  // also if nothing reads it
-    EXPECT_EQ(with->uniforms_bytes, 16u);
-    EXPECT_EQ(without->uniforms_type, "");
-    EXPECT_EQ(without->uniforms_bytes, 0u);
+    const std::string other =
+        "layout(std140, binding = 1) uniform Other { vec4 more[9]; } other;\n";
+    write("none.comp", kValue + kBody);
+    write("other.comp", other + kValue + kBody);
+    for (const std::string& blocks : {block, block + other, other + block}) {
+        write("a.comp", blocks + kValue + kBody);
+        gl::ProgramCache cache({}, gl::shader_folder_of_environment());
+        const auto with = test::must(cache.get({"a.comp", {}}));
+        EXPECT_EQ(with.uniforms_type, "Sizes");  // also if nothing reads it
+        EXPECT_EQ(with.uniforms_bytes, 16u);
+        for (const char* file : {"none.comp", "other.comp"}) {
+            const auto without = test::must(cache.get({file, {}}));
+            EXPECT_EQ(without.uniforms_type, "");
+            EXPECT_EQ(without.uniforms_bytes, 0u);
+        }
+    }
+}
+
+// Binaries of embedded programs alone: files of a folder may change.
+TEST_F(Programs, BinariesAreOfEmbeddedPrograms) {
+    write("a.comp", kValue + kBody);
+    std::map<std::string, std::vector<std::byte>> stored;
+    int asked = 0;
+    const ProgramStore store = {[&](const std::string& key) {
+                                    ++asked;
+                                    return stored[key];
+                                },
+                                [&](const std::string& key, std::span<const std::byte> bytes) {
+                                    stored[key].assign(bytes.begin(), bytes.end());
+                                }};
+    gl::ProgramCache from_folder({}, gl::shader_folder_of_environment());
+    from_folder.use_binaries(store, "device");
+    ASSERT_TRUE(from_folder.get({"a.comp", {}}).ok());
+    EXPECT_EQ(asked, 0);
+    EXPECT_TRUE(stored.empty());
+    const ProgramKey embedded = {"guest/export.comp", {{"EXPOSURE", "0"}}};
+    for (const size_t loaded : {0u, 1u}) {
+        gl::ProgramCache cache;
+        cache.use_binaries(store, "device");
+        ASSERT_TRUE(cache.get(embedded).ok());
+        EXPECT_EQ(cache.loaded(), loaded);
+        EXPECT_EQ(cache.compiled(), 1u);
+        EXPECT_EQ(stored.size(), 1u);
+    }
+    gl::ProgramCache begun;  // and never finished
+    begun.begin(embedded);
 }
 
 TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {

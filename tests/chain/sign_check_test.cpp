@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "tests/support/images.h"
 
@@ -76,10 +77,55 @@ TEST(SignCheck, FindsEachWrongSign) {
             // The best is the one that takes the flip back.
             EXPECT_EQ(check.candidates[0].sign_x, sign_x);
             EXPECT_EQ(check.candidates[0].sign_y, sign_y);
-            EXPECT_EQ(check.verdict(), sign_x == 1 && sign_y == 1 ? SignVerdict::confirmed
-                                                                  : SignVerdict::contradicted);
+            EXPECT_EQ(check.candidates[0].text(), std::string("motion (") +
+                                                      (sign_x > 0 ? "+x, " : "-x, ") +
+                                                      (sign_y > 0 ? "+y)" : "-y)"));
+            const bool right = sign_x == 1 && sign_y == 1;
+            EXPECT_EQ(check.verdict(), right ? SignVerdict::confirmed : SignVerdict::contradicted);
+            EXPECT_EQ(check.remedy(),
+                      right ? ""
+                            : "use a profile whose `motion` has its `scale` multiplied by (" +
+                                  std::to_string(sign_x) + ", " + std::to_string(sign_y) + ")");
         }
     }
+}
+
+// The channels of both planes are exchanged, and one sign is wrong.
+TEST(SignCheck, FindsTheOtherPlane) {
+    Pan made = pan(4, -3);
+    made.planes[Role::motion] = test::constant_image(64, 48, {-2, 6});
+    made.planes[Role::motion_back] = test::constant_image(64, 48, {4, 3});
+    EXPECT_EQ(check_of(made).remedy(),
+              "use a profile whose `motion` has the channels of this one's `motion_back`, with "
+              "their `scale` multiplied by (1, -1)");
+}
+
+// Between pixels the next frame is bilinear; where it goes beyond 0 it is black.
+TEST(SignCheck, OfPartsOfAPixel) {
+    const SignCheck check = check_of(pan(4.5, -2.5, false));
+    EXPECT_TRUE(check.candidates[0].as_converted());
+    EXPECT_LT(check.candidates[0].error, 0.004);
+    EXPECT_EQ(check_of(pan(1, 0)).pixels, 62u * 48u) << "a pixel is enough";
+    Pan black = pan(4, -3);
+    for (float& value : black.planes[Role::color].data) value -= 2;
+    for (float& value : black.next.data) value -= 2;
+    EXPECT_EQ(check_of(black).verdict(), SignVerdict::undecided);
+}
+
+// Margins at their limits; of those that are told apart the smallest counts.
+TEST(SignCheck, Verdicts) {
+    const auto verdict = [](double margin, size_t pixels_apart = 2) {
+        SignCheck check;
+        check.pixels = 100;
+        check.candidates = {{Role::motion, -1, 1, 0, 100, 5},
+                            {Role::motion, 1, -1, 0, pixels_apart, margin}};
+        return check.verdict();
+    };
+    EXPECT_EQ(verdict(1.11), SignVerdict::confirmed);
+    EXPECT_EQ(verdict(kSignMargin), SignVerdict::undecided);
+    EXPECT_EQ(verdict(1 / kSignMargin), SignVerdict::undecided);
+    EXPECT_EQ(verdict(0.9), SignVerdict::contradicted);
+    EXPECT_EQ(verdict(0.9, 1), SignVerdict::confirmed) << "one pixel in a hundred is too little";
 }
 
 // A pan along x does not show the sign of y; it must not make the check undecided.
@@ -108,6 +154,21 @@ TEST(SignCheck, ImpossibleCases) {
     EXPECT_TRUE(leaving.candidates.empty());
     EXPECT_EQ(leaving.why_not, "each of the 3072 moving pixels leaves the picture");
     EXPECT_DOUBLE_EQ(SignCheck().margin(), 1);
+    const Pan made = pan(4, -3);
+    for (const auto& [width, height] : {std::pair(63, 48), {64, 47}}) {
+        const SignCheck other = check_signs(made.planes, ImageF(width, height, 4));
+        EXPECT_TRUE(other.candidates.empty());
+        EXPECT_EQ(other.why_not, "this frame is 64x48 pixels, the next one " +
+                                     std::to_string(width) + "x" + std::to_string(height));
+    }
+    EXPECT_EQ(check_signs(made.planes, made.next).verdict(), SignVerdict::confirmed);
+    for (const Role role : {Role::color, Role::motion}) {
+        FramePlanes without = made.planes;
+        without.erase(role);
+        EXPECT_EQ(check_signs(without, made.next).why_not, "there are no vectors, or no color");
+    }
+    EXPECT_EQ(check_signs(made.planes, ImageF(64, 48, 2)).why_not,
+              "there are no vectors, or no color");
 }
 
 }  // namespace

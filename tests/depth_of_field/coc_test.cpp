@@ -80,6 +80,109 @@ TEST(circle_of_confusion, pinhole) {
     const CircleOfConfusion coc = *circle_of_confusion({}, frame);
     for (const double w : {0.0, 0.1, 1e30, double(INFINITY)}) EXPECT_EQ(coc.radius_px(w), 0);
     EXPECT_EQ(coc.largest_radius_px(0, INFINITY), 0);
+    frame.bounds.max_inverse_depth = 1e30;
+    EXPECT_TRUE(lens::exceeded_limits(coc, frame).empty());
+    for (const UsedValue& value : lens::used_values({}, coc, frame, 0.5)) {
+        if (value.key == "sharp_from") {
+            EXPECT_EQ(value.value, ParameterValue(0.0));
+        }
+        if (value.key == "sharp_to") {
+            EXPECT_EQ(value.value, ParameterValue()) << "all the way";
+        }
+    }
+}
+
+// A range that reaches behind the camera.
+TEST(used_values, sharp_from_the_camera_on) {
+    Parameters parameters;
+    parameters.coc = CocSource::range;
+    parameters.focus = 1;
+    parameters.range = 4;
+    parameters.max_radius_px = 1;
+    const FrameDescription frame = frame_1920(50, 2.8, 5);
+    for (const UsedValue& value :
+         lens::used_values(parameters, must(circle_of_confusion(parameters, frame)), frame, 0.5)) {
+        if (value.key == "sharp_from") {
+            EXPECT_EQ(value.value, ParameterValue(0.0));
+        }
+        if (value.key == "sharp_to") {
+            EXPECT_EQ(value.value, ParameterValue(3.0));
+        }
+    }
+}
+
+// Each value with the place that it comes from, and the row that gave it if its name is another.
+TEST(used_values, of_a_lens_and_of_a_range) {
+    FrameDescription camera = frame_1920(50, 2.8, 5);
+    camera.bounds.inverse_depth_at = {{{0.5, 0.5}, 0.25}, {{0.25, 0.5}, 0}};
+    FrameDescription no_unit = camera;
+    no_unit.camera.meters_per_unit.reset();
+    const auto used = [](const FrameDescription& frame, void (*change)(Parameters&)) {
+        Parameters parameters;
+        change(parameters);
+        const CircleOfConfusion coc = must(circle_of_confusion(parameters, frame));
+        EXPECT_TRUE(lens::exceeded_limits(coc, frame).empty()) << "no depth is known";
+        std::string text;
+        for (const UsedValue& value : lens::used_values(parameters, coc, frame, 0.5)) {
+            if (value.key == "sharp_from") break;
+            const char* of[] = {"pass", "camera", "standard", "frame"};
+            text += concat(text.empty() ? "" : ", ", value.key, " ", text_of(value.value), " ",
+                           of[int(value.of)], value.row == value.key ? "" : " " + value.row);
+        }
+        return text;
+    };
+    const std::string
+        lens = "focal_length_mm 50 camera, sensor_width_mm 36 camera, f_stop 2.8 camera, ",
+        standard = ", max_radius_px 240 standard", small = ", max_radius_px 20 pass";
+    EXPECT_EQ(used(camera, [](Parameters&) {}),
+              lens + "focus_distance 5 camera, meters_per_unit 1 camera" + standard);
+    EXPECT_EQ(used(no_unit,
+                   [](Parameters& p) {
+                       p.focal_length_mm = 35;
+                       p.sensor_width_mm = 24;
+                       p.f_stop = 4;
+                       p.focus_distance = 3;
+                       p.focus_at = {0.5, 0.5};
+                       p.max_radius_px = 30;
+                   }),
+              "focal_length_mm 35 pass, sensor_width_mm 24 pass, f_stop 4 pass, "
+              "focus_distance 3 pass, meters_per_unit 1 standard, max_radius_px 30 pass");
+    EXPECT_EQ(used(camera,
+                   [](Parameters& p) {
+                       p.focus_at = {0.5, 0.5};
+                   }),
+              lens + "focus_distance 4 pass focus_at, meters_per_unit 1 camera" + standard);
+    EXPECT_EQ(used(camera,
+                   [](Parameters& p) {
+                       p.focus_at = {0.25, 0.5};
+                       p.max_radius_fraction = 0.05;
+                   }),
+              lens +
+                  "focus_distance unset pass focus_at, meters_per_unit 1 camera, "
+                  "max_radius_px 54 pass max_radius_fraction")
+        << "the sky";
+    const std::pair<const char*, void (*)(Parameters&)> ranges[] = {
+        {"focus 5 camera focus_distance", [](Parameters&) {}},
+        {"focus 3 pass", [](Parameters& p) { p.focus = 3, p.focus_distance = 2; }},
+        {"focus 2 pass focus_distance",
+         [](Parameters& p) {
+             p.focus_distance = 2, p.focus_at = {0.5, 0.5};
+         }},
+        {"focus 4 pass focus_at", [](Parameters& p) {
+             p.focus_at = {0.5, 0.5};
+         }}};
+    for (const auto& [text, change] : ranges) {
+        static void (*of_range)(Parameters&);
+        of_range = change;
+        EXPECT_EQ(used(camera,
+                       [](Parameters& p) {
+                           p.coc = CocSource::range;
+                           p.max_radius_px = 20;
+                           of_range(p);
+                       }),
+                  text + small);
+    }
+    EXPECT_EQ(used(camera, [](Parameters& p) { p.coc = CocSource::planes; }), standard.substr(2));
 }
 
 TEST(circle_of_confusion, own_values_beat_the_camera) {
@@ -122,8 +225,13 @@ TEST(circle_of_confusion, largest_radius_bounds_every_depth) {
 TEST(circle_of_confusion, sharp_depths_are_those_of_both_sides) {
     const double radius = 0.5;
     for (const CocSource source : {CocSource::lens, CocSource::planes, CocSource::range})
-        for (const auto& [near_fraction, far_fraction] :
-             {std::pair{0.05, 0.05}, {0.05, 0.0}, {0.0, 0.05}, {0.05, 0.002}, {0.002, 0.05}}) {
+        for (const auto& [near_fraction, far_fraction] : {std::pair{0.05, 0.05},
+                                                          {0.05, 0.0},
+                                                          {0.0, 0.05},
+                                                          {0.05, 0.002},
+                                                          {0.002, 0.05},
+                                                          {0.05, 0.0002},
+                                                          {0.0002, 0.05}}) {
             Parameters parameters;
             parameters.coc = source;
             parameters.near_blurry = 1;

@@ -5,6 +5,7 @@
 
 #include "passes/depth_of_field/depth_of_field.h"
 #include "tests/elision/support.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
@@ -213,6 +214,27 @@ TEST(IdentityByFacts, FxaaStaysWhereLumaIsHeld) {
             {{"hint", "none"s}, {"luma", std::string(one.luma)}, {"exposure_ev", one.exposure_ev}});
         expect_same_bits(chain, describe(planes), planes, only({kRuleFacts}));
     }
+}
+
+// A primary beyond the visible, as the blue of ACES2065-1, has a negative weight: bounds of the
+// channels are none of the luma. Nor is a color that is not bounded.
+TEST(IdentityByFacts, FxaaStaysWhereLumaHasNoBounds) {
+    ImageF color = constant_image(40, 30, {0.5f, 0.25f, 0, 1});
+    color.at(20, 15, 2) = 0.02f;
+    const Chain chain = chain_of("fxaa", {{"luma", "display"s}, {"hint", "none"s}});
+    const auto elided = [&](const FrameDescription& frame) {
+        return must(make_plan(chain, frame, only({kRuleFacts}))).passes[0].elided;
+    };
+    FrameDescription frame = describe(flat_planes(color));
+    EXPECT_TRUE(elided(frame));
+    for (const auto bound : {&FrameBounds::min_color, &FrameBounds::max_color})
+        for (const size_t c : {0u, 1u, 2u}) {
+            FrameDescription unknown = frame;
+            (unknown.bounds.*bound)[c] = FrameBounds::kUnknown;
+            EXPECT_FALSE(elided(unknown)) << c;
+        }
+    frame.luma_weights = {0.3440, 0.7282, -0.0722};
+    EXPECT_FALSE(elided(frame));
 }
 
 // FXAA after a blur that is left out: in the complete run the blur writes a hint of 0 for the whole

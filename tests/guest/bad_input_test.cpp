@@ -101,10 +101,13 @@ TEST_F(BadInput, Textures) {
     refused(kInput, "-3x", [](F f) { f.width = -3; });
     refused(kInput, "x-3", [](F f) { f.height = -3; });
     refused(kInput, "depth: its size is 0x0", [](F f) { f.depth.width = f.depth.height = 0; });
-    refused(kInput, "the frame is 1048576x1048576; this device's limit is ", [](F f) {
-        for (pc_texture* texture : {&f.color, &f.depth, &f.motion, &f.output})
-            texture->width = texture->height = 1 << 20;
-    });
+    for (const auto& [side, text] :
+         {std::pair(&pc_texture::width, "the frame is 1048576x32; this device's limit is "),
+          {&pc_texture::height, "the frame is 48x1048576; this device's limit is "}})
+        refused(kInput, text, [side = side](F f) {
+            for (pc_texture* texture : {&f.color, &f.depth, &f.motion, &f.output})
+                texture->*side = 1 << 20;
+        });
 }
 
 TEST_F(BadInput, Formats) {
@@ -115,6 +118,8 @@ TEST_F(BadInput, Formats) {
             [](F f) { f.motion.internal_format = GL_R32F; });
     refused(kInput, "color: GL_DEPTH_COMPONENT32F",
             [](F f) { f.color.internal_format = GL_DEPTH_COMPONENT32F; });
+    refused(kInput, "output: GL_RG32F has fewer than the 3 channels",
+            [](F f) { f.output.internal_format = GL_RG32F; });
     refused(kInput, "output: GL_SRGB8_ALPHA8 cannot be written",
             [](F f) { f.output.internal_format = GL_SRGB8_ALPHA8; });
 }
@@ -164,18 +169,27 @@ TEST_F(BadInput, StructsOfNoVersion) {
                     f.struct_size = size;
                     f.color.name = 0;
                 });
+    constexpr pc_result kVersion = PC_ERROR_VERSION;
     const struct {
+        pc_result code;
         const char* member;
         void (*change)(pc_create_info&);
-    } cases[] = {{"pc_create_info.struct_size", [](auto& info) { info.struct_size = 4; }},
-                 {"api_version 2.0", [](auto& info) { info.api_version = 0x00020000; }},
-                 {"pc_create_info.flags: 8", [](auto& info) { info.flags = 8; }},
-                 {"pc_create_info.reserved", [](auto& info) { info.reserved = 7; }}};
-    for (const auto& [member, change] : cases) {
+    } cases[] = {{kVersion, "pc_create_info.struct_size", [](auto& info) { info.struct_size = 4; }},
+                 {kVersion, "api_version 2.0", [](auto& info) { info.api_version = 0x00020000; }},
+                 {kVersion, "pc_create_info.flags: 8", [](auto& info) { info.flags = 8; }},
+                 {kVersion, "pc_create_info.reserved", [](auto& info) { info.reserved = 7; }},
+                 {kArgument, "state: 3", [](auto& info) { info.state = 3; }},
+                 {kArgument, "max_height: 9x0; give both", [](auto& info) { info.max_width = 9; }},
+                 {kArgument, "max_height: 0x9; give both", [](auto& info) { info.max_height = 9; }},
+                 {kArgument, "max_height: 1048576x9",
+                  [](auto& info) { info.max_width = 1 << 20, info.max_height = 9; }},
+                 {kArgument, "max_height: 9x1048576",
+                  [](auto& info) { info.max_width = 9, info.max_height = 1 << 20; }}};
+    for (const auto& [code, member, change] : cases) {
         auto info = pc::create_info();
         change(info);
         pc_instance* made = nullptr;
-        expect_error(pc_create(&info, &made), PC_ERROR_VERSION, member);
+        expect_error(pc_create(&info, &made), code, member);
         EXPECT_EQ(made, nullptr);
     }
     pc_counters counters = {};
@@ -201,12 +215,23 @@ TEST_F(BadInput, Chains) {
         expect_error(pc_chain_create(passes, &made), PC_ERROR_CHAIN, text);
     expect_error(pc_chain_create(nullptr, &made), PC_ERROR_ARGUMENT, "passes is NULL");
     EXPECT_EQ(made, nullptr);
+    EXPECT_TRUE(pc::chain(many.substr(5).c_str())) << "64 passes: " << pc_error();
+    EXPECT_TRUE(pc::chain("  motion_blur , fxaa ")) << pc_error();
     pc_chain* c = chain_.get();
     expect_error(pc_chain_set_number(c, 0, "samples", 24), kChain, "24 is even");
     EXPECT_STREQ(pc_chain_error(c), pc_error());
     expect_error(pc_chain_set_number(c, 0, "sample", 25), kChain, "samples");
     expect_error(pc_chain_set_number(c, 0, "samples", 25.5), kChain, "25.5");
-    expect_error(pc_chain_set_number(c, 0, nullptr, 1), kChain, "");
+    for (const double value : {1e15, -1e15, 1e300, double(INFINITY), std::nan("")})
+        expect_error(pc_chain_set_number(c, 0, "samples", value), kChain, "samples");
+    EXPECT_EQ(pc_chain_set_number(c, 0, "animate_noise", 1), PC_OK) << pc_error();
+    for (const double value : {0.5, 2.0, -1.0})
+        expect_error(pc_chain_set_number(c, 0, "animate_noise", value), kChain, "animate_noise");
+    for (const pc_result without_key :
+         {pc_chain_set_number(c, 0, nullptr, 1), pc_chain_set_text(c, 0, nullptr, "guertin"),
+          pc_chain_set_text(c, 0, "mode", nullptr), pc_chain_set_point(c, 0, nullptr, 0, 0),
+          pc_chain_unset(c, 0, nullptr)})
+        EXPECT_EQ(without_key, kChain);
     expect_error(pc_chain_set_number(c, 9, "samples", 25), kArgument, "9");
     expect_error(pc_chain_set_text(c, 0, "mode", "nothing"), kChain, "guertin");
     expect_error(pc_chain_set_text(c, PC_CAMERA, "aperture_image", "star.png"), kChain,
@@ -270,6 +295,18 @@ TEST_F(Validated, NamesTargetsSizesAndFormats) {
     glTextureStorage3D(array, 1, GL_RGBA32F, kWidth, kHeight, 2);
     const HostTexture integers(GL_RGBA32UI, kWidth, kHeight), half(GL_RGBA16F, kWidth, kHeight);
     refused(kInput, "is a GL_TEXTURE_2D_ARRAY", [&](F f) { f.color.name = array; });
+    const std::pair<GLenum, const char*> targets[] = {
+        {GL_TEXTURE_2D_MULTISAMPLE, "is a GL_TEXTURE_2D_MULTISAMPLE; only GL_TEXTURE_2D and"},
+        {GL_TEXTURE_CUBE_MAP, "is a GL_TEXTURE_CUBE_MAP; only"},
+        {GL_TEXTURE_3D, "is a GL_TEXTURE_3D; only"},
+        {GL_TEXTURE_RECTANGLE, "is a GL_TEXTURE_RECTANGLE; only"},
+        {GL_TEXTURE_1D, "is of another target; only"}};
+    for (const auto& [target, text] : targets) {
+        GLuint other = 0;
+        glCreateTextures(target, 1, &other);
+        refused(kInput, text, [&](F f) { f.depth.name = other; });
+        glDeleteTextures(1, &other);
+    }
     // Some drivers give its name to the next texture.
     glCreateTextures(GL_TEXTURE_2D, 1, &deleted);
     glDeleteTextures(1, &deleted);
@@ -278,8 +315,9 @@ TEST_F(Validated, NamesTargetsSizesAndFormats) {
             [&](F f) { f.color.name = integers.texture().name; });
     refused(kInput, "is GL_RGBA16F, not GL_RGBA32F",
             [&](F f) { f.color.name = half.texture().name; });
-    const HostTexture larger(GL_R32F, kWidth + 4, kHeight);
-    refused(kInput, "is 52x32, not 48x32", [&](F f) { f.depth.name = larger.texture().name; });
+    const HostTexture wider(GL_R32F, kWidth + 4, kHeight), higher(GL_R32F, kWidth, kHeight + 4);
+    refused(kInput, "is 52x32, not 48x32", [&](F f) { f.depth.name = wider.texture().name; });
+    refused(kInput, "is 48x36, not 48x32", [&](F f) { f.depth.name = higher.texture().name; });
     glDeleteTextures(1, &array);
 }
 
@@ -337,8 +375,10 @@ TEST_F(Validated, LevelsOfMutableTextures) {
     accepted(as_color);
     refused(kInput, "output: texture ", as_output);
     refused(kInput, "set the filter to GL_LINEAR or GL_NEAREST", as_output);
-    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    accepted(as_output);
+    for (const GLint filter : {GL_NEAREST, GL_LINEAR}) {
+        glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
+        accepted(as_output);
+    }
     pc_texture stored = output_;
     stored.name = name;
     EXPECT_TRUE(equal_bits(read(stored, kWidth, kHeight), good_));

@@ -237,13 +237,17 @@ TEST(TimeBudget, EachPartHasItsSamples) {
     guest::Budgets budgets;
     guest::ChainHandle made(std::move(*guest::ChainHandle::parse("joint_blur")));
     ASSERT_TRUE(made.set_number(0, "samples", 32).ok());
+    ASSERT_TRUE(made.set_number(0, "max_samples", 33).ok());
     ASSERT_TRUE(budgets.set(made.version(), budget_of(10)).ok());
     gl::Clock clock{gl::Device{}};
     uint64_t tag = 0;
     const auto samples = [&] {
         const auto chain = budgets.version(made.version()).chain;
-        const auto [pass, row] = guest::samples_of(*chain).at(0);
-        return std::get<int64_t>(row->get(chain->links[pass].pass->parameters()));
+        std::map<std::string, int64_t> found;
+        for (const auto& [pass, row] : guest::samples_of(*chain))
+            found[row->key] = std::get<int64_t>(row->get(chain->links[pass].pass->parameters()));
+        EXPECT_EQ(found.at("max_samples"), found.at("samples") + 1) << "it stays adaptive";
+        return found.at("samples");
     };
     const auto after_frames_of_13_ms = [&] {
         auto state = pc::make<pc_budget_state>();
@@ -262,8 +266,9 @@ TEST(TimeBudget, EachPartHasItsSamples) {
     EXPECT_EQ(samples(), 32);
     EXPECT_EQ(after_frames_of_13_ms(), 24);
     EXPECT_EQ(after_frames_of_13_ms(), 16);
+    EXPECT_EQ(after_frames_of_13_ms(), 12);
     EXPECT_TRUE(budgets.undo(made.version()));
-    EXPECT_EQ(samples(), 24);
+    EXPECT_EQ(samples(), 16);
     EXPECT_FALSE(budgets.undo(made.version())) << "once";
 }
 
@@ -275,8 +280,10 @@ TEST(TimeBudget, BadValues) {
         EXPECT_EQ(state_of(guest, chain).milliseconds, 0);
     };
     const auto made = chain("joint_blur"), dof = chain("depth_of_field");
-    fails(made, budget_of(-1), PC_ERROR_ARGUMENT, "milliseconds: -1; give a time");
-    fails(made, budget_of(2, 0.1f), PC_ERROR_ARGUMENT, "least: 0.1 is not within 0.25 and 1");
+    for (const float time : {-1.0f, NAN, INFINITY})
+        fails(made, budget_of(time), PC_ERROR_ARGUMENT, "milliseconds: ");
+    for (const float least : {0.249f, 1.01f, -1.0f, NAN})
+        fails(made, budget_of(2, least), PC_ERROR_ARGUMENT, "is not within 0.25 and 1");
     auto reserved = budget_of(2);
     reserved.reserved = 1;
     fails(made, reserved, PC_ERROR_VERSION, "pc_budget.reserved is not 0");

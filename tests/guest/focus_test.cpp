@@ -133,6 +133,44 @@ TEST(Focus, ManyChainsInTurnAreFollowed) {
     }
 }
 
+// Each place goes on from the nearest place before. What was found at the others does not count.
+TEST(Focus, PlacesMove) {
+    guest::FollowedChains chains;
+    const guest::Depths places = {{{0.1, 0.5}, 0}, {{0.9, 0.5}, 0}};
+    guest::Followed& first = chains.find(7, places, 1);
+    pc_frame frame = {};
+    first.approach({1, 2}, frame);
+    EXPECT_EQ(first.depths, (guest::Depths{{{0.1, 0.5}, 1}, {{0.9, 0.5}, 2}}));
+    EXPECT_EQ(chains.find(7, places, 2).since, 1u) << "the same places";
+    const guest::Depths moved = {{{0.2, 0.1}, 0}, {{0.8, 0.9}, 0}, {{0.85, 0.5}, 0}};
+    const guest::Followed& then = chains.find(7, moved, 3);
+    EXPECT_EQ(then.depths, (guest::Depths{{{0.2, 0.1}, 1}, {{0.8, 0.9}, 2}, {{0.85, 0.5}, 2}}));
+    EXPECT_EQ(then.since, 3u);
+    EXPECT_TRUE(then.known);
+    // Half of the way in the time of which 63 % are 1.44 parts, each place its own.
+    frame.frame_seconds = 1;
+    frame.focus_seconds = float(1 / std::log(2.0));
+    chains.find(7, moved, 4).approach({3, 4, 1}, frame);
+    for (const auto& [place, depth] : chains.find(7, moved, 5).depths)
+        EXPECT_NEAR(depth, place[0] < 0.5 ? 2 : place[1] > 0.5 ? 3 : 1.5, 1e-6);
+}
+
+// A place is set while a frame with another depth is under way: what it finds is of the old place.
+TEST(Focus, WhatWasFoundAtAnotherPlaceDoesNotCount) {
+    const Scene scene;
+    const auto guest = instance();
+    const auto made = focused(0.2, 0.5);
+    pc_frame frame = scene.frame;
+    prepare(guest, made, frame);
+    for (int i = 0; i < 2; ++i) filtered(guest, made, frame);
+    const HostTexture other = two_depths(0.125f, 0.05f);
+    frame.depth = other;
+    filtered(guest, made, frame);
+    ASSERT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, double(0.05f)));
+}
+
 // The chain that ran longest ago makes room for a new one.
 TEST(Focus, OneMoreChainThanCanBeFollowed) {
     guest::FollowedChains chains;
@@ -154,7 +192,11 @@ TEST(Focus, LaterFramesCreateNothing) {
     const auto made = focused(0.2, 0.5);
     pc_frame frame = scene.frame;
     EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_PREPARE);
+    auto needs = pc::make<pc_frame_needs>();
+    EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &needs), PC_OK);
     prepare(guest, made, frame);
+    EXPECT_EQ(count(guest).programs, needs.programs);
+    EXPECT_EQ(count(guest).texture_bytes, needs.texture_bytes);
     filtered(guest, made, frame);
     GlCalls::start();
     for (int i = 0; i < 3; ++i) {
@@ -176,6 +218,9 @@ TEST(Focus, MorePlacesThanCanBeFollowed) {
         ASSERT_EQ(pc_chain_set_point(made.get(), i, "focus_at", 0.1 * i, 0.5), PC_OK);
     expect_error(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_ERROR_CHAIN,
                  "focus_at: the chain has 5 places; at most 4");
+    ASSERT_EQ(pc_chain_unset(made.get(), 4, "focus_at"), PC_OK);
+    auto needs = pc::make<pc_frame_needs>();
+    EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &scene.frame, &needs), PC_OK) << pc_error();
 }
 
 }  // namespace

@@ -152,11 +152,21 @@ TEST_F(Handles, NullArguments) {
     fails(pc_run(i, c, nullptr, nullptr), "pc_frame is NULL");
     fails(pc_chain_parameter(c, 0, nullptr), "pc_parameter is NULL");
     fails(pc_chain_set_aperture(c, nullptr), "values is NULL");
-    fails(pc_check_motion(i, nullptr, nullptr, nullptr, nullptr), "margin is NULL");
+    const pc_texture other = {};
+    int signs[2];
+    float margin = 0;
+    fails(pc_check_motion(i, &frame, nullptr, signs, &margin), "margin is NULL");
+    fails(pc_check_motion(i, &frame, &other, nullptr, &margin), "margin is NULL");
+    fails(pc_check_motion(i, &frame, &other, signs, nullptr), "margin is NULL");
+    fails(pc_check_motion(i, nullptr, &other, signs, &margin), "pc_frame is NULL");
     fails(pc_use_conventions(nullptr, &frame), "engine is NULL");
     fails(pc_use_conventions("unity", nullptr), "pc_frame is NULL");
     fails(pc_use_conventions("quake", &frame), "unknown \"quake\"; known are unity, unreal");
-    fails(pc_pass(1000, nullptr, nullptr), "there are 4 passes");
+    fails(pc_pass(4, nullptr, nullptr), "there are 4 passes");
+    fails(pc_tier(5, nullptr, nullptr), "there are 5 tiers");
+    EXPECT_EQ(pc_pass(0, nullptr, nullptr), PC_OK);
+    EXPECT_EQ(pc_tier(0, nullptr, nullptr), PC_OK);
+    EXPECT_STREQ(pc_error(), "");
 }
 
 // While one thread is in a call on an instance, every call of another is refused. Its chain can be
@@ -273,12 +283,23 @@ TEST_F(Handles, RectanglesBeyondTheIntegers) {
     EXPECT_EQ(frame.motion_scale[0], -2147483744.0f);
     int signs[2];
     float margin = 0;
-    for (const int32_t x : {INT32_MIN, -1}) {
+    const auto refused = [&](const std::function<void(pc_texture&)>& change) {
         pc_texture other = host().color;
-        other.x = x;
+        change(other);
         expect_error(pc_check_motion(guest().get(), &host().frame, &other, signs, &margin),
                      PC_ERROR_INPUT, "it does not cover the frame");
+    };
+    refused([](pc_texture& other) { other.name = 0; });
+    for (const auto& [place, side] :
+         {std::pair(&pc_texture::x, &pc_texture::width), {&pc_texture::y, &pc_texture::height}}) {
+        for (const int32_t at : {INT32_MIN, -1, 1, INT32_MAX})
+            refused([=, place = place](pc_texture& other) { other.*place = at; });
+        for (const int32_t less : {INT32_MIN, 0, host().color.texture().*side - 1})
+            refused([=, side = side](pc_texture& other) { other.*side = less; });
     }
+    EXPECT_EQ(
+        pc_check_motion(guest().get(), &host().frame, &host().color.texture(), signs, &margin),
+        PC_OK);
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
 }
 
@@ -339,8 +360,26 @@ TEST_F(Handles, ViewsOfTheHostsTextures) {
     EXPECT_TRUE(equal_bits(filtered(made, frame), vectors));
     frame.debug_view = "0.motion_blur.moving_blocks";  // the header's example
     prepare_and_run(guest(), made, frame);
-    frame.debug_view = "host.nothing";
-    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+    for (const char* none :
+         {"host.nothing", "host.mask", "host.color:nothing", "0.motion_blur.moving_blocks:color"}) {
+        frame.debug_view = none;
+        EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT) << none;
+    }
+    // As what it is, or as something else.
+    const auto shown = [&](const char* view) {
+        frame.debug_view = view;
+        return filtered(made, frame);
+    };
+    const std::tuple<const char*, const char*, bool> views[] = {
+        {"host.color", "host.color:color", true},
+        {"host.color", "host.color:number", false},
+        {"host.color:number", "host.color:vector", false},
+        {"input.inverse_depth", "input.inverse_depth:number", true},
+        {"input.inverse_depth", "input.inverse_depth:color", false},
+        {"host.motion", "host.motion:vector", true},
+        {"host.motion", "host.motion:number", false}};
+    for (const auto& [one, other, equal] : views)
+        EXPECT_EQ(equal_bits(shown(one), shown(other)), equal) << other;
 }
 
 TEST(Results, HaveTheNamesOfTheHeader) {

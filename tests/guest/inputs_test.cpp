@@ -87,6 +87,54 @@ TEST_F(Inputs, LayersAndLevels) {
     }
 }
 
+// Focus at a place of a layer's depth, in turn with one of a texture of its own.
+TEST_F(Inputs, FocusInALayer) {
+    const ImageF near_left = make_image(
+        kWidth, kHeight, 1, [](int x, int, int) { return x < kWidth / 2 ? 0.25 : 0.05; });
+    const HostTexture plain(GL_R32F, near_left);
+    const ArrayTexture layer(GL_R32F, near_left);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = focused(0.2, 0.5);
+    pc_frame frame = host().frame, in_layer = frame;
+    frame.depth = plain;
+    frame.f_stop = in_layer.f_stop = 0.1f;
+    in_layer.depth = layer;
+    in_layer.depth_slice = ArrayTexture::kSlice;
+    prepare(guest, made, in_layer);
+    const ImageF expected = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)})
+        for (pc_frame* one : {&in_layer, &frame}) {
+            one->flags |= cut;
+            glFinish();
+            expect_equal(read(run(guest, made, *one), kWidth, kHeight), expected);
+        }
+}
+
+TEST_F(Inputs, ViewsOfLayers) {
+    const ImageF covered = make_image(
+        kWidth, kHeight, 1, [](int x, int y, int) { return 0.25 * (x % 3) + 0.125 * (y % 2); });
+    const HostTexture mask(GL_R32F, covered);
+    const ArrayTexture layers[] = {{GL_RGBA32F, plane(Role::color)},
+                                   {GL_R32F, plane(Role::inverse_depth)},
+                                   {GL_RG32F, plane(Role::motion)},
+                                   {GL_R32F, covered}};
+    const std::tuple<const char*, pc_texture pc_frame::*, pc_slice pc_frame::*> views[] = {
+        {"host.color", &pc_frame::color, &pc_frame::color_slice},
+        {"host.depth", &pc_frame::depth, &pc_frame::depth_slice},
+        {"host.motion", &pc_frame::motion, &pc_frame::motion_slice},
+        {"host.mask", &pc_frame::mask, &pc_frame::mask_slice}};
+    for (size_t i = 0; i < std::size(views); ++i) {
+        const auto& [view, of, slice] = views[i];
+        pc_frame frame = host().frame;
+        frame.mask = mask;
+        frame.debug_view = view;
+        const ImageF expected = filtered(made(), frame);
+        frame.*of = layers[i];
+        frame.*slice = ArrayTexture::kSlice;
+        expect_equal(filtered(made(), frame), expected);
+    }
+}
+
 // The color's own layer as output, and another layer of it.
 TEST_F(Inputs, OneTextureInAndOut) {
     for (const int layer : {2, 0}) {
@@ -97,7 +145,12 @@ TEST_F(Inputs, OneTextureInAndOut) {
         frame.output_slice.layer = layer;
         prepare_and_run(guest(), made(), frame);
         expect_equal(both.layer(1, layer), expected());
-        if (layer == 0) expect_equal(both.layer(1, 2), plane(Role::color));
+        if (layer == 2) continue;
+        expect_equal(both.layer(1, 2), plane(Role::color));
+        // Where the chain has nothing to do, the other layer gets the color.
+        frame.flags |= PC_CAMERA_CUT;
+        prepare_and_run(guest(), chain("motion_blur"), frame);
+        expect_equal(both.layer(1, layer), plane(Role::color));
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -282,8 +283,11 @@ TEST(Planner, EveryArrayHoldsOnAnIndependentWalk) {
             for (uint32_t i = 0; i < found.step_count; ++i)
                 lists += found.steps[i].list != PC_PLAN_NONE;
             size_t textures = 0;
-            for (uint32_t t = 0; t < found.texture_count; ++t)
+            std::set<std::string> names;
+            for (uint32_t t = 0; t < found.texture_count; ++t) {
                 textures += found.textures[t].slot != PC_PLAN_NONE;
+                EXPECT_TRUE(names.insert(found.textures[t].name).second);
+            }
             shared += textures > found.slot_count;
         }
     EXPECT_GT(lists, 0u);
@@ -404,12 +408,14 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
          [](pc_frame& f) { f.color.internal_format = 99; }},
         {"color.internal_format: 0xa", PC_ERROR_INPUT,
          [](pc_frame& f) { f.color.internal_format = PC_FORMAT_RGBA32UI; }},
-        {"output: PC_FORMAT_RGB9E5 cannot be written", PC_ERROR_INPUT,
+        {"output: PC_FORMAT_RGB9E5 cannot be written as a storage image", PC_ERROR_INPUT,
          [](pc_frame& f) { f.output.internal_format = PC_FORMAT_RGB9E5; }},
         {"motion: PC_FORMAT_R16F has fewer", PC_ERROR_INPUT,
          [](pc_frame& f) { f.motion.internal_format = PC_FORMAT_R16F; }},
         {"201x67; pc_plan_create_info states 200x120", PC_ERROR_INPUT,
          [](pc_frame& f) { f.width = 201; }},
+        {"101x121; pc_plan_create_info states 200x120", PC_ERROR_INPUT,
+         [](pc_frame& f) { f.height = 121; }},
         {"a pc_slice is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.depth_slice.level = 1; }},
         {"barriers is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.barriers = 1; }},
         {"near_clip: must be > 0", PC_ERROR_CHAIN, [](pc_frame& f) { f.near_clip = 0; }},
@@ -423,6 +429,12 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
         expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), code, text);
         EXPECT_EQ(out.steps, nullptr);
     }
+    pc_frame largest = engine_frame(kMaxWidth, kMaxHeight);
+    EXPECT_EQ(plan(by, chain, largest).made_width, kMaxWidth);
+    // Only PC_VALIDATE looks deeper.
+    largest.nearest = 5;
+    largest.farthest = 4;
+    EXPECT_NE(plan(planner(), chain, largest).result, PC_PLAN_NONE);
     // The depth at a place would have to be read back.
     EXPECT_EQ(pc_chain_set_point(chain.get(), 1, "focus_at", 0.5, 0.5), PC_OK);
     const pc_frame frame = engine_frame();
@@ -434,6 +446,277 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
                    "give focus_distance");
     EXPECT_EQ(pc_chain_unset(chain.get(), 1, "focus_at"), PC_OK);
     EXPECT_NE(plan(by, chain, frame).result, PC_PLAN_NONE);
+}
+
+// Each member with a value that it cannot have is refused by its name, in neighbors too.
+class Members : public ::testing::Test {
+  protected:
+    using F = pc_frame&;
+    using Change = std::function<void(F)>;
+    static constexpr int kWidth = 101, kHeight = 67;
+
+    static pc_frame whole_frame() {
+        pc_frame frame = engine_frame(kWidth, kHeight);
+        frame.mask = texture(kMask, PC_FORMAT_R8);
+        frame.exposure = texture(kExposure, PC_FORMAT_R32F);
+        return frame;
+    }
+    pc_result planned(const Change& change) const {
+        pc_frame frame = whole_frame();
+        change(frame);
+        auto out = pc::make<pc_plan>();
+        return pc_plan_frame(by_.get(), chain_.get(), &frame, &out);
+    }
+    void accepted(const Change& change) const { EXPECT_EQ(planned(change), PC_OK) << pc_error(); }
+    void refused(pc_result code, const std::string& text, const Change& change) const {
+        expect_refused(planned(change), code, text.c_str());
+    }
+    void refused_neighbor(pc_result code, const std::string& text, const Change& change) const {
+        pc_frame other = whole_frame();
+        change(other);
+        refused(code, "before." + text, [&](F f) { f.before = &other; });
+        refused(code, "after." + text, [&](F f) { f.after = &other; });
+    }
+    void refused_in_both(pc_result code, const std::string& text, const Change& change) const {
+        refused(code, text, change);
+        refused_neighbor(code, text, change);
+    }
+
+    const Planner by_ = planner(PC_VALIDATE);
+    const pc::Chain chain_ = pc::chain("motion_blur,depth_of_field");
+};
+
+TEST_F(Members, Numbers) {
+    constexpr bool kSigned = true;
+    const struct {
+        const char* name;
+        float& (*of)(F);
+        bool is_signed = false;
+    } numbers[] = {
+        {"near_clip", [](F f) -> float& { return f.near_clip; }},
+        {"far_clip", [](F f) -> float& { return f.far_clip; }},
+        {"motion_scale[0]", [](F f) -> float& { return f.motion_scale[0]; }, kSigned},
+        {"motion_scale[1]", [](F f) -> float& { return f.motion_scale[1]; }, kSigned},
+        {"motion_bias[0]", [](F f) -> float& { return f.motion_bias[0]; }, kSigned},
+        {"motion_bias[1]", [](F f) -> float& { return f.motion_bias[1]; }, kSigned},
+        {"jitter_px[0]", [](F f) -> float& { return f.jitter_px[0]; }, kSigned},
+        {"jitter_px[1]", [](F f) -> float& { return f.jitter_px[1]; }, kSigned},
+        {"other_jitter_px[0]", [](F f) -> float& { return f.other_jitter_px[0]; }, kSigned},
+        {"other_jitter_px[1]", [](F f) -> float& { return f.other_jitter_px[1]; }, kSigned},
+        {"pre_exposure", [](F f) -> float& { return f.pre_exposure; }},
+        {"focal_length_mm", [](F f) -> float& { return f.focal_length_mm; }},
+        {"sensor_width_mm", [](F f) -> float& { return f.sensor_width_mm; }},
+        {"f_stop", [](F f) -> float& { return f.f_stop; }},
+        {"focus_distance", [](F f) -> float& { return f.focus_distance; }},
+        {"meters_per_unit", [](F f) -> float& { return f.meters_per_unit; }},
+        {"shutter_frames", [](F f) -> float& { return f.shutter_frames; }, kSigned},
+        {"max_speed_px", [](F f) -> float& { return f.max_speed_px; }},
+        {"nearest", [](F f) -> float& { return f.nearest; }},
+        {"farthest", [](F f) -> float& { return f.farthest; }},
+        {"pixel_aspect", [](F f) -> float& { return f.pixel_aspect; }},
+        {"depth_range[0]", [](F f) -> float& { return f.depth_range[0]; }, kSigned},
+        {"depth_range[1]", [](F f) -> float& { return f.depth_range[1]; }, kSigned},
+        {"focus_radius", [](F f) -> float& { return f.focus_radius; }},
+        {"focus_seconds", [](F f) -> float& { return f.focus_seconds; }},
+        {"frame_seconds", [](F f) -> float& { return f.frame_seconds; }, kSigned}};
+    for (const auto& number : numbers) {
+        const auto set = [of = number.of](float value) {
+            return [of, value](F f) { of(f) = value; };
+        };
+        for (const float value : {NAN, INFINITY, -INFINITY})
+            refused_in_both(PC_ERROR_CHAIN, concat(number.name, " is ", value), set(value));
+        if (number.is_signed)
+            accepted(set(-1));
+        else
+            refused(PC_ERROR_CHAIN, number.name, set(-1));
+    }
+    for (int i = 0; i < 16; ++i)
+        for (const auto matrix : {&pc_frame::view_projection, &pc_frame::other_view_projection})
+            refused_in_both(PC_ERROR_CHAIN,
+                            concat("view_projection: element ", i, " is not finite"),
+                            [&](F f) { (f.*matrix)[i] = NAN; });
+    for (const auto matrix : {&pc_frame::view_projection, &pc_frame::other_view_projection})
+        refused(PC_ERROR_INPUT, "view_projection: is singular", [&](F f) { (f.*matrix)[0] = 1; });
+}
+
+TEST_F(Members, Limits) {
+    accepted([](F f) { f.focus_radius = 1; });
+    refused(PC_ERROR_CHAIN, "focus_radius", [](F f) { f.focus_radius = 1.001f; });
+    for (const float seconds : {0.0f, -1.0f})
+        refused_in_both(PC_ERROR_CHAIN, "frame_seconds: must be > 0", [&](F f) {
+            f.focus_seconds = 1;
+            f.frame_seconds = seconds;
+        });
+    for (const pc_depth encoding : {PC_DEPTH_LINEAR, PC_DEPTH_INVERSE}) {
+        const auto set = [&](float near, float first) {
+            return [encoding, near, first](F f) {
+                f.depth_encoding = encoding;
+                f.near_clip = near;
+                f.depth_range[0] = first;
+            };
+        };
+        accepted(set(0, 0));
+        refused_in_both(PC_ERROR_CHAIN, "depth_range: this depth_encoding", set(1, 0.5f));
+    }
+    for (pc_depth encoding = PC_DEPTH_FORWARD; encoding <= PC_DEPTH_REVERSE_INFINITE; ++encoding) {
+        const bool far = encoding == PC_DEPTH_FORWARD || encoding == PC_DEPTH_REVERSE;
+        const auto set = [&](float near_clip, float far_clip) {
+            return [=](F f) {
+                f.depth_encoding = encoding;
+                f.near_clip = near_clip;
+                f.far_clip = far_clip;
+            };
+        };
+        accepted(set(1, 1.5f));
+        for (const float near_clip : {0.0f, -1.0f})
+            refused_in_both(PC_ERROR_CHAIN, "near_clip: must be > 0", set(near_clip, 2));
+        for (const float far_clip : {1.0f, 0.0f})
+            if (far)
+                refused_in_both(PC_ERROR_CHAIN, "far_clip: must be > near_clip", set(1, far_clip));
+            else
+                accepted(set(1, far_clip));
+    }
+    refused_in_both(PC_ERROR_CHAIN, "depth_range: both ends are 0.5",
+                    [](F f) { f.depth_range[0] = f.depth_range[1] = 0.5f; });
+    refused(PC_ERROR_ARGUMENT, "flags: PC_TOP_LEFT and",
+            [](F f) { f.flags = PC_TOP_LEFT | PC_BOTTOM_LEFT; });
+    refused(PC_ERROR_VERSION, "has a bit that this library does not",
+            [](F f) { f.flags = 2 * PC_BOTTOM_LEFT; });
+    accepted([](F f) { f.nearest = f.farthest = 5; });
+    refused(PC_ERROR_CHAIN, "nearest: 5 is beyond", [](F f) { f.nearest = 5, f.farthest = 4; });
+    refused_in_both(PC_ERROR_ARGUMENT, "depth_encoding: 6", [](F f) { f.depth_encoding = 6; });
+    for (const auto reserved : {&pc_frame::reserved, &pc_frame::reserved_2})
+        refused_in_both(PC_ERROR_VERSION, "pc_frame.reserved", [&](F f) { f.*reserved = 1; });
+    for (int i = 0; i < 2; ++i)
+        refused_in_both(PC_ERROR_VERSION, "pc_frame.reserved", [&](F f) { f.reserved_3[i] = 1; });
+}
+
+TEST_F(Members, Textures) {
+    const struct {
+        const char* name;
+        pc_texture pc_frame::*of;
+        int width = kWidth, height = kHeight;
+        bool of_neighbors = true;
+    } textures[] = {{"color", &pc_frame::color},
+                    {"depth", &pc_frame::depth},
+                    {"motion", &pc_frame::motion},
+                    {"exposure", &pc_frame::exposure, 1, 1},
+                    {"mask", &pc_frame::mask, kWidth, kHeight, false},
+                    {"output", &pc_frame::output, kWidth, kHeight, false}};
+    for (const auto& one : textures) {
+        const auto wrong = [&](const char* text, const std::function<void(pc_texture&)>& change) {
+            const auto spoil = [&](F f) { change(f.*one.of); };
+            refused(PC_ERROR_INPUT, concat(one.name, text), spoil);
+            if (one.of_neighbors) refused_neighbor(PC_ERROR_INPUT, concat(one.name, text), spoil);
+        };
+        wrong(": its size is 0x2160", [](pc_texture& t) { t.width = 0; });
+        wrong(": its size is 3840x0", [](pc_texture& t) { t.height = 0; });
+        wrong(": its size is -2147483648x", [](pc_texture& t) { t.width = INT32_MIN; });
+        wrong(": its size is 3840x-2147483648", [](pc_texture& t) { t.height = INT32_MIN; });
+        wrong(": a frame of ", [](pc_texture& t) { t.x = -1; });
+        wrong(": a frame of ", [](pc_texture& t) { t.y = -1; });
+        wrong(": a frame of ", [&](pc_texture& t) { t.x = t.width - one.width + 1; });
+        wrong(": a frame of ", [&](pc_texture& t) { t.y = t.height - one.height + 1; });
+        wrong(".internal_format: ", [](pc_texture& t) { t.internal_format = PC_FORMAT_R32UI; });
+        accepted([&](F f) {
+            (f.*one.of).x = (f.*one.of).width - one.width;
+            (f.*one.of).y = (f.*one.of).height - one.height;
+        });
+        if (one.of != &pc_frame::color && one.of != &pc_frame::output)
+            refused(PC_ERROR_INPUT, concat("output: is the texture of ", one.name),
+                    [&](F f) { f.output.name = (f.*one.of).name; });
+    }
+    // The least channels, and whether a depth format counts.
+    const std::tuple<const char*, pc_texture pc_frame::*, pc_format> formats[] = {
+        {"color", &pc_frame::color, PC_FORMAT_RG16F},
+        {"color", &pc_frame::color, PC_FORMAT_D32F},
+        {"motion", &pc_frame::motion, PC_FORMAT_R16F},
+        {"motion", &pc_frame::motion, PC_FORMAT_D32F},
+        {"mask", &pc_frame::mask, PC_FORMAT_D32F},
+        {"output", &pc_frame::output, PC_FORMAT_RG16F}};
+    for (const auto& [name, of, format] : formats)
+        refused(PC_ERROR_INPUT, concat(name, ": PC_FORMAT_"),
+                [of = of, format = format](F f) { (f.*of).internal_format = format; });
+    for (const auto of : {&pc_frame::depth, &pc_frame::exposure})
+        accepted([&](F f) { (f.*of).internal_format = PC_FORMAT_D32F; });
+    // The frame from color's x, y to its end.
+    const auto rest = [](int width, int height) {
+        return [=](F f) {
+            f.color.x = f.color.width - width;
+            f.color.y = f.color.height - height;
+            f.width = f.height = 0;
+        };
+    };
+    accepted(rest(1, 1));
+    refused(PC_ERROR_INPUT, "the frame is 0x1: there is nothing to do", rest(0, 1));
+    refused(PC_ERROR_INPUT, "the frame is 1x0: there is nothing to do", rest(1, 0));
+    for (const auto& [name, of] : {std::pair("depth_size", &pc_frame::depth_size),
+                                   {"motion_size", &pc_frame::motion_size}}) {
+        const auto set = [of = of](int width, int height) {
+            return [=](F f) {
+                (f.*of)[0] = width;
+                (f.*of)[1] = height;
+            };
+        };
+        accepted(set(kWidth, 1));
+        accepted(set(1, kHeight));
+        for (const auto& [width, height] : {std::pair(kWidth + 1, kHeight),
+                                            {kWidth, kHeight + 1},
+                                            {0, 1},
+                                            {1, 0},
+                                            {-1, 1},
+                                            {1, -1}})
+            refused_in_both(PC_ERROR_INPUT, name, set(width, height));
+    }
+}
+
+// A plan has no slices.
+TEST_F(Members, Slices) {
+    constexpr uint32_t k2d = 0x0de1, kArray = 0x8c1a;  // GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY
+    const struct {
+        const char* name;
+        pc_slice pc_frame::*of;
+        bool of_neighbors = true;
+    } slices[] = {{"color", &pc_frame::color_slice},
+                  {"depth", &pc_frame::depth_slice},
+                  {"motion", &pc_frame::motion_slice},
+                  {"mask", &pc_frame::mask_slice, false},
+                  {"output", &pc_frame::output_slice, false}};
+    for (const auto& one : slices) {
+        const auto set = [of = one.of](pc_slice slice) { return [=](F f) { f.*of = slice; }; };
+        const std::pair<pc_slice, const char*> wrong[] = {
+            {{1, 0, 0}, "target: 0x1 is not"},       {{0, 1, 0}, "layer: 1; set target"},
+            {{k2d, 1, 0}, "layer: 1; set target"},   {{kArray, -1, 0}, "layer: -1 is below"},
+            {{0, 0, -1}, "level: -1 is not within"}, {{0, 0, 31}, "level: 31 is not within"}};
+        for (const auto& [slice, text] : wrong) {
+            const std::string member = concat(one.name, "_slice.", text);
+            refused(PC_ERROR_INPUT, member, set(slice));
+            if (one.of_neighbors) refused_neighbor(PC_ERROR_INPUT, member, set(slice));
+        }
+        accepted(set({k2d, 0, 0}));
+        for (const pc_slice slice : {pc_slice{0, 0, 30}, {kArray, 0, 0}}) {
+            refused(PC_ERROR_ARGUMENT, "a pc_slice is not 0", set(slice));
+            if (!one.of_neighbors) continue;
+            pc_frame other = whole_frame();
+            set(slice)(other);
+            for (const auto neighbor : {&pc_frame::before, &pc_frame::after})
+                refused(PC_ERROR_ARGUMENT, "a pc_slice is not 0",
+                        [&](F f) { f.*neighbor = &other; });
+        }
+    }
+}
+
+TEST_F(Members, OfHalfTheResolution) {
+    const auto halved = [](const Change& change) {
+        return [change](F f) {
+            f.flags |= PC_HALF_RESOLUTION;
+            change(f);
+        };
+    };
+    refused(PC_ERROR_INPUT, "needs one", halved([](F f) { f.output = {}; }));
+    refused(PC_ERROR_INPUT, "needs one", halved([](F f) { f.output = f.color; }));
+    refused(PC_ERROR_ARGUMENT, "debug_view: ", halved([](F f) { f.debug_view = "fill"; }));
+    accepted(halved([](F f) { f.debug_view = ""; }));
 }
 
 TEST(Planner, StructsAndHandlesOfNoneAreRefused) {
@@ -453,7 +736,10 @@ TEST(Planner, StructsAndHandlesOfNoneAreRefused) {
                    "api_version 2.0");
     expect_refused(create([](auto& i) { i.flags = PC_LABELS; }), PC_ERROR_VERSION, "flags");
     expect_refused(create([](auto& i) { i.reserved = 1; }), PC_ERROR_VERSION, "reserved");
-    expect_refused(create([](auto& i) { i.max_height = 0; }), PC_ERROR_ARGUMENT, "max_height");
+    for (const auto side : {&pc_plan_create_info::max_width, &pc_plan_create_info::max_height})
+        for (const uint32_t px : {0u, 32769u})
+            expect_refused(create([&](auto& i) { i.*side = px; }), PC_ERROR_ARGUMENT, "max_height");
+    planner(0, 32768, 32768);
     expect_refused(pc_plan_create(nullptr, nullptr), PC_ERROR_ARGUMENT, "planner is NULL");
 
     const Planner by = planner();

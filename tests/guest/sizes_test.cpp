@@ -3,9 +3,12 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
+#include <utility>
 
 #include "chain/gl/device.h"
+#include "chain/guest/max_frame_sizes.h"
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
@@ -70,6 +73,82 @@ const NamedChain kChains[] = {
          EXPECT_EQ(pc_chain_set_text(made.get(), 1, "mode", "directional"), PC_OK);
          return made;
      }}};
+
+// A checked frame, as far as sizes need it.
+struct SizedFrame {
+    pc_frame given = {};
+    guest::HostFrame frame;
+
+    SizedFrame(int width, int height, bool output = true, uint32_t flags = 0) {
+        given.flags = flags;
+        frame.given = &given;
+        frame.width = width;
+        frame.height = height;
+        frame.output.name = output ? 1 : 0;
+    }
+    operator const guest::HostFrame&() const { return frame; }
+};
+
+TEST(MaxFrameSizes, OfTheLargestFrameSeen) {
+    guest::MaxFrameSizes sizes({0, 0}, 2);
+    const auto size_for = [&](const guest::HostFrame& frame, bool runs = true) {
+        const MaxFrameSize expected = sizes.expected(frame), size = sizes.size_for(1, frame, runs);
+        return std::array{expected.width, expected.height, size.width, size.height};
+    };
+    EXPECT_EQ(size_for(SizedFrame(40, 24)), (std::array{40, 24, 40, 24}));
+    EXPECT_EQ(size_for(SizedFrame(80, 20)), (std::array{80, 24, 80, 24}));
+    for (const int side : {9, 99})
+        EXPECT_EQ(size_for(SizedFrame(side, side, false)), (std::array{side, side, side, side}));
+    EXPECT_EQ(size_for(SizedFrame(9, 8, true, PC_HALF_RESOLUTION)), (std::array{5, 4, 5, 4}));
+    // They shrink after more than two frames of half the sides at most that run.
+    for (const auto& [width, height] : {std::pair(41, 12), {40, 13}})
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_EQ(size_for(SizedFrame(39, 10)), (std::array{80, 24, 80, 24}));
+            EXPECT_EQ(size_for(SizedFrame(20, 12)), (std::array{80, 24, 80, 24}));
+            EXPECT_EQ(size_for(SizedFrame(40, 12), false), (std::array{80, 24, 80, 24}));
+            EXPECT_EQ(size_for(SizedFrame(width, height)), (std::array{80, 24, 80, 24}));
+        }
+    for (int i = 0; i < 2; ++i)
+        EXPECT_EQ(size_for(SizedFrame(30, 9 + i)), (std::array{80, 24, 80, 24}));
+    EXPECT_EQ(size_for(SizedFrame(20, 12)), (std::array{80, 24, 30, 12}));
+    sizes.fall_back(1, {20, 12}, true);
+    EXPECT_EQ(size_for(SizedFrame(10, 10)), (std::array{20, 12, 20, 12}));
+    sizes.fall_back(1, {20, 12}, false);
+    EXPECT_EQ(size_for(SizedFrame(10, 10)), (std::array{10, 10, 10, 10}));
+}
+
+TEST(MaxFrameSizes, OfTheStatedFrame) {
+    guest::MaxFrameSizes sizes({101, 61}, 2);
+    const auto size_for = [&](uint64_t chain, const guest::HostFrame& frame) {
+        const MaxFrameSize size = sizes.size_for(chain, frame, true);
+        return std::pair(size.width, size.height);
+    };
+    EXPECT_EQ(size_for(1, SizedFrame(10, 10, false)), std::pair(101, 61));
+    EXPECT_EQ(sizes.expected(SizedFrame(10, 10, false)), (MaxFrameSize{101, 61}));
+    EXPECT_EQ(size_for(1, SizedFrame(10, 70, true, PC_HALF_RESOLUTION)), std::pair(51, 35));
+    EXPECT_EQ(sizes.expected(SizedFrame(110, 9, true, PC_HALF_RESOLUTION)), (MaxFrameSize{55, 31}));
+    // A larger frame counts for as long as textures are kept.
+    EXPECT_EQ(size_for(1, SizedFrame(120, 10)), std::pair(120, 61));
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(size_for(1, SizedFrame(101, 61)), std::pair(120, 61));
+    EXPECT_EQ(size_for(1, SizedFrame(101, 61)), std::pair(101, 61));
+    // Chains that do not fit get textures of their own size until they are prepared again; of the
+    // first of nine this is forgotten.
+    sizes.fall_back(1, {10, 10}, false);
+    EXPECT_EQ(size_for(1, SizedFrame(10, 10)), std::pair(101, 61));
+    for (uint64_t chain = 1; chain <= 9; ++chain) sizes.fall_back(chain, {10, 10}, true);
+    EXPECT_EQ(size_for(1, SizedFrame(10, 10)), std::pair(101, 61));
+    EXPECT_EQ(size_for(2, SizedFrame(10, 10)), std::pair(10, 10));
+    EXPECT_EQ(size_for(9, SizedFrame(12, 8)), std::pair(12, 10));
+    EXPECT_EQ(size_for(9, SizedFrame(30, 8, true, PC_HALF_RESOLUTION)), std::pair(15, 10));
+    sizes.restore(9);
+    EXPECT_EQ(size_for(9, SizedFrame(12, 8)), std::pair(101, 61));
+    EXPECT_EQ(size_for(8, SizedFrame(12, 8)), std::pair(15, 10));
+    for (int i = 0; i < 9; ++i) sizes.fall_back(8, {10, 10}, true);
+    EXPECT_EQ(size_for(3, SizedFrame(10, 10)), std::pair(10, 10)) << "is not forgotten for it";
+    EXPECT_EQ(size_for(1, SizedFrame(120, 10)), std::pair(120, 61));
+    sizes.fall_back(2, {10, 10}, true);
+    EXPECT_EQ(size_for(1, SizedFrame(10, 10)), std::pair(101, 61)) << "no larger frame any more";
+}
 
 // Sizes on both sides of one, two and many blocks. The papers' tiles grow with a wide frame.
 TEST(Sizes, APartOfLargerTexturesHasTheBitsOfATightRender) {

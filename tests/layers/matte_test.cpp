@@ -85,6 +85,23 @@ TEST(Mattes, HoldForThePassThatHasThem) {
     EXPECT_TRUE(equal_bits(out.at(Role::color), alone.at(Role::color)));
 }
 
+// A half holds each value of the frame, but no part of it.
+TEST(Mattes, HeldLayersHaveAllBits) {
+    TestFrame frame = bright_frame(67, 45);
+    add_lights(frame, 1);
+    add_matte(frame, square_matte(67, 45, 1), 1);
+    frame.description.bounds.color_is_half = frame.description.bounds.layers_are_half = true;
+    const Plan plan =
+        *make_plan(chain_of("fxaa"), frame.description, {.precision = Precision::fp16});
+    size_t held = 0;
+    for (const PlanTexture& texture : plan.textures) {
+        if (texture.slices != 3) continue;  // the frame's layer and what is held out
+        EXPECT_EQ(texture.format, Format::rgba32f) << texture.name;
+        ++held;
+    }
+    EXPECT_GE(held, 2u);
+}
+
 TEST(Mattes, NamedButNotHandedInIsAnError) {
     Chain chain = chain_of("motion_blur");
     chain.links[0].matte = "hero";

@@ -1,6 +1,7 @@
 // Objects that a matte keeps still: as in a frame whose vectors say so.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "chain/pass/matte.h"
 #include "tests/elision/support.h"
@@ -58,12 +59,22 @@ TestFrame at_rest(const TestFrame& frame, const ImageF& matte) {
     return still;
 }
 
-// With this matte, `frame` has the color of `expected` without one.
+// With this matte, `frame` has the color of `expected` without one, also in the reference.
 void expect_color_of(const TestFrame& expected, const TestFrame& frame, const ImageF& matte) {
     const TestFrame held = with_matte(frame, matte);
     for (const auto& [name, chain] : unmoved_chains())
         EXPECT_EQ(first_difference(color_of(plain(chain), expected), color_of(chain, held)), "")
             << name;
+    // Its samples do not depend on the last bit of a vector.
+    const Chain blur = unmoved(chain_of("motion_blur", {{"mode", "single"}}));
+    const auto color = [](const Chain& chain, const TestFrame& of) {
+        return reference(chain, of.description, of.planes).planes.at(Role::color).data;
+    };
+    const std::vector<double> still = color(plain(blur), expected), found = color(blur, held);
+    size_t different = 0;
+    for (size_t i = 0; i < still.size(); ++i)
+        different += std::abs(still[i] - found[i]) > 1e-3 * std::max(1.0, std::abs(still[i]));
+    EXPECT_LE(double(different), 0.005 * double(still.size()));
 }
 
 TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
@@ -266,6 +277,27 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
             expect_same_bits(chain, other.description, other.planes, {});
         }
     }
+}
+
+// Of both planes; by the part of a pixel that is not the object, of which there is none below 0.
+TEST(Unmoved, SpeedsBesideTheObject) {
+    TestFrame frame = layered_frame(101, 67, {23.0f, 0}, {8.0f, 0}, 5);
+    const ImageF matte = square_matte(101, 67);
+    const Chain chain = unmoved(chain_of("motion_blur"));
+    const auto speeds_of = [&](const ImageF& object) {
+        TestFrame held = with_matte(frame, object);
+        find_speeds(chain, held.planes, held.description);
+        return held.description.speeds_beside.at(0);
+    };
+    EXPECT_EQ(speeds_of(matte).px, 8);
+    EXPECT_EQ(speeds_of(matte).back_px, 0);
+    add_motion_back(frame);
+    EXPECT_EQ(speeds_of(matte).px, 8);
+    EXPECT_NEAR(speeds_of(matte).back_px, std::hypot(7, 1), 1e-6);
+    for (const float none : {-1.0f, std::numeric_limits<float>::quiet_NaN()})
+        EXPECT_EQ(speeds_of(ImageF(101, 67, 1, none)).px, 23);
+    EXPECT_EQ(speeds_of(ImageF(101, 67, 1, 2)).px, 0);
+    EXPECT_EQ(speeds_of(ImageF(101, 67, 1, 0.5f)).px, 11.5);
 }
 
 // A later pass gets the frame's own motion.

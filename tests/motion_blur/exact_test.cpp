@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "passes/common/shutter.h"
 #include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
 #include "tests/support/status.h"
@@ -71,6 +72,39 @@ TEST(Exact, MaxBlurFollowsTheWidth) {
         EXPECT_EQ(motion_blur::tile_px({}, frame), tile);
         EXPECT_EQ(inverse_warp::shutter_on(frame, {}).max_path_px, path);
     }
+}
+
+// The open time with the place and the row that it comes from; the streak only if it is known.
+TEST(Exact, TheShutterThatIsUsed) {
+    const auto used = [](const shutter::Parameters& parameters, const FrameDescription& frame) {
+        std::string text;
+        for (const UsedValue& value : shutter::used_values(parameters, frame))
+            text += concat(text.empty() ? "" : ", ", value.key, " ", text_of(value.value), " ",
+                           int(value.of), value.row == value.key ? "" : " " + value.row);
+        return text;
+    };
+    FrameDescription frame;
+    EXPECT_EQ(used({}, frame), "shutter_frames 0.5 2");
+    frame.camera.shutter_frames = 0.25;
+    frame.camera.shutter_position = ShutterPosition::center;
+    EXPECT_EQ(used({}, frame), "shutter_frames 0.25 1");
+    frame.camera.shutter_position = ShutterPosition::end;
+    frame.bounds.max_speed_px = 30;
+    frame.planes = {Role::color, Role::motion};
+    EXPECT_EQ(used({}, frame),
+              "shutter_frames 0.25 1, shutter_position end 1, longest_streak_px 7.5 3");
+    EXPECT_EQ(used({.shutter_frames = 2}, frame),
+              "shutter_frames 2 0, shutter_position end 1, longest_streak_px 60 3");
+    EXPECT_EQ(used({.shutter_angle_deg = 180}, frame),
+              "shutter_frames 0.5 0 shutter_angle_deg, shutter_position end 1, "
+              "longest_streak_px 15 3");
+    // The limit is exceeded by more than itself alone, and by no length that is not known.
+    EXPECT_TRUE(shutter::exceeded_limits({}, frame, 7.5).empty());
+    ASSERT_EQ(shutter::exceeded_limits({}, frame, 7.4).size(), 1u);
+    EXPECT_EQ(shutter::exceeded_limits({}, frame, 7.4)[0].what, "length of a streak");
+    EXPECT_EQ(shutter::exceeded_limits({}, frame, 7.4)[0].parameter, "max_blur_px");
+    frame.bounds.max_speed_px = FrameBounds::kUnknown;
+    EXPECT_TRUE(shutter::exceeded_limits({}, frame, 7.4).empty());
 }
 
 // A fraction of the display's height: the same limit in pixels at this size, another at twice it.

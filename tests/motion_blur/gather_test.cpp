@@ -154,6 +154,29 @@ TEST(Gather, SlowPixelAlongTheStreakTakesBothSides) {
                  {across, across, across});
 }
 
+// Slow pixels among fast ones of the same line lie on neither side of it; others on one of them.
+TEST(Gather, ReferenceOfSlowPixels) {
+    for (const char* direction : {"dominant", "perpendicular"})
+        for (const int along : {0, 1, 2}) {
+            BlurFrame frame = random_frame(61, 45, 4, 1.5f, 9);
+            for (int y = 0; y < 45 && along < 2; ++y)
+                for (int x = 0; x < 61; ++x) frame.motion().at(x, y, 1 - along) = 0;
+            SCOPED_TRACE(concat(direction, " ", along));
+            for (const double least : {0.0, 1.5}) {
+                const Chain chain = plain_blur({{"max_blur_px", int64_t(8)},
+                                                {"static_direction", direction},
+                                                {"min_speed_px", least}});
+                const auto found = stages_of(chain, frame);
+                const auto expected = reference_stages_of(chain, frame);
+                for (const char* stage : {"color", "hint"}) {
+                    const Difference difference =
+                        compare(found.at(stage), expected.at(stage), 1e-3);
+                    EXPECT_LE(difference.fraction, 0.002) << stage << ": " << difference.text;
+                }
+            }
+        }
+}
+
 // Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The center column moves (0, 2),
 // all others (3, 0). At the center (4, 4): taps 1 and 3 go along w_c = (0, 1) to T = 1, S = (4, 3),
 // (4, 5): cone(1, 1/2) = 0.5 twice, cylinder(1, 2) = 1: weight 3. Taps 0 and 4 along (1, 0) to T =

@@ -1,6 +1,7 @@
 // Each tile stage against pixels computed by hand. Shutter 0.5 unless stated: v = motion / 4.
 
 #include <cmath>
+#include <limits>
 
 #include "tests/motion_blur/support.h"
 
@@ -8,9 +9,12 @@ namespace postchain::test {
 namespace {
 
 TEST(HalfVelocity, ByHand) {
-    BlurFrame frame(6, 1);
-    const float motion[6][2] = {{4, 0}, {0, -8}, {60, 80}, {-120, 0}, {0, 0}, {40, -40}};
-    for (int x = 0; x < 6; ++x)
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    BlurFrame frame(10, 1);
+    const float motion[10][2] = {
+        {4, 0},    {0, -8},   {60, 80},      {-120, 0},         {0, 0},
+        {40, -40}, {kNan, 4}, {4, INFINITY}, {-INFINITY, kNan}, {0, -1e30f}};
+    for (int x = 0; x < 10; ++x)
         for (int c = 0; c < 2; ++c) frame.motion().at(x, 0, c) = motion[x][c];
     const Chain chain = plain_blur({{"max_blur_px", int64_t(10)}, {"velocity_storage", "fp32"}});
     const ImageF v = stages_of(chain, frame)["half_velocity"];
@@ -21,6 +25,9 @@ TEST(HalfVelocity, ByHand) {
     expect_pixel(v, 4, 0, {0, 0});
     const double side = 10 / std::sqrt(2.0);  // (10, -10), length 14.14, stays on its diagonal
     expect_pixel(v, 5, 0, {side, -side});
+    for (const int x : {6, 7, 8}) expect_pixel(v, x, 0, {0, 0});  // no vectors
+    expect_pixel(v, 9, 0, {0, -10});
+    EXPECT_LE(compare(v, reference_stages_of(chain, frame).at("half_velocity"), 1e-5).max, 1e-5);
 }
 
 TEST(HalfVelocity, StorageByHand) {

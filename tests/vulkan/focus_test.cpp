@@ -304,8 +304,12 @@ TEST(Focus, LaterFramesMakeNothing) {
     const auto vulkan = instance_of(2);
     const auto made = focused(0.2, 0.5);
     EXPECT_EQ(run(vulkan, made, scene.frame.vk), PC_ERROR_PREPARE);
+    auto needs = pc::make<pc_frame_needs>();
+    EXPECT_EQ(pc_vk_query_frame(vulkan.get(), made.get(), &scene.frame.vk, &needs), PC_OK);
     prepare(vulkan, made, scene.frame.vk);
     const pc_counters before = count(vulkan);
+    EXPECT_EQ(before.programs, needs.programs);
+    EXPECT_EQ(before.texture_bytes, needs.texture_bytes);
     for (int i = 0; i < 5; ++i) {
         scene.frame.depth.write(two_depths(kNear / float(i + 1), kFar));
         next(vulkan, made, scene);

@@ -14,17 +14,52 @@ using ::testing::HasSubstr;
 
 constexpr int kWidth = 40, kHeight = 24;
 
-// A loader that leads to the device's functions, but to other limits than the device's.
-VkPhysicalDeviceLimits* weak_limits = nullptr;  // null: the device's own
+// A loader that leads to the device's functions, but to a device that can do less.
+struct Weak {
+    VkPhysicalDeviceProperties properties = {};
+    VkPhysicalDeviceFeatures features = {};
+    VkQueueFamilyProperties family = {};
+    VkFormat not_stored = VK_FORMAT_UNDEFINED;
+    std::string_view without;  // a function
 
-void VKAPI_CALL weak_properties(VkPhysicalDevice device, VkPhysicalDeviceProperties* properties) {
-    vkGetPhysicalDeviceProperties(device, properties);
-    if (weak_limits) properties->limits = *weak_limits;
+    Weak() {
+        const VkPhysicalDevice device = Vulkan::get().physical;
+        uint32_t count = 1;
+        vkGetPhysicalDeviceProperties(device, &properties);
+        vkGetPhysicalDeviceFeatures(device, &features);
+        vkGetPhysicalDeviceQueueFamilyProperties(device, &count, &family);
+    }
+};
+Weak weak;
+
+PFN_vkVoidFunction VKAPI_CALL weak_device_loader(VkDevice device, const char* name) {
+    return weak.without == name ? nullptr : vkGetDeviceProcAddr(device, name);
 }
-
 PFN_vkVoidFunction VKAPI_CALL weak_loader(VkInstance instance, const char* name) {
-    if (std::string_view(name) == "vkGetPhysicalDeviceProperties")
-        return reinterpret_cast<PFN_vkVoidFunction>(weak_properties);
+    const std::string_view asked = name;
+    const auto any = [](auto function) { return reinterpret_cast<PFN_vkVoidFunction>(function); };
+    if (weak.without == asked) return nullptr;
+    if (asked == "vkGetDeviceProcAddr") return any(&weak_device_loader);
+    if (asked == "vkGetPhysicalDeviceProperties")
+        return any(+[](VkPhysicalDevice, VkPhysicalDeviceProperties* properties) {
+            *properties = weak.properties;
+        });
+    if (asked == "vkGetPhysicalDeviceFeatures")
+        return any(+[](VkPhysicalDevice, VkPhysicalDeviceFeatures* features) {
+            *features = weak.features;
+        });
+    if (asked == "vkGetPhysicalDeviceQueueFamilyProperties")
+        return any(+[](VkPhysicalDevice, uint32_t* count, VkQueueFamilyProperties* families) {
+            *count = 1;
+            if (families) *families = weak.family;
+        });
+    if (asked == "vkGetPhysicalDeviceFormatProperties")
+        return any(+[](VkPhysicalDevice device, VkFormat format, VkFormatProperties* properties) {
+            vkGetPhysicalDeviceFormatProperties(device, format, properties);
+            if (format == weak.not_stored)
+                properties->optimalTilingFeatures &=
+                    ~VkFormatFeatureFlags(VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT);
+        });
     return vkGetInstanceProcAddr(instance, name);
 }
 
@@ -74,6 +109,9 @@ TEST(Input, CreationIsRefusedWithASentence) {
         {kArgument, "device is NULL", [](auto& info) { info.device = nullptr; }},
         {kArgument, "queue_family: 7", [](auto& info) { info.queue_family = 7; }},
         {kArgument, "max_width, max_height: 0x24", [](auto& info) { info.max_width = 0; }},
+        {kArgument, "max_width, max_height: 40x0", [](auto& info) { info.max_height = 0; }},
+        {kArgument, "max_width, max_height: 1048576x24",
+         [](auto& info) { info.max_width = 1u << 20; }},
         {kArgument, "max_width, max_height: 40x1048576",
          [](auto& info) { info.max_height = 1u << 20; }}};
     for (const auto& [code, text, change] : cases) {
@@ -92,36 +130,53 @@ TEST(Input, CreationIsRefusedWithASentence) {
     expect_refused(newer.info, kVersion, "a member that this library does not know");
 }
 
-TEST(Input, DevicesBelowTheLimitsOfTheProgramsAreRefused) {
+TEST(Input, DevicesThatLackWhatTheProgramsNeedAreRefused) {
     pc_vk_create_info info = vk_info(kWidth, kHeight);
     info.get_instance_proc_addr = weak_loader;
-    VkPhysicalDeviceProperties properties = {};
-    vkGetPhysicalDeviceProperties(info.physical_device, &properties);
+    constexpr pc_result kArgument = PC_ERROR_ARGUMENT, kGl = PC_ERROR_GL;
     const struct {
+        pc_result code;
         const char* text;
-        std::function<void(VkPhysicalDeviceLimits&)> weaken;
+        void (*weaken)(Weak&);
     } cases[] = {
-        {"physical_device has maxComputeWorkGroupInvocations 128, and 256 are needed; choose",
-         [](auto& limits) { limits.maxComputeWorkGroupInvocations = 128; }},
-        {"maxComputeSharedMemorySize 16384, and 32768 are needed",
-         [](auto& limits) { limits.maxComputeSharedMemorySize = 16384; }},
-        {"maxPerStageDescriptorStorageImages 4, and 8 are needed",
-         [](auto& limits) { limits.maxPerStageDescriptorStorageImages = 4; }}};
-    for (const auto& [text, weaken] : cases) {
-        VkPhysicalDeviceLimits limits = properties.limits;
-        weaken(limits);
-        weak_limits = &limits;
-        expect_refused(info, PC_ERROR_GL, text);
-        weak_limits = nullptr;
+        {kGl, "physical_device has maxComputeWorkGroupInvocations 255, and 256 are needed; choose",
+         [](Weak& w) { w.properties.limits.maxComputeWorkGroupInvocations = 255; }},
+        {kGl, "maxComputeSharedMemorySize 32767, and 32768 are needed",
+         [](Weak& w) { w.properties.limits.maxComputeSharedMemorySize = 32767; }},
+        {kGl, "maxPerStageDescriptorStorageImages 7, and 8 are needed",
+         [](Weak& w) { w.properties.limits.maxPerStageDescriptorStorageImages = 7; }},
+        {kGl, "physical_device has Vulkan 1.1; 1.2 is needed",
+         [](Weak& w) { w.properties.apiVersion = VK_MAKE_API_VERSION(0, 1, 1, 300); }},
+        {kGl, "physical_device has no shaderStorageImageWriteWithoutFormat",
+         [](Weak& w) { w.features.shaderStorageImageWriteWithoutFormat = VK_FALSE; }},
+        {kGl, "the device knows no vkCmdDispatchIndirect()",
+         [](Weak& w) { w.without = "vkCmdDispatchIndirect"; }},
+        {kArgument, "get_instance_proc_addr knows no vkGetPhysicalDeviceFeatures",
+         [](Weak& w) { w.without = "vkGetPhysicalDeviceFeatures"; }},
+        {kArgument, "queue_family: 0 is no queue family with VK_QUEUE_COMPUTE_BIT",
+         [](Weak& w) { w.family.queueFlags &= ~VkQueueFlags(VK_QUEUE_COMPUTE_BIT); }}};
+    for (const auto& [code, text, weaken] : cases) {
+        weak = Weak();
+        weaken(weak);
+        expect_refused(info, code, text);
     }
-    // Just the limits that are needed.
-    VkPhysicalDeviceLimits least = properties.limits;
-    least.maxComputeWorkGroupInvocations = 256;
-    least.maxComputeSharedMemorySize = 32768;
-    least.maxPerStageDescriptorStorageImages = 8;
-    weak_limits = &least;
-    vk_instance(info);
-    weak_limits = nullptr;
+    // Just what is needed. Then there are no times, and outputs of all formats but one.
+    weak = Weak();
+    weak.properties.apiVersion = VK_API_VERSION_1_2;
+    weak.properties.limits.maxComputeWorkGroupInvocations = 256;
+    weak.properties.limits.maxComputeSharedMemorySize = 32768;
+    weak.properties.limits.maxPerStageDescriptorStorageImages = 8;
+    weak.family.timestampValidBits = 0;
+    weak.not_stored = VK_FORMAT_R8G8B8A8_UNORM;
+    Subject subject;
+    const auto vulkan = vk_instance(info);
+    EXPECT_EQ(pc_vk_set_timing(vulkan.get(), 0), PC_OK);
+    expect_error(pc_vk_set_timing(vulkan.get(), 1), kGl, "queue_family has no timestamps");
+    prepare(vulkan, subject.chain, subject.frame.vk);
+    subject.frame.vk.output.format = weak.not_stored;
+    expect_error(pc_vk_prepare(vulkan.get(), subject.chain.get(), &subject.frame.vk, 1),
+                 PC_ERROR_INPUT, "this device cannot store to images of VK_FORMAT_R8G8B8A8_UNORM");
+    weak = Weak();
 }
 
 TEST(Input, HandlesAreChecked) {
@@ -192,14 +247,45 @@ TEST(Input, FramesAreRefusedWithASentence) {
     refused(kVersion, "pc_vk_frame.flags: 2147483648 has a bit that this library does not know",
             [](F f, V) { f.flags = 1u << 31; });
     refused(kArgument, "pc_vk_frame.values is NULL", [](F f, V) { f.values = nullptr; });
-    refused(kArgument, "values: motion is a GL texture", [](F, V v) { v.motion.name = 3; });
-    refused(kArgument, "values: before or after is not NULL",
-            [&](F, V v) { v.after = &good_values; });
+    // Values of a frame and of its neighbors.
     pc_vk_frame other = good;
-    refused(kVersion, "pc_vk_frame.before.struct_size is 8", [&](F f, V) {
-        other.struct_size = 8;
-        f.before = &other;
-    });
+    pc_frame other_values = good_values;
+    const auto refused_values = [&](const char* text, const std::function<void(V)>& change) {
+        refused(kArgument, text, [&](F, V v) { change(v); });
+        other_values = good_values;
+        change(other_values);
+        other.values = &other_values;
+        for (const auto neighbor : {&pc_vk_frame::before, &pc_vk_frame::after})
+            refused(kArgument, text, [&](F f, V) { f.*neighbor = &other; });
+    };
+    const std::pair<const char*, pc_texture pc_frame::*> textures[] = {
+        {"values: color is a GL texture", &pc_frame::color},
+        {"values: depth is a GL texture", &pc_frame::depth},
+        {"values: motion is a GL texture", &pc_frame::motion},
+        {"values: mask is a GL texture", &pc_frame::mask},
+        {"values: exposure is a GL texture", &pc_frame::exposure},
+        {"values: output is a GL texture", &pc_frame::output}};
+    for (const auto& [text, of] : textures)
+        refused_values(text, [of = of](V v) { (v.*of).name = 3; });
+    for (const auto of : {&pc_frame::color_slice, &pc_frame::depth_slice, &pc_frame::motion_slice,
+                          &pc_frame::mask_slice, &pc_frame::output_slice})
+        for (const pc_slice slice : {pc_slice{1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
+            refused_values("values: a pc_slice is not 0", [&](V v) { v.*of = slice; });
+    for (const auto of : {&pc_frame::before, &pc_frame::after})
+        refused_values("values: before or after is not NULL", [&](V v) { v.*of = &good_values; });
+    refused_values("values: barriers is not 0", [](V v) { v.barriers = 8; });
+    for (const auto& [name, neighbor] : {std::pair("pc_vk_frame.before.", &pc_vk_frame::before),
+                                         {"pc_vk_frame.after.", &pc_vk_frame::after}}) {
+        const auto refused_other = [&](pc_result code, const char* text, const auto& change) {
+            other = good;
+            change(other);
+            refused(code, (name + std::string(text)).c_str(),
+                    [&, of = neighbor](F f, V) { f.*of = &other; });
+        };
+        refused_other(kVersion, "struct_size is 8", [](F f) { f.struct_size = 8; });
+        refused_other(kVersion, "flags: 1; set", [](F f) { f.flags = PC_CAMERA_CUT; });
+        refused_other(kArgument, "values is NULL", [](F f) { f.values = nullptr; });
+    }
     refused(kInput, "after.motion: name 0; give the plane that the frame had", [&](F f, V) {
         other = good;
         other.motion = {};
@@ -210,15 +296,15 @@ TEST(Input, FramesAreRefusedWithASentence) {
         other.depth.layout = VK_IMAGE_LAYOUT_UNDEFINED;
         f.before = &other;
     });
-    refused(kArgument, "values: barriers is not 0", [](F, V v) { v.barriers = 8; });
-    refused(kArgument, "values: a pc_slice is not 0", [](F, V v) { v.depth_slice.layer = 1; });
     refused(kInput, "color: view is VK_NULL_HANDLE", [](F f, V) { f.color.view = VK_NULL_HANDLE; });
     refused(kInput, "output: view is VK_NULL_HANDLE",
             [](F f, V) { f.output.view = VK_NULL_HANDLE; });
     refused(kInput, "motion.format: VkFormat 105 is not one of",
             [](F f, V) { f.motion.format = VK_FORMAT_R32G32B32_SINT; });
-    refused(kInput, "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written",
-            [](F f, V) { f.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
+    refused(
+        kInput,
+        "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written by a compute shader; give VK_FORMAT_",
+        [](F f, V) { f.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
     refused(kInput, "output.layout: VkImageLayout 5",
             [](F f, V) { f.output.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL; });
     refused(kInput, "depth.layout: an image of VK_FORMAT_R32_SFLOAT cannot be read in",
@@ -234,6 +320,10 @@ TEST(Input, FramesAreRefusedWithASentence) {
     refused(kInput, "the frame is 41x24; pc_vk_create_info states 40x24 at most", [](F f, V) {
         for (pc_vk_image* image : {&f.color, &f.depth, &f.motion, &f.output})
             image->width = kWidth + 1;
+    });
+    refused(kInput, "the frame is 40x25; pc_vk_create_info states 40x24 at most", [](F f, V) {
+        for (pc_vk_image* image : {&f.color, &f.depth, &f.motion, &f.output})
+            image->height = kHeight + 1;
     });
     refused(PC_ERROR_CHAIN, "near_clip is nan", [](F, V v) { v.near_clip = std::nanf(""); });
 

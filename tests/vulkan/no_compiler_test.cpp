@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <cstring>
 
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
@@ -77,8 +78,24 @@ TEST(NoCompiler, DamagedSetsAreRefused) {
         EXPECT_EQ(pc_vk_create(&info, &made), PC_ERROR_ARGUMENT);
         EXPECT_THAT(pc_error(), HasSubstr(text));
     };
-    expect_refused("no programs", "programs: not a set of programs");
+    constexpr size_t kCount = 32, kOffset = 48, kSize = 56;  // places, those of the first program
+    const auto with = [&](size_t place, uint64_t number) {
+        std::string bytes = good;
+        std::memcpy(bytes.data() + place, &number, sizeof(number));
+        return bytes;
+    };
+    for (const std::string& none :
+         {std::string("no programs"), good.substr(0, 39), std::string(good.size(), 'x')})
+        expect_refused(none, "programs: not a set of programs");
     expect_refused(good.substr(0, good.size() - 4), "programs: cut off");
+    for (const uint64_t number : {uint64_t(good.size() - 40) / 24 + 1, ~uint64_t(0)})
+        expect_refused(with(kCount, number), "programs: cut off");
+    for (const uint64_t number : {uint64_t(good.size()) + 4, ~uint64_t(3)}) {
+        expect_refused(with(kOffset, number), "programs: cut off");
+        expect_refused(with(kSize, number), "programs: cut off");
+    }
+    expect_refused(with(kSize, 2), "programs: cut off");
+    vk_instance(info_with(with(kCount, 0)));
     std::string other = good;
     other[8] = '9';
     expect_refused(other, "programs: of version 9.");

@@ -7,8 +7,10 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "chain/vk/device.h"
+#include "tests/support/random.h"
 #include "tests/vulkan/frames.h"
 
 namespace postchain::test::objects_test {
@@ -115,6 +117,129 @@ pc_vk_create_info counted_info() {
     info.get_instance_proc_addr = loader;
     calls = {};
     return info;
+}
+
+// Blocks of a device that counts them; type 0, and type 1 for memory that the host sees.
+struct Blocks {
+    std::map<VkDeviceMemory, VkDeviceSize> alive;
+    std::vector<VkDeviceSize> asked;
+    VkDeviceSize most = ~VkDeviceSize(0);
+    StatusCode refusal = StatusCode::memory;
+    uint64_t made = 0;
+    vk::Memory memory{{[this](const VkMemoryRequirements& needs, VkMemoryPropertyFlags properties,
+                              vk::MemoryPart& part, uint32_t& type) {
+                           asked.push_back(needs.size);
+                           if (needs.size > most) return Status(refusal, "no room");
+                           type = properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT ? 1 : 0;
+                           part.memory = reinterpret_cast<VkDeviceMemory>(++made);
+                           part.bytes = needs.size;
+                           if (type == 1) part.mapped = reinterpret_cast<std::byte*>(made << 40);
+                           alive[part.memory] = needs.size;
+                           return Status();
+                       },
+                       [this](VkDeviceMemory block) { EXPECT_EQ(alive.erase(block), 1u); }},
+                      {}};
+
+    Result<vk::MemoryPart> allocate(VkDeviceSize size, VkMemoryPropertyFlags properties = 0,
+                                    uint32_t types = 3) {
+        return memory.allocate({size, 256, types}, properties, vk::Contents::images);
+    }
+};
+
+// No two parts share a byte, and the last part of a block takes it along, in every order.
+TEST(Memory, PartsAreApart) {
+    Random random(1);
+    Blocks blocks;
+    using Kind = std::pair<VkMemoryPropertyFlags, vk::Contents>;
+    std::vector<vk::MemoryPart> parts;
+    std::map<VkDeviceMemory, Kind> kinds;
+    for (int i = 0; i < 2000; ++i) {
+        if (!parts.empty() && random.whole(0, i < 1000 ? 3 : 1) == 0) {
+            std::swap(parts[size_t(random.whole(0, int(parts.size()) - 1))], parts.back());
+            blocks.memory.free(parts.back());
+            parts.pop_back();
+            continue;
+        }
+        const auto size = VkDeviceSize(random.whole(1, 40000)), alignment = VkDeviceSize(1)
+                                                                            << random.whole(0, 14);
+        const bool visible = random.chance(0.5);
+        const Kind kind(visible ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT : 0,
+                        random.chance(0.5) ? vk::Contents::images : vk::Contents::buffers);
+        const auto part = blocks.memory.allocate({size, alignment, 3}, kind.first, kind.second);
+        ASSERT_TRUE(part.ok());
+        EXPECT_EQ(part->offset % alignment, 0u);
+        EXPECT_GE(part->bytes, size);
+        EXPECT_LE(part->offset + part->bytes, blocks.alive.at(part->memory));
+        EXPECT_EQ(part->mapped, visible ? reinterpret_cast<std::byte*>(
+                                              (uint64_t(part->memory) << 40) + part->offset)
+                                        : nullptr);
+        EXPECT_EQ(kinds.try_emplace(part->memory, kind).first->second, kind);
+        for (const vk::MemoryPart& other : parts)
+            if (other.memory == part->memory) {
+                EXPECT_TRUE(part->offset + part->bytes <= other.offset ||
+                            other.offset + other.bytes <= part->offset);
+            }
+        parts.push_back(*part);
+    }
+    EXPECT_GT(parts.size(), 100u);
+    EXPECT_LT(blocks.alive.size(), 60u);
+    for (const vk::MemoryPart& part : parts) blocks.memory.free(part);
+    EXPECT_TRUE(blocks.alive.empty());
+    blocks.memory.free({});
+}
+
+// What was freed between two others serves again: all of it, or a part at its end.
+TEST(Memory, GapsAreFilled) {
+    constexpr VkDeviceSize kPart = 1 << 18;  // four are a block
+    Blocks blocks;
+    std::vector<vk::MemoryPart> parts;
+    for (int i = 0; i < 4; ++i) parts.push_back(*blocks.allocate(kPart));
+    for (const size_t gap : {1u, 2u, 0u, 3u}) {
+        blocks.memory.free(parts[gap]);
+        EXPECT_EQ(blocks.allocate(kPart)->offset, parts[gap].offset);
+    }
+    blocks.memory.free(parts[1]);
+    blocks.memory.free(parts[2]);
+    EXPECT_EQ(blocks.allocate(2 * kPart)->offset, kPart) << "two gaps are one";
+    EXPECT_EQ(blocks.asked.size(), 1u);
+    EXPECT_TRUE(blocks.allocate(1).ok());
+    EXPECT_EQ(blocks.asked.size(), 2u) << "the first is full";
+}
+
+TEST(Memory, SizesOfBlocks) {
+    constexpr VkDeviceSize kMiB = 1 << 20;
+    Blocks blocks;
+    const auto asked = [&](VkDeviceSize size, VkMemoryPropertyFlags properties = 0,
+                           uint32_t types = 3) {
+        blocks.asked.clear();
+        EXPECT_TRUE(blocks.allocate(size, properties, types).ok());
+        return blocks.asked;
+    };
+    using Sizes = std::vector<VkDeviceSize>;
+    EXPECT_EQ(asked(256), Sizes{kMiB});
+    EXPECT_EQ(asked(256, 0, 1), Sizes{}) << "the same block";
+    EXPECT_EQ(asked(256, 0, 2), Sizes{kMiB}) << "a type that its block is not of";
+    EXPECT_EQ(asked(256, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT), Sizes{kMiB});
+    blocks.memory.expect(3 * kMiB);
+    EXPECT_EQ(asked(2 * kMiB), Sizes{3 * kMiB});
+    EXPECT_EQ(asked(2 * kMiB), Sizes{2 * kMiB}) << "what was expected is there";
+    blocks.memory.expect(600 * kMiB);
+    EXPECT_EQ(asked(2 * kMiB), Sizes{256 * kMiB});
+    EXPECT_EQ(asked(300 * kMiB), Sizes{300 * kMiB});
+    // Less, if a device has no room for more; its other errors are final.
+    blocks.most = 5 * kMiB;
+    blocks.memory.expect(9 * kMiB);
+    EXPECT_EQ(asked(5 * kMiB, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT), (Sizes{9 * kMiB, 5 * kMiB}));
+    const auto refused = [&](VkDeviceSize size, StatusCode code, const Sizes& tries) {
+        blocks.asked.clear();
+        blocks.refusal = code;
+        blocks.memory.expect(9 * kMiB);
+        EXPECT_EQ(blocks.allocate(size, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT).status().code(), code);
+        EXPECT_EQ(blocks.asked, tries);
+    };
+    refused(6 * kMiB, StatusCode::memory, {9 * kMiB, 6 * kMiB});
+    refused(10 * kMiB, StatusCode::memory, {10 * kMiB});
+    refused(5 * kMiB, StatusCode::gl, {9 * kMiB});
 }
 
 TEST(Objects, ImagesAreInFewBlocks) {

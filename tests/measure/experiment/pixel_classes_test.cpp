@@ -98,6 +98,15 @@ TEST(PixelClasses, AreOutlinesWithinReachOfAStep) {
     EXPECT_EQ(width(8, out_of_focus), 2 * 7);
 }
 
+// The same between rows 3 and 4.
+TEST(PixelClasses, AreOutlinesOfAStepAlongY) {
+    Planes planes;
+    for (int y = 4; y < 9; ++y)
+        for (int x = 0; x < 41; ++x) planes.planes[Role::inverse_depth].at(x, y) = 0.25f * 0.89f;
+    const auto classes = planes.classes();
+    for (int y = 0; y < 9; ++y) EXPECT_EQ(classes.at(20, y) == outline, y >= 1 && y <= 6) << y;
+}
+
 // Inverse depth is linear along a plane, however steep.
 TEST(PixelClasses, HaveNoOutlineOnASlope) {
     Planes planes;

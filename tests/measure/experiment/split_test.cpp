@@ -89,20 +89,26 @@ TEST(ErrorSplit, MeanOverFrames) {
     a.frames = {1};
     a.mse = {0.1, 0.2, 0.3, 1.0};
     a.cross = 0.4;
+    a.converged_noise = 0.01;
     a.others["relmse"].total = 2;
     b.frames = {2};
+    b.converged_noise = 0.03;
     b.mse = {0.3, 0.4, 0.5, 1.6};
     b.cross = 0.4;
     b.others["relmse"].total = 4;
     const ErrorSplit mean = mean_split({a, b});
     EXPECT_EQ(mean.frames, (std::vector<int>{1, 2}));
     EXPECT_DOUBLE_EQ(*mean.mse.precision, 0.2);
+    EXPECT_DOUBLE_EQ(*mean.mse.sampling, 0.3);
+    EXPECT_DOUBLE_EQ(*mean.mse.model, 0.4);
     EXPECT_DOUBLE_EQ(*mean.mse.total, 1.3);
+    EXPECT_DOUBLE_EQ(mean.converged_noise, 0.02);
     EXPECT_DOUBLE_EQ(*mean.cross, 0.4);
     EXPECT_DOUBLE_EQ(*mean.others.at("relmse").total, 3);
     // A part that is missing in one frame has no mean.
     b.mse.model.reset();
-    EXPECT_FALSE(mean_split({a, b}).mse.model);
+    b.others.clear();
+    EXPECT_FALSE(mean_split({a, b}).mse.model || mean_split({a, b}).others.at("relmse").total);
 }
 
 TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/measure/experiment/support.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
@@ -78,10 +80,25 @@ TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
 }
 
 TEST(ErrorSplit, SizesThatDifferAreRefused) {
-    EXPECT_EQ(split_error(1, ImageF(8, 8, 3), ImageD(16, 16, 3), converged_to(1), nullptr, {}, {})
-                  .status()
-                  .code(),
-              StatusCode::input);
+    struct Sizes {
+        std::array<int, 2> gpu, reference, truth;
+    };
+    constexpr std::array<int, 2> same = {16, 16}, narrow = {8, 16}, low = {16, 8};
+    for (const auto& [gpu, reference, truth] : {Sizes{narrow, same, same},
+                                                {low, same, same},
+                                                {same, narrow, same},
+                                                {same, low, same},
+                                                {same, same, narrow},
+                                                {same, same, low},
+                                                {same, same, same}}) {
+        const metrics::RgbImage made = {.rgb = ImageF(truth[0], truth[1], 3)};
+        const auto split =
+            split_error(1, ImageF(gpu[0], gpu[1], 3), ImageD(reference[0], reference[1], 3),
+                        converged_to(1), &made, {}, {});
+        const bool all = gpu == same && reference == same && truth == same;
+        EXPECT_THAT(split.status().message(), ::testing::HasSubstr(all ? "" : "of an error split"));
+        EXPECT_EQ(split.ok(), all);
+    }
 }
 
 TEST(ErrorSplit, MeanOverFrames) {
@@ -180,6 +197,12 @@ TEST(Converge, WithoutRandomNumbersOneSeedIsEnough) {
     const Converged quiet = converged(test::parse(test::kChainText, {"motion_blur.noise=none"}));
     EXPECT_EQ(quiet.seeds, 1);
     EXPECT_EQ(quiet.noise, 0);
+    // Nor if no pixel is random.
+    const auto still = test::layered_frame(48, 32, {0, 0}, {0, 0});
+    const Chain chain = test::parse(test::kChainText);
+    EXPECT_EQ(
+        test::must(converge(chain, still.description, still.planes, {}, test::executor(), 4)).seeds,
+        1);
     const Converged none = converged(test::parse("postchain: 1\npasses: [fxaa]\n"));
     EXPECT_FALSE(none.sampled);
     EXPECT_EQ(none.seeds, 1);

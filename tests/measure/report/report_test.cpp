@@ -221,6 +221,12 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
         EXPECT_THAT(text, HasSubstr(part));
     EXPECT_THAT(text, Not(HasSubstr("without a measurable difference")));
     EXPECT_THAT(text, Not(HasSubstr("bad has won")));
+    Report twice = filled();
+    twice.variants[0].elisions.push_back(twice.variants[0].elisions[0]);
+    twice.variants[0].elisions[1].first = 11;
+    twice.variants[0].elisions[1].second.fact.name = "other";
+    EXPECT_THAT(report_as_markdown(twice),
+                HasSubstr("| rule | reason (frame 10; 1 more like it) | 10-11 | 2 | 4 | 6 |"));
     Report scored = filled();
     scored.comparison.reset();
     EXPECT_THAT(report_as_markdown(scored), HasSubstr("\nbad has won.\n"));

@@ -88,7 +88,8 @@ TEST_F(AtomicWrite, AReplacedFileKeepsModeOwnerAndAttributes) {
         ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
     }
     ASSERT_EQ(::chmod(path.c_str(), 04640), 0);  // the bit of another user's rights is not kept
-    const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0;
+    const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0 &&
+                                ::setxattr(path.c_str(), "user.a", "", 0, 0) == 0;
     ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::overwrite).ok());
     EXPECT_EQ(read_text(path), "new");
     EXPECT_EQ(info_of(path).st_mode & 07777, 0640u);
@@ -99,9 +100,16 @@ TEST_F(AtomicWrite, AReplacedFileKeepsModeOwnerAndAttributes) {
     char value[8] = {};
     EXPECT_EQ(::getxattr(path.c_str(), "user.shot", value, 8), has_attributes ? 4 : -1);
     EXPECT_EQ(std::string(value), has_attributes ? "0x10" : "");
+    EXPECT_EQ(::getxattr(path.c_str(), "user.a", value, 8), has_attributes ? 0 : -1);
     // A new file is as the system makes it.
     ASSERT_TRUE(atomic_write_text(folder.path("b.txt"), "new", OnExisting::overwrite).ok());
     EXPECT_EQ(info_of(folder.path("b.txt")).st_uid, ::geteuid());
+    // A link is replaced, not the file it leads to, whose mode is its own.
+    std::filesystem::create_symlink("a.txt", folder.path("link"));
+    ASSERT_EQ(::chmod(path.c_str(), 0600), 0);
+    ASSERT_TRUE(atomic_write_text(folder.path("link"), "other", OnExisting::overwrite).ok());
+    EXPECT_EQ(read_text(path), "new");
+    EXPECT_EQ(info_of(folder.path("link")).st_mode, info_of(folder.path("b.txt")).st_mode);
 }
 
 TEST_F(AtomicWrite, AReplacedFileOfAnotherUserKeepsItsGroup) {
@@ -188,6 +196,9 @@ TEST(Claim, IsHeldByOneUntilItsEnd) {
     second->finish();
     EXPECT_THAT(folder.names(), IsEmpty());
     EXPECT_EQ(Claim::take(folder.path("none/claim")).status().code(), StatusCode::output);
+    std::filesystem::create_symlink("elsewhere", path);
+    EXPECT_EQ(Claim::take(path).status().code(), StatusCode::output);
+    EXPECT_THAT(folder.names(), ElementsAre("claim")) << "a link leads nowhere";
 }
 
 TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
@@ -347,8 +358,11 @@ TEST_F(AtomicWrite, ASignalsShutdownRemovesEveryLiveTemporary) {
          b = must(AtomicFile::create(folder.path("b")));
     EXPECT_TRUE(must(a.commit(OnExisting::fail)));
     auto c = must(AtomicFile::create(folder.path("c")));
+    test::write_text(a.temporary(), "of a process with our number in another container");
     remove_live_temporaries();
-    EXPECT_THAT(folder.names(), ElementsAre("a"));
+    const std::string theirs = ".a." + std::to_string(::getpid()) + ".tmp";
+    EXPECT_THAT(folder.names(), ElementsAre(theirs, "a"));
+    std::filesystem::remove(folder.path(theirs));
     EXPECT_FALSE(b.commit(OnExisting::overwrite).ok());
     EXPECT_FALSE(c.commit(OnExisting::fail).ok());
     EXPECT_THAT(folder.names(), ElementsAre("a"));

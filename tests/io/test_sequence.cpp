@@ -50,9 +50,10 @@ TEST(FrameRange, TakesNumbersRangesAndStepsInTheirOrderAndEachFrameOnce) {
 }
 
 TEST(FrameRange, RefusesWhatIsNoRange) {
-    for (const char* text : {"",    ",",     "1,",    ",1",      "a",           "1-",        "-",
-                             "--1", "1-2-3", "1-10x", "1x2",     "1-10y2",      "1 - 3",     " 1",
-                             "+1",  "0x10",  "1.5",   "1-10x-2", "99999999999", "1000000000"})
+    for (const char* text :
+         {"",    ",",     "1,",    ",1",      "a",           "1-",         "-",
+          "--1", "1-2-3", "1-10x", "1x2",     "1-10y2",      "1 - 3",      " 1",
+          "+1",  "0x10",  "1.5",   "1-10x-2", "99999999999", "1000000000", "-1000000000"})
         EXPECT_EQ(FrameRange::parse(text).status().code(), StatusCode::usage) << text;
     for (const auto& [text, why] :
          {std::pair("1:10", "two things"),
@@ -290,13 +291,16 @@ TEST_F(ScanFolder, NegativeFramesAreOfTheSequence) {
     make_files(folder, {"a.-010.exr", "a.-002.exr", "a.-001.exr", "a.0000.exr", "a.0001.exr",
                         "b.-0002.exr", "b.-0001.exr", "b.0000.exr",  // the sign is not counted
                         "c.-2.exr", "c.-1.exr", "c.1.exr", "d_-03.exr", "d_-02.exr", "e-0001.exr",
-                        "e-0002.exr", "f.-0007.exr"});  // a separator
+                        "e-0002.exr", "f.-0007.exr",  // a separator
+                        "g.001.exr", "g.0001.exr", "g.100.exr"});
     const std::map<std::string, Frames> expected = {{"a.####.exr", {-10, -2, -1, 0, 1}},
                                                     {"b.####.exr", {-2, -1, 0}},
                                                     {"c.#.exr", {-2, -1, 1}},
                                                     {"d_##.exr", {-3, -2}},
                                                     {"e-####.exr", {1, 2}},
-                                                    {"f.-0007.exr", {-7}}};
+                                                    {"f.-0007.exr", {-7}},
+                                                    {"g.###.exr", {1, 100}},
+                                                    {"g.0001.exr", {1}}};
     EXPECT_EQ(scanned(folder), expected);
 }
 

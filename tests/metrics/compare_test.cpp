@@ -90,6 +90,24 @@ TEST(Compare, ValuesThatDoNotExistAreSaidNotToExist) {
         EXPECT_EQ(value.has_value(), name != "psnr" && name != "ssim") << name;
 }
 
+TEST(Compare, ASequenceHasMeansButTheSumOfPixelsAndTheLargestDifference) {
+    const std::vector<Values> frames = {
+        {{"mse", 1}, {"psnr", {}}, {"ssim", {}}, {"nonfinite", 2}, {"difference_max", 5}},
+        {{"mse", 4}, {"psnr", 30}, {"ssim", {}}, {"nonfinite", 3}, {"difference_max", 4}}};
+    EXPECT_EQ(
+        summary_of(frames),
+        (Values{
+            {"mse", 2.5}, {"psnr", 30}, {"ssim", {}}, {"nonfinite", 5}, {"difference_max", 5}}));
+}
+
+TEST(Limit, PixelsWithoutAValueBreakEveryLimitButTheirOwn) {
+    for (const double pixels : {0.0, 1.0}) {
+        EXPECT_EQ(nonfinite_fault({{"mse", 1}}, pixels).empty(), pixels == 0);
+        EXPECT_EQ(nonfinite_fault({}, pixels), "");
+        EXPECT_EQ(nonfinite_fault({{"mse", 1}, {"nonfinite", 0}}, pixels), "");
+    }
+}
+
 TEST(Limit, IsAMetricAndAFiniteNumber) {
     const auto limit = parse_limit("--under", "flip=-1e-3");
     ASSERT_TRUE(limit.ok());

@@ -67,6 +67,8 @@ TEST(ExposureRange, SequencesTakeTheSmallestStartAndTheLargestStop) {
     EXPECT_EQ(both.start, -3);
     EXPECT_EQ(both.stop, 2);
     EXPECT_EQ(both.count(), 5);
+    EXPECT_EQ(both.exposures(), (std::vector<double>{-3, -1.75, -0.5, 0.75, 2}));
+    EXPECT_EQ(joined(b, {-2, 2.25, true}).count(), 5);
     // A black frame's 0 EV does not count as an exposure.
     const ExposureRange bright = {-9, -4, true}, dark = {3, 5, true};
     EXPECT_EQ(joined(black, bright).stop, -4);

@@ -73,6 +73,12 @@ TEST(Noise, TilesAtTheBordersAreWhole) {
 TEST(Noise, SmallPicturesHaveNone) {
     for (const auto& [width, height] : {std::pair{1, 1}, {2, 9}, {9, 2}, {3, 3}})
         EXPECT_EQ(deviation(noise_variance(ImageF(width, height, 1, 0.5f))), 0);
+    // A pixel of 6 has the residual 4, and 2 beside it along an axis: 4, or the mean of 4 and 2.
+    for (const auto& [width, height, residual] : {std::tuple(3, 3, 4), {4, 3, 3}, {3, 4, 3}}) {
+        ImageF dot(width, height, 1);
+        dot.at(1, 1) = 6;
+        EXPECT_NEAR(deviation(noise_variance(dot)), residual / kNormalMedian, 1e-6) << width;
+    }
 }
 
 // Three channels, each with the values of `gray`.
@@ -105,14 +111,23 @@ TEST(Noise, WhatAPictureWithoutErrorWouldHave) {
     EXPECT_FALSE(truth_noise(one(truth), one(ImageF(8, 8, 3, 0.5f))).ok());
 }
 
-// Linear values: mse is s^2, independent of the display transform.
+// Linear values: mse is s^2, independent of the display transform, and a third if one channel alone
+// is noisy; psnr is 10 log10(3) higher then.
 TEST(Noise, MseOfNoErrorIsTheVariance) {
     const double s = 0.05;
     const ImageF gray = noisy(
         128, 96, [](int, int) { return 2.0; }, [=](int, int) { return s; });
     const ImageF image = rgb_of(gray, [](double v) { return v; });
-    const TruthNoise noise = test::must(truth_noise(one(image), one(image)));
-    EXPECT_NEAR(noise.of_no_error.at("mse"), s * s, 0.12 * s * s);
+    const auto all = test::must(truth_noise(one(image), one(image))).of_no_error;
+    EXPECT_NEAR(all.at("mse"), s * s, 0.12 * s * s);
+    for (int c = 0; c < 3; ++c) {
+        ImageF alone(128, 96, 3, 2.0f);
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 128; ++x) alone.at(x, y, c) = image.at(x, y, c);
+        const auto third = test::must(truth_noise(one(alone), one(alone))).of_no_error;
+        EXPECT_NEAR(third.at("mse"), all.at("mse") / 3, 1e-9) << c;
+        EXPECT_NEAR(third.at("psnr"), all.at("psnr") + 10 * std::log10(3), 1e-6) << c;
+    }
 }
 
 }  // namespace

@@ -81,6 +81,22 @@ TEST(Sharpness, WhatTheGroundTruthShowsElsewhereIsNotInFocus) {
     }
 }
 
+// The same of edges along x, which have no gradient but along y.
+TEST(Sharpness, DoesNotDependOnTheDirection) {
+    const auto turned = [](const ImageF& image) {
+        return make_image(image.height, image.width, [&](int x, int y) {
+            return Rgb{image.at(y, x, 0), image.at(y, x, 1), image.at(y, x, 2)};
+        });
+    };
+    const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3), test = edges(0.3, 9, 0.15);
+    const Sharpness a = measure(test, truth, input);
+    const Sharpness b = measure(turned(test), turned(truth), turned(input));
+    EXPECT_EQ(a.blurred_pixels, b.blurred_pixels);
+    EXPECT_EQ(a.sharp_pixels, b.sharp_pixels);
+    EXPECT_NEAR(*a.edges_in_blurred, *b.edges_in_blurred, 1e-6);
+    EXPECT_NEAR(*a.sharpness_in_focus, *b.sharpness_in_focus, 1e-6);
+}
+
 TEST(Sharpness, RegionsDoNotDependOnTheTest) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
     const Sharpness a = measure(truth, truth, input), b = measure(gray(120, 40, 9), truth, input);
@@ -122,8 +138,11 @@ TEST(Sharpness, ARegionOfAFewPixelsHasNoValue) {
 }
 
 TEST(Sharpness, RefusesAnInputOfAnotherSize) {
-    EXPECT_EQ(sharpness(pair(gray(4, 4, 0), gray(4, 4, 0)), one(gray(4, 5, 0))).status().code(),
-              StatusCode::input);
+    for (const auto& [width, height] : {std::pair(4, 5), {5, 4}})
+        EXPECT_EQ(sharpness(pair(gray(4, 4, 0), gray(4, 4, 0)), one(gray(width, height, 0)))
+                      .status()
+                      .code(),
+                  StatusCode::input);
 }
 
 }  // namespace

@@ -195,17 +195,22 @@ TEST(GridError, FiltersWithoutAGridHaveNone) {
 // pattern of period 8 differs from itself in 2k of 8 columns. The compared 24 columns are three
 // whole periods.
 TEST(GridError, TilesShow) {
-    for (int k = 1; k < 4; ++k) {
-        const int width = 24 + k;
-        const auto tiles = make_image(width, 6, [](int x, int) {
-            const double v = x / 4 % 2;
-            return Rgb{v, v, v};
-        });
-        GridError error(0);
-        // On black, shift(I) = I, so F(shift(I)) = F(I) = tiles.
-        ASSERT_TRUE(error.add(one(tiles), one(tiles), k, 0).ok());
-        EXPECT_NEAR(*error.mean(), 2 * k / 8.0, 1e-9) << k;
-    }
+    GridError all(0);
+    for (const bool rows : {false, true})
+        for (int k = 1; k < 4; ++k) {
+            const int side = 24 + k;
+            const auto tiles = make_image(rows ? 6 : side, rows ? side : 6, [=](int x, int y) {
+                const double v = (rows ? y : x) / 4 % 2;
+                return Rgb{v, v, v};
+            });
+            GridError error(0);
+            // On black, shift(I) = I, so F(shift(I)) = F(I) = tiles.
+            for (GridError* to : {&error, &all})
+                ASSERT_TRUE(to->add(one(tiles), one(tiles), rows ? 0 : k, rows ? k : 0).ok());
+            EXPECT_NEAR(*error.mean(), 2 * k / 8.0, 1e-9) << k;
+        }
+    EXPECT_EQ(all.shifts(), 6);
+    EXPECT_NEAR(*all.mean(), 0.5, 1e-9);
 }
 
 TEST(GridError, RefusesWhatLeavesNothing) {

@@ -1,6 +1,7 @@
 // Scanning a frame strip by strip gives the findings of the whole frame.
 #include "tools/sequence/source/sequence_survey.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -228,6 +229,106 @@ TEST(Survey, NamesWhatMostFramesHaveOtherwise) {
     EXPECT_EQ(frames_to_survey(ten, uint64_t(10) << 30),
               (std::vector<int>{0, 1, 2, 3, 5, 6, 7, 9}));
     EXPECT_EQ(frames_to_survey(ten, 1), ten);
+}
+
+TEST(Survey, GivesRangesOfTheFramesThatCanBeRead) {
+    SequenceSurvey survey;
+    const auto add = [&](int frame, double speed, double nearest, double farthest, double color) {
+        SourceFrame source;
+        FrameDescription& description = source.description;
+        description.width = description.display_width = 40;
+        description.height = description.display_height = 30;
+        description.planes = {Role::color, Role::inverse_depth, Role::motion};
+        FrameBounds& bounds = description.bounds;
+        bounds.max_speed_px = speed;
+        bounds.max_inverse_depth = 1 / nearest;
+        bounds.min_inverse_depth = farthest > 0 ? 1 / farthest : 0;  // 0: sky
+        bounds.min_color = {0.5, -color, 0.25, -100};
+        bounds.max_color = {1, color, 2 * color, 100};
+        survey.add(frame, source, Thumbnail());
+    };
+    add(3, 2, 4, 16, 1);
+    add(4, 5, 2, 0, 3);
+    survey.add_failed(5, Status(StatusCode::input, "f.5.exr: damaged"));
+    survey.add_failed(6, Status(StatusCode::input, "f.6.exr: damaged"));
+    add(7, 3, 8, 32, 2);
+    const io::Json json = survey.json();
+    for (const auto& [key, value] :
+         {std::pair("frames", "5"),
+          {"first", "3"},
+          {"last", "7"},
+          {"readable", "3"},
+          {"size", R"("40x30")"},
+          {"planes", R"(["color","inverse_depth","motion"])"},
+          {"sky_in_frames", "1"},
+          {"max_speed_px", R"({"least":2.0,"most":5.0,"most_in_frame":4})"},
+          {"nearest", R"({"least":2.0,"most":8.0,"most_in_frame":7})"},
+          {"farthest", R"({"least":16.0,"most":32.0,"most_in_frame":7})"},
+          {"min_color", R"({"least":-3.0,"most":-1.0,"most_in_frame":3})"},
+          {"max_color", R"({"least":2.0,"most":6.0,"most_in_frame":4})"}})
+        EXPECT_EQ(json.at(key).dump(), value) << key;
+    EXPECT_EQ(survey.text(),
+              "5 frames examined, 3 to 7: 40x30, color, inverse_depth, motion\n"
+              "  largest speed 2 to 5 (frame 4) px a frame\n"
+              "  nearest distance 2 to 8 (frame 7) scene units\n"
+              "  farthest distance 16 to 32 (frame 7) scene units\n"
+              "  sky in 1 of 3 frames\n"
+              "  smallest color value -3 to -1 (frame 3)\n"
+              "  largest color value 2 to 6 (frame 4)\n"
+              "unusual frames:\n"
+              "  frame 5 and 1 more: cannot be read: f.5.exr: damaged\n");
+    EXPECT_TRUE(survey.failed());
+}
+
+// Means of cells, whatever the strips; a cell has the pixels of its rows and columns.
+TEST(Thumbnail, IsTheSameInStrips) {
+    const auto shown = [](int x, int y, double light) {
+        return (x + 2 * y) % 5 == 0 ? std::numeric_limits<double>::quiet_NaN() : light;
+    };
+    const auto thumbnail = [&](int rows, double left, double top) {
+        Thumbnail made;
+        for (int first = 0; first < 20; first += rows) {
+            ImageF strip(33, std::min(rows, 20 - first), 4);
+            for (int y = 0; y < strip.height; ++y)
+                for (int x = 0; x < strip.width; ++x)
+                    for (int c = 0; c < 3; ++c)
+                        strip.at(x, y, c) = float(shown(x, first + y,
+                                                        x < 11          ? left
+                                                        : first + y < 8 ? top
+                                                                        : 3));
+            made.add(strip, first, 20);
+        }
+        return made;
+    };
+    const Thumbnail whole = thumbnail(20, 1, 1);
+    for (const int rows : {1, 3, 7}) EXPECT_NEAR(thumbnail(rows, 1, 1).difference(whole), 0, 1e-12);
+    EXPECT_EQ(whole.difference(Thumbnail()), 0);
+    // x / (1 + x): from 1/2 to 3/4, in a part of the image.
+    EXPECT_NEAR(thumbnail(3, 3, 1).difference(whole), 0.25 * 0.8 / 3, 0.01);
+    EXPECT_NEAR(thumbnail(3, 1, 3).difference(whole), 0.25 * 0.8 * 2 / 3 * 0.4, 0.01);
+}
+
+// More than 0.05 and more than four times the median of the changes.
+TEST(Survey, ACutChangesMuchMoreThanUsual) {
+    const auto found = [](const std::vector<float>& shown) {
+        SequenceSurvey survey;
+        for (size_t i = 0; i < shown.size(); ++i) {
+            Thumbnail thumbnail;
+            thumbnail.add(ImageF(16, 9, 4, shown[i] / (1 - shown[i])), 0, 9);
+            survey.add(int(i) + 1, SourceFrame(), thumbnail);
+        }
+        std::string text;
+        for (const auto& one : survey.findings()) text += concat(one.frame, " ", one.what, "\n");
+        return text;
+    };
+    EXPECT_EQ(found({.1f, .11f, .12f, .165f, .175f}), "");
+    EXPECT_THAT(found({.1f, .11f, .12f, .175f, .185f}),
+                testing::StartsWith("3 the image changes "));
+    EXPECT_EQ(found({.1f, .12f, .14f, .21f, .23f}), "");
+    EXPECT_THAT(found({.1f, .12f, .14f, .23f, .25f}),
+                testing::StartsWith("3 the image changes 4.5 "));
+    EXPECT_THAT(found({.1f, .1f, .1f, .2f, .2f}),
+                testing::StartsWith("3 the image changes unlike elsewhere to frame 4"));
 }
 
 TEST_F(FrameScan, SignsAreCheckedAgainstTheNextFrameOfTheShot) {

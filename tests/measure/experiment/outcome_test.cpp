@@ -81,6 +81,10 @@ TEST(Outcome, BenchIsWonByTheLowestMeanOfThoseThatDidNotFail) {
     EXPECT_EQ(report.winner->words,
               "v1 has the lowest mean HDR-FLIP of 3 variants: 0.1; the next is v2 with 0.2");
     EXPECT_FALSE(stated(fabricate(Kind::bench, {{.1}}, {})).winner);
+    // One that comes later is neither the best nor the next.
+    EXPECT_THAT(
+        stated(fabricate(Kind::bench, {{.1}, {.2}, {std::nullopt}, {.3}}, {})).winner->words,
+        HasSubstr("of 3 variants: 0.1; the next is v1 with 0.2"));
 }
 
 TEST(Outcome, AVariantWorseThanTheInputIsNamed) {
@@ -111,6 +115,7 @@ TEST(Outcome, FromEightFramesOnTheIntervalDecides) {
                                   HasSubstr("v1 0.21, the input 0.108")),
                             AllOf(HasSubstr("is not measurably better than doing nothing"),
                                   HasSubstr(" (t-interval of the difference -0.008"))));
+    EXPECT_THAT(stated(fabricate(Kind::bench, {kLow}, kHigh)).warnings, IsEmpty());
 }
 
 // From a share of 0.2 to 0.06: 0.2/0.8 over 0.06/0.94 is a factor of 3.92.
@@ -211,7 +216,20 @@ TEST(Verdict, IsDecidedByTheIntervalOfEightFrames) {
         const Comparison comparison = compared("hdr_flip", row.better, row.a, row.b);
         EXPECT_EQ(comparison.metrics[0].finding, row.finding);
         EXPECT_THAT(comparison.metrics[0].words, HasSubstr(row.words));
-        EXPECT_THAT(comparison.verdict, HasSubstr(row.verdict));
+        EXPECT_THAT(comparison.verdict, AllOf(HasSubstr(row.verdict), Not(HasSubstr("tiles"))));
+    }
+}
+
+TEST(Verdict, WithoutAFrameOfBothThereIsNone) {
+    for (const char* reference : {"truth", "a"}) {
+        auto report = fabricate("hdr_flip", Better::lower, {0.1, std::nullopt}, {std::nullopt, {}});
+        report.reference = reference;
+        report.variants[1].failure = "frame 1: no camera";
+        const Comparison none = compare_variants(report, {});
+        EXPECT_EQ(none.verdict,
+                  "No frame was filtered by both chains. second failed: frame 1: no camera.");
+        for (const auto& metric : none.metrics)
+            EXPECT_EQ(metric.words, "no frame has a value for both");
     }
 }
 
@@ -241,11 +259,17 @@ TEST(Verdict, RatiosAreComparedByTheirDistanceFromOne) {
     EXPECT_NEAR(*comparison.metrics[0].mean, -0.1, 1e-12);
     EXPECT_EQ(comparison.metrics[0].finding, Finding::b_better);
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("second is closer to 1 by 0.1"));
-    EXPECT_THAT(comparison.claims, HasSubstr("Edges in blurred regions: first 0.7, second 1.2"));
+    EXPECT_EQ(comparison.claims,
+              "Edges in blurred regions: first 0.7, second 1.2 (1 = ground truth).");
     const Comparison turned =
         compared("edges_in_blurred", Better::one, Values(8, 1.2), Values(8, 0.7));
     EXPECT_EQ(turned.metrics[0].finding, Finding::a_better);
     EXPECT_THAT(turned.metrics[0].words, HasSubstr("second is farther from 1 by 0.1"));
+    auto report = fabricate("sharpness_in_focus", Better::one, {0.7}, {1.2});
+    fill(report.input_metrics, "sharpness_in_focus", {2});
+    EXPECT_EQ(compare_variants(report, {}).claims,
+              "Sharpness in focus: first 0.7, second 1.2, the input 2 (1 = ground truth).");
+    EXPECT_THAT(compared("mse", Better::lower, {1}, {2}).claims, HasSubstr("no blurred or sharp"));
 }
 
 TEST(Verdict, FramesThatOneVariantLacksAreLeftOut) {
@@ -275,6 +299,40 @@ TEST(Verdict, TilesAreTheSecondFigure) {
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("; tiles redrawn within these frames -0.1"));
     EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is closer"));
     EXPECT_THAT(comparison.verdict, HasSubstr("this need not hold for other frames"));
+    for (const double last : {1, -1}) {
+        TileBootstrap other(1, 100);
+        sums.sums = {1, last};
+        other.add(1, sums);
+        EXPECT_THAT(
+            compare_variants(fabricate("hdr_flip", Better::lower, b, a), {{"hdr_flip", other}})
+                .verdict,
+            HasSubstr(last > 0 ? "Within these frames first is closer"
+                               : "does not decide the sign of the difference (-0.1 .. "));
+    }
+}
+
+TEST(Frames, AreSpreadEvenlyWithBothEnds) {
+    const std::vector<int> ten = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+    const std::pair<int, std::vector<int>> rows[] = {
+        {-1, {}}, {0, {}}, {1, {10}}, {2, {10, 19}}, {3, {10, 14, 19}}, {10, ten}, {99, ten}};
+    for (const auto& [count, chosen] : rows) EXPECT_EQ(spread_frames(ten, count), chosen) << count;
+    EXPECT_THAT(spread_frames({}, 3), IsEmpty());
+}
+
+// Tiles of 2 in 5 x 3 pixels; at the border a tile is smaller and its mean counts.
+TEST(WorstTile, HasTheLargestMean) {
+    ImageF map(5, 3, 1);
+    const auto worst = [&] {
+        const WorstTile tile = worst_tile(map, 7, 2);
+        EXPECT_EQ(tile.frame, 7);
+        return std::tuple(tile.x, tile.y, tile.width, tile.height, tile.value);
+    };
+    map.at(3, 1) = 4;
+    EXPECT_EQ(worst(), std::tuple(2, 0, 2, 2, 1));
+    map.at(0, 2) = 3;
+    EXPECT_EQ(worst(), std::tuple(0, 2, 2, 1, 1.5));
+    map.at(4, 0) = 4;
+    EXPECT_EQ(worst(), std::tuple(4, 0, 1, 2, 2));
 }
 
 TEST(Verdict, WithoutATruthNobodyWins) {

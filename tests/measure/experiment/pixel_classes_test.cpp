@@ -104,7 +104,8 @@ TEST(PixelClasses, HaveAReachByTheLargestBlur) {
         Planes planes;
         for (int y = 0; y < 9; ++y)
             for (int x = 0; x < 41; ++x) {
-                planes.planes[Role::inverse_depth].at(x, y) = (x - 20) * side > 0 ? 0.25f : 0.25f * 0.89f;
+                planes.planes[Role::inverse_depth].at(x, y) =
+                    (x - 20) * side > 0 ? 0.25f : 0.25f * 0.89f;
                 if ((x - 20) * side > 0) planes.planes[Role::motion].at(x, y) = 12;  // 3 px of blur
             }
         const auto classes = planes.classes();
@@ -112,6 +113,15 @@ TEST(PixelClasses, HaveAReachByTheLargestBlur) {
             EXPECT_EQ(classes.at(x, 4) == outline, std::abs(2 * (x - 20) * side - 1) < 2 * 5)
                 << x << " " << side;
     }
+}
+
+// The same between rows 3 and 4.
+TEST(PixelClasses, AreOutlinesOfAStepAlongY) {
+    Planes planes;
+    for (int y = 4; y < 9; ++y)
+        for (int x = 0; x < 41; ++x) planes.planes[Role::inverse_depth].at(x, y) = 0.25f * 0.89f;
+    const auto classes = planes.classes();
+    for (int y = 0; y < 9; ++y) EXPECT_EQ(classes.at(20, y) == outline, y >= 1 && y <= 6) << y;
 }
 
 // Inverse depth is linear along a plane, however steep.

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/measure/experiment/support.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"
@@ -78,10 +80,25 @@ TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
 }
 
 TEST(ErrorSplit, SizesThatDifferAreRefused) {
-    EXPECT_EQ(split_error(1, ImageF(8, 8, 3), ImageD(16, 16, 3), converged_to(1), nullptr, {}, {})
-                  .status()
-                  .code(),
-              StatusCode::input);
+    struct Sizes {
+        std::array<int, 2> gpu, reference, truth;
+    };
+    constexpr std::array<int, 2> same = {16, 16}, narrow = {8, 16}, low = {16, 8};
+    for (const auto& [gpu, reference, truth] : {Sizes{narrow, same, same},
+                                                {low, same, same},
+                                                {same, narrow, same},
+                                                {same, low, same},
+                                                {same, same, narrow},
+                                                {same, same, low},
+                                                {same, same, same}}) {
+        const metrics::RgbImage made = {.rgb = ImageF(truth[0], truth[1], 3)};
+        const auto split =
+            split_error(1, ImageF(gpu[0], gpu[1], 3), ImageD(reference[0], reference[1], 3),
+                        converged_to(1), &made, {}, {});
+        const bool all = gpu == same && reference == same && truth == same;
+        EXPECT_THAT(split.status().message(), ::testing::HasSubstr(all ? "" : "of an error split"));
+        EXPECT_EQ(split.ok(), all);
+    }
 }
 
 TEST(ErrorSplit, MeanOverFrames) {
@@ -89,20 +106,26 @@ TEST(ErrorSplit, MeanOverFrames) {
     a.frames = {1};
     a.mse = {0.1, 0.2, 0.3, 1.0};
     a.cross = 0.4;
+    a.converged_noise = 0.01;
     a.others["relmse"].total = 2;
     b.frames = {2};
+    b.converged_noise = 0.03;
     b.mse = {0.3, 0.4, 0.5, 1.6};
     b.cross = 0.4;
     b.others["relmse"].total = 4;
     const ErrorSplit mean = mean_split({a, b});
     EXPECT_EQ(mean.frames, (std::vector<int>{1, 2}));
     EXPECT_DOUBLE_EQ(*mean.mse.precision, 0.2);
+    EXPECT_DOUBLE_EQ(*mean.mse.sampling, 0.3);
+    EXPECT_DOUBLE_EQ(*mean.mse.model, 0.4);
     EXPECT_DOUBLE_EQ(*mean.mse.total, 1.3);
+    EXPECT_DOUBLE_EQ(mean.converged_noise, 0.02);
     EXPECT_DOUBLE_EQ(*mean.cross, 0.4);
     EXPECT_DOUBLE_EQ(*mean.others.at("relmse").total, 3);
     // A part that is missing in one frame has no mean.
     b.mse.model.reset();
-    EXPECT_FALSE(mean_split({a, b}).mse.model);
+    b.others.clear();
+    EXPECT_FALSE(mean_split({a, b}).mse.model || mean_split({a, b}).others.at("relmse").total);
 }
 
 TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
@@ -174,6 +197,12 @@ TEST(Converge, WithoutRandomNumbersOneSeedIsEnough) {
     const Converged quiet = converged(test::parse(test::kChainText, {"motion_blur.noise=none"}));
     EXPECT_EQ(quiet.seeds, 1);
     EXPECT_EQ(quiet.noise, 0);
+    // Nor if no pixel is random.
+    const auto still = test::layered_frame(48, 32, {0, 0}, {0, 0});
+    const Chain chain = test::parse(test::kChainText);
+    EXPECT_EQ(
+        test::must(converge(chain, still.description, still.planes, {}, test::executor(), 4)).seeds,
+        1);
     const Converged none = converged(test::parse("postchain: 1\npasses: [fxaa]\n"));
     EXPECT_FALSE(none.sampled);
     EXPECT_EQ(none.seeds, 1);

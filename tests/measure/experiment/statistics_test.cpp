@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace postchain::experiment {
 
@@ -113,6 +114,20 @@ TEST(Bootstrap, FramesAreDrawnApartAndWeighTheSame) {
     EXPECT_NEAR(bootstrap.interval()->low, 0.2, 1e-12);
     EXPECT_NEAR(bootstrap.interval()->high, 0.2, 1e-12);
     EXPECT_EQ(bootstrap.frames(), 2);
+}
+
+// Border tiles are smaller: one pixel of 8 and three of 0 have the mean 8, 2 or 0.
+TEST(Bootstrap, TilesCountByTheirPixels) {
+    TileSums tiles;
+    tiles.sums = {8, 0};
+    tiles.pixels = {1, 3};
+    std::set<double> means;
+    for (uint64_t seed = 0; seed < 20; ++seed) {
+        TileBootstrap one(seed, 1);
+        one.add(1, tiles);
+        means.insert(one.interval()->low);
+    }
+    EXPECT_EQ(means, (std::set<double>{0, 2, 8}));
 }
 
 TEST(Bootstrap, EveryFrameHasItsOwnDraws) {

@@ -8,6 +8,7 @@
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/experiment/outcome.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::experiment {
 
@@ -158,6 +159,21 @@ TEST(Limits, FormMetricAndDirectionAreChecked) {
     EXPECT_TRUE(exceeding(report, {{"flip", 0.5}}).empty());
     report.variants[3].metrics["nonfinite"].mean = 2;
     EXPECT_THAT(exceeding(report, {{"flip", 0.5}}), ::testing::ElementsAre(HasSubstr("v3: ")));
+}
+
+TEST(Limits, GiveTheExitCode) {
+    Report report = choices();
+    std::vector<std::string> broken;
+    const auto code = [&](double limit, bool met) {
+        return exit_code_of(report, {{"flip", limit}}, met, broken);
+    };
+    EXPECT_EQ(code(0.5, true), kExitThreshold);  // also if a variant failed
+    EXPECT_EQ(broken.size(), 2u);
+    EXPECT_EQ(code(0.9, false), kExitSomeFailed);
+    EXPECT_TRUE(broken.empty());
+    report.variants[4].failure.clear();
+    EXPECT_EQ(code(0.9, false), kExitThreshold);
+    EXPECT_EQ(code(0.9, true), kExitOk);
 }
 
 }  // namespace

@@ -57,6 +57,7 @@ TEST(Lists, WhatAllVariantsElideStandsOnce) {
     report.variants[0].name = "first";
     report.variants[1].name = "second";
     report.variants[2].failure = "no plan";
+    report.variants[2].name = "third";
     report.variants[0].passes = report.variants[1].passes = {"fxaa", "dof"};
     const Elision same = elision(0, "off", {1, 1, 1});
     report.variants[0].elisions = {{1, elision(1, "still", {1, 0, 0})}, {1, same}};
@@ -69,6 +70,11 @@ TEST(Lists, WhatAllVariantsElideStandsOnce) {
     EXPECT_EQ(rows[1].saving.bytes, 1u);
     EXPECT_EQ(rows[2].variant, "second");
     EXPECT_EQ(rows[2].saving.bytes, 2u);
+    // One that failed after a plan counts.
+    report.variants[2].elisions = {{2, same}};
+    report.variants[2].passes = {"fxaa"};
+    EXPECT_EQ(elision_rows(report)[0].variant, "first");
+    EXPECT_EQ(elision_rows(report).back().variant, "third");
     // One variant alone is named.
     report.variants.resize(1);
     EXPECT_EQ(elision_rows(report)[1].variant, "first");
@@ -98,6 +104,16 @@ TEST(Crops, SayWhyInThreeDigits) {
     ASSERT_EQ(crops.size(), 2u);
     EXPECT_EQ(crops[0].why, "other: mean HDR-FLIP 0.5");
     EXPECT_EQ(crops[1].why, "paper: mean HDR-FLIP 0.371");
+    // Another frame, column or row is another crop; the worst ones are taken.
+    const auto some = experiment::crops_of({{{7, 0, 0, 9, 9, 0.5}, "a"},
+                                            {{8, 0, 0, 9, 9, 0.4}, "b"},
+                                            {{7, 9, 0, 9, 9, 0.3}, "c"},
+                                            {{7, 5, 5, 9, 9, 0.1}, "e"},
+                                            {{7, 0, 9, 9, 9, 0.2}, "d"}},
+                                           4);
+    std::string taken;
+    for (const auto& crop : some) taken += crop.why[0];
+    EXPECT_EQ(taken, "abcd");
 }
 
 }  // namespace

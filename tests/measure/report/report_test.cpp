@@ -48,7 +48,7 @@ Report filled() {
     variant.timing->source = "clock";
     variant.timing->trustworthy = false;
     variant.timing->why_not = "few";
-    variant.timing->passes = {{"0.fxaa", false, {1.5, 0.5, 3}}};
+    variant.timing->passes = {{"0.fxaa", false, {1.5, 0.5, 3}}, {"1.dof", true, {}}};
     variant.timing->total = {1.5, 0.5, 3};
     variant.split.emplace();
     variant.split->frames = {10};
@@ -215,10 +215,18 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
           "standard deviation 0.015 of the displayed luma; a picture without any error would have "
           "flip 0.2 |",
           "| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |", "\n- what a split has to say\n", "- a note",
-          "| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |", "; clock; frame 11; without"})
+          "| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |",
+          "| one, two | 1.5 | 0.5 | 3 | 0.fxaa 1.5, 1.dof left out | no: few |",
+          "; clock; frame 11; without"})
         EXPECT_THAT(text, HasSubstr(part));
     EXPECT_THAT(text, Not(HasSubstr("without a measurable difference")));
     EXPECT_THAT(text, Not(HasSubstr("bad has won")));
+    Report twice = filled();
+    twice.variants[0].elisions.push_back(twice.variants[0].elisions[0]);
+    twice.variants[0].elisions[1].first = 11;
+    twice.variants[0].elisions[1].second.fact.name = "other";
+    EXPECT_THAT(report_as_markdown(twice),
+                HasSubstr("| rule | reason (frame 10; 1 more like it) | 10-11 | 2 | 4 | 6 |"));
     Report scored = filled();
     scored.comparison.reset();
     EXPECT_THAT(report_as_markdown(scored), HasSubstr("\nbad has won.\n"));

@@ -12,6 +12,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/study/study_reader.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::study {
 namespace {
@@ -27,9 +28,9 @@ struct Given {
 class StudyFolderTest : public ::testing::Test {
   protected:
     void SetUp() override {
-        fs::create_directory(at("in"));
+        for (const char* name : {"in", "gt"}) fs::create_directory(at(name));
         for (const char* name : {"in/a.0001.exr", "in/a.0002.exr", "in/a.0003.exr", "in/a.0005.exr",
-                                 "in/truth.0002.exr"})
+                                 "in/z.exr", "gt/truth.0002.exr"})
             write_text(at(name), "frame");
     }
     std::string at(const std::string& name) const { return folder_.path(name); }
@@ -38,8 +39,10 @@ class StudyFolderTest : public ::testing::Test {
     Study study(const Given& given = {}) const {
         StudyFile file = read_study(
             "postchain_study: 1\nchains: {one: [fxaa: {preset: " + given.preset +
-                "}], two: paper}\nsettings: {" + given.settings + "}\nscenes:\n  - {name: " +
-                given.scene + ", input: 'in/a.####.exr', truth: 'in/truth.####.exr', frames: 2}\n",
+                "}], two: paper}\nsettings: {" + given.settings +
+                "}\nscenes:\n  - {name: " + given.scene +
+                ", input: 'color=in/a.####.exr,depth=in/z.exr', truth: 'gt/truth.####.exr', "
+                "frames: 2}\n",
             at("study.yaml"), builtin_passes(), paths_beside(at("study.yaml")), given.version);
         EXPECT_EQ(text_of(file.diagnostics), "");
         return std::move(file.study);
@@ -54,6 +57,7 @@ class StudyFolderTest : public ::testing::Test {
         TaskResult result;
         result.made_from = made_from(study, tasks_of(study)[0]);
         result.failure = failure;
+        if (failure.empty()) result.variants = {{"one", {}, {}}, {"two", {}, {}}};
         ASSERT_EQ(test::error_of(folder.keep(tasks_of(study)[0], result)), "");
     }
 
@@ -80,7 +84,14 @@ TEST_F(StudyFolderTest, AResultIsOfOneVersionOneChainTheseSettingsAndTheseFiles)
                         {"the frame", "frame a.0002.exr", file("in/a.0002.exr")},
                         {"the frame before", "frame a.0001.exr", file("in/a.0001.exr")},
                         {"the frame after", "frame a.0003.exr", file("in/a.0003.exr")},
-                        {"the truth", "truth truth.0002.exr", file("in/truth.0002.exr")}};
+                        {"the file of all frames", "frame z.exr", file("in/z.exr")},
+                        {"the truth", "truth truth.0002.exr", file("gt/truth.0002.exr")},
+                        {"the truth is gone", "and that is \"nothing\" now",
+                         [this] {
+                             fs::remove(at("gt/truth.0002.exr"));
+                             return Given();
+                         }},
+                        {"it is back", "was made from \"nothing\"", file("gt/truth.0002.exr")}};
     for (const Row& row : rows) {
         keep(study(), row.what);
         keep(study(), concat(row.what, " failed"), "no memory");
@@ -103,11 +114,19 @@ TEST_F(StudyFolderTest, ResultsAreReadBackAndThoseOfOtherScenesAreRefused) {
         TaskResult result;
         result.made_from = made_from(first, task);
         result.frames = {2};
+        result.width = 640;
+        result.height = 360;
+        result.truth = "gt";
+        result.renderer = "device";
+        result.revision = "abc";
         result.variants = {{"one", {{"mse", {0.5, std::nullopt}}}, 1.5}, {"two", {}, {}}};
         ASSERT_EQ(test::error_of(folder.keep(task, result)), "");
         const TaskResult back = *test::must(folder.result(first, task));
         EXPECT_EQ(back.made_from, result.made_from);
         EXPECT_EQ(back.frames, result.frames);
+        EXPECT_EQ(std::tie(back.width, back.height), std::tie(result.width, result.height));
+        EXPECT_EQ(std::tie(back.truth, back.renderer, back.revision),
+                  std::tie(result.truth, result.renderer, result.revision));
         EXPECT_EQ(back.variants[0].metrics, result.variants[0].metrics);
         EXPECT_EQ(back.variants[0].time_ms, 1.5);
         EXPECT_FALSE(back.variants[1].time_ms);
@@ -115,8 +134,20 @@ TEST_F(StudyFolderTest, ResultsAreReadBackAndThoseOfOtherScenesAreRefused) {
     const auto other = open(study({.scene = "t"}));
     EXPECT_EQ(other.status().code(), StatusCode::usage);
     EXPECT_THAT(test::error_of(other), HasSubstr("s.one_vs_two.json: belongs to another study"));
-    write_text(at("out/tasks/s.one_vs_two.json"), "{");
-    EXPECT_EQ(open(first).status().code(), StatusCode::input);
+    const std::string kept = test::read_text(at("out/tasks/s.one_vs_two.json"));
+    write_text(at("out/tasks/.t.one_vs_two.json"), kept);  // no result of a study
+    EXPECT_EQ(test::error_of(open(first)), "");
+    // Damaged: half of it, of another version, without a variant.
+    const auto with = [&](const char* key, const io::Json& value) {
+        io::Json json = io::Json::parse(kept);
+        json[key] = value;
+        return json.dump();
+    };
+    for (const std::string& text :
+         {std::string("{"), with("postchain_task", 2), with("variants", io::Json::array())}) {
+        write_text(at("out/tasks/s.one_vs_two.json"), text);
+        EXPECT_THAT(test::error_of(open(first)), HasSubstr("is not a result of a study")) << text;
+    }
 }
 
 TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
@@ -124,7 +155,8 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
     write_text(at("mine/notes.txt"), "mine");
     EXPECT_EQ(open(study(), "mine").status().code(), StatusCode::output);
     EXPECT_FALSE(fs::exists(at("mine/tasks")));
-    EXPECT_EQ(open(study(), "in").status().code(), StatusCode::usage);  // it holds an input
+    for (const char* holds_an_input : {"in", "gt"})
+        EXPECT_EQ(open(study(), holds_an_input).status().code(), StatusCode::usage);
     // Removing a study removes its results and reports alone.
     keep(study(), "out");
     fs::create_directories(at("out/scenes"));

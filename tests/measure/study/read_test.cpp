@@ -63,6 +63,11 @@ TEST(StudyFile, EveryPairIsAskedAndPathsAreBesideTheFile) {
     EXPECT_EQ(t.measured.run.input.patterns.at(Role::behind).text(), "shots/c.####.exr");
     EXPECT_EQ(s.measured.repeats, 2);
     EXPECT_EQ(t.measured.repeats, 3);
+    const std::string frames = "settings: {frames: 7}\nscenes:\n";
+    const std::string none =
+        "  - {name: s, input: 'a.####.exr', truth: 'b.####.exr', frames: null}\n";
+    EXPECT_TRUE(study_of(kHead + frames + kScene).scenes[0].measured.run.frames);
+    EXPECT_FALSE(study_of(kHead + frames + none).scenes[0].measured.run.frames);
     EXPECT_EQ(t.measured.run.frames->frames, std::vector<int>{10});
     EXPECT_EQ(s.measured.run.version, "1.2.3");
 }
@@ -95,11 +100,12 @@ const std::string kSampled =
     "  more: [depth_of_field: {samples: 18}, motion_blur: {samples: 15}]\n";
 
 TEST(StudyFile, QuestionsSayWhatIsEqual) {
-    const Study study = study_of(kSampled +
-                                 "questions:\n  - {pair: [lens, joint], equal: samples}\n"
-                                 "  - {pair: [more, joint], equal: time}\n  - [lens, more]\n"
-                                 "margins: {hdr_flip: 0.003, psnr: 1}\nscenes:\n" +
-                                 kScene);
+    const Study study =
+        study_of(kSampled +
+                 "questions:\n  - {pair: [lens, joint], equal: samples}\n"
+                 "  - {pair: [more, joint], equal: time}\n  - {pair: [lens, more]}\n"
+                 "margins: {hdr_flip: 0.003, psnr: 1}\nscenes:\n" +
+                 kScene);
     EXPECT_EQ(study.equal, (std::vector<Equal>{Equal::samples, Equal::time, Equal::unsaid}));
     EXPECT_EQ(study.margins, (std::map<std::string, double>{{"hdr_flip", 0.003}, {"psnr", 1}}));
     // Each chain is measured once.

@@ -60,6 +60,23 @@ TEST(StudyReport, TimesOfEqualTimeAreTheGeometricMeanOfTheirRatios) {
                             HasSubstr("along against low, HDR-FLIP: ")));
 }
 
+TEST(StudyReport, TheCsvHasTheIntervalsOfAllQuestions) {
+    std::vector<TaskResult> results(3, result("r", 1, 1));
+    results[1].variants[1].metrics["hdr_flip"] = {0.38};
+    results[2].variants[1].metrics["hdr_flip"] = {0.42};
+    const StudyReport report = make_report(bench_of_two_chains(), results);
+    const auto& pairs = report.table("hdr_flip")->pairs;
+    const std::string csv = report_as_csv(report);
+    EXPECT_THAT(csv, HasSubstr("hdr_flip,scene,\"t\",\"t\",0.5,0.38,0.3,0.12,0.2\n"));
+    const auto line = [&](const char* row, auto value) {
+        return concat("hdr_flip,", row, ",\"\",\"\",,,,", io::json_text(value(pairs[0])), ",",
+                      io::json_text(value(pairs[1])), "\n");
+    };
+    EXPECT_THAT(csv, HasSubstr(line("low", [](const auto& pair) { return pair.interval->low; })));
+    EXPECT_THAT(csv, HasSubstr(line("high", [](const auto& pair) { return pair.interval->high; })));
+    EXPECT_NEAR(pairs[0].interval->high - pairs[0].interval->low, 2 * 4.302653 * 0.0115470, 1e-6);
+}
+
 TEST(StudyReport, ASceneThatFailedIsInNoTable) {
     TaskResult failed;
     failed.failure = "the ground truth has no file";

@@ -82,12 +82,25 @@ TEST(Table, TwoFamiliesHaveTheWidestIntervalAndOneDecidesNothing) {
     const PairResult alone = result(0.5, 0.4, 0.5, 0.4, "x");
     EXPECT_FALSE(alone.interval);
     EXPECT_EQ(alone.decision, Decision::too_few);
+    EXPECT_EQ(alone.words, "b is closer than a by 0.1 in the only family; nothing is decided");
+    // Decided, and small.
+    const auto small =
+        tables_of({{"mse", "help", Better::lower}}, kNames, kPairs,
+                  {scene("one", "x", {0.4}, {0.5}), scene("two", "y", {0.4}, {0.502})},
+                  {{"mse", 0.15}})[0]
+            .pairs[0];
+    EXPECT_EQ(small.decision, Decision::a);
+    EXPECT_EQ(small.words,
+              "a is closer than b by 0.101 (0.08829 to 0.1137; p 0.0063), in 2 of 2 families, "
+              "which is less than 0.15");
 }
 
 TEST(Table, ALargerPsnrAndARatioNearerToOneAreNearer) {
     const MetricTable psnr = table({scene("one", "x", {30}, {32})}, Better::higher);
     EXPECT_DOUBLE_EQ(*psnr.scenes[0].gains[0], 2);
     EXPECT_EQ(psnr.best, 1u);
+    EXPECT_EQ(table({scene("one", "x", {32}, {30})}, Better::higher).best, 0u);
+    EXPECT_EQ(table({scene("one", "x", {32}, {32})}, Better::higher).best, 0u);
     // Frame by frame: |1.2 - 1| - |0.9 - 1| = 0.1 and |0.9 - 1| - |1.3 - 1| = -0.2.
     const MetricTable ratio = table({scene("one", "x", {1.2, 0.9}, {0.9, 1.3})}, Better::one);
     EXPECT_NEAR(*ratio.scenes[0].gains[0], -0.05, 1e-12);
@@ -97,6 +110,8 @@ TEST(Table, FramesWithoutAValueInOneOfBothDoNotCount) {
     const MetricTable found =
         table({scene("one", "x", {std::nullopt, 0.5, 0.9}, {0.1, 0.3, std::nullopt})});
     EXPECT_NEAR(*found.scenes[0].gains[0], 0.2, 1e-12);
+    EXPECT_EQ(table({scene("one", "x", {0.5}, {std::nullopt})}).pairs[0].words,
+              "no scene has a value");
 }
 
 // A family that lacks a variant would make the means of the others incomparable.
@@ -168,7 +183,9 @@ TEST(Table, HolmCorrectsForTheQuestions) {
         set_pair(scenes[0], q + 1, "mse", {0.5}, {0.4});
         set_pair(scenes[1], q + 1, "mse", {0.5}, {last});
     }
-    const auto found = tables_of({{"mse", "help", Better::lower}}, names, pairs, scenes)[0].pairs;
+    const auto found =
+        tables_of({{"mse", "help", Better::lower}}, names, pairs, scenes, {{"mse", 0.15}})[0].pairs;
+    EXPECT_NEAR(found[0].equivalence->corrected, 8 * found[0].equivalence->alone, 1e-12);
     EXPECT_NEAR(found[0].difference->corrected, 8 * found[0].difference->alone, 1e-12);
     EXPECT_EQ(found[0].decision, Decision::not_decided);
     EXPECT_EQ(found[1].difference->corrected, 1);

@@ -247,7 +247,8 @@ Result<std::optional<TaskResult>> StudyFolder::result(const Study& study, const 
     if (!fs::exists(path, error)) return std::optional<TaskResult>();
     ASSIGN_OR_RETURN(const auto text, read_text_file(path, StatusCode::input, kResultLimits));
     auto result = task_result_from(text);
-    if (!result)
+    if (!result ||
+        (result->failure.empty() && result->variants.size() != chains_of(study, task).size()))
         return Status(StatusCode::input,
                       path + ": is not a result of a study; remove it, and it is made again");
     // A scene that failed is tried again, whatever has changed since.

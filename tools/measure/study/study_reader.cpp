@@ -85,15 +85,11 @@ std::optional<size_t> chain_of(const TextNode& at, const std::string& path, cons
 // Keys of a question that is a map.
 std::optional<Equal> equal_of(const TextNode& item, const std::string& path, Reporter& reporter) {
     if (!item.is_map()) return Equal::unsaid;
-    bool good = true;
     for (const auto& [key, value] : item.entries)
-        if (key.text != "pair" && key.text != "equal") {
+        if (key.text != "pair" && key.text != "equal")
             reporter.error(key, path + "." + key.text,
                            unknown_word("key", key.text, {"pair", "equal"}));
-            good = false;
-        }
     const TextNode* equal = item.find("equal");
-    if (!good) return std::nullopt;
     if (!equal) return Equal::unsaid;
     for (const Equal one : {Equal::samples, Equal::time})
         if (equal->is_scalar() && equal->text == name_of(one)) return one;

@@ -480,7 +480,7 @@ Result<std::optional<Claim>> Claim::take(const std::string& path) {
     if (folder.error() != 0)
         return output_error(path, why_not_in(own_folder(path), folder.error()));
     std::string name = own_name(path);
-    const int fd = ::open(folder.at(name).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    const int fd = ::open(folder.at(name).c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd < 0)
         return Status(StatusCode::output, path + ": cannot be made: " + std::strerror(errno));
     if (::flock(fd, LOCK_EX | LOCK_NB) == 0)

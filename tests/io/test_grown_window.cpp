@@ -61,33 +61,37 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         bool parts;
         Imf::Compression compression;
         Imf::PixelType depth = Imf::FLOAT;
+        int at = 0;  // the part of color
     };
     for (const Case& one : {Case{"lines", 0, false, Imf::ZIP_COMPRESSION},
                             Case{"half_depth", 0, false, Imf::ZIP_COMPRESSION, Imf::HALF},
                             Case{"tiles", 8, false, Imf::PIZ_COMPRESSION},
                             Case{"parts", 0, true, Imf::RLE_COMPRESSION},
-                            Case{"tiled_parts", 8, true, Imf::NO_COMPRESSION}}) {
+                            Case{"tiled_parts", 8, true, Imf::NO_COMPRESSION},
+                            Case{"second_part", 0, true, Imf::ZIP_COMPRESSION, Imf::FLOAT, 1}}) {
         SCOPED_TRACE(one.name);
-        std::vector<FilePart> parts = {beauty};
-        parts[0].tile = one.tile;
-        parts[0].compression = one.compression;
-        parts[0].channels[6].type = one.depth;
+        FilePart colored = beauty;
+        colored.tile = one.tile;
+        colored.compression = one.compression;
+        colored.channels[6].type = one.depth;
         const bool half = one.depth == Imf::HALF;
         const float far = half ? std::numeric_limits<float>::infinity() : 1e10f;
         // Tiles cannot have subsampled channels, and OpenImageIO cannot read files with them.
         const bool sampled = !one.tile && !one.parts;
-        if (!sampled) parts[0].channels.erase(parts[0].channels.begin() + 5);
-        if (one.parts) {
-            parts[0].name = "beauty";
-            parts.push_back({.name = "other", .channels = {{"X", Imf::FLOAT}}});
-            parts[1].display = beauty.display;
-        }
+        if (!sampled) colored.channels.erase(colored.channels.begin() + 5);
+        if (one.parts) colored.name = "beauty";
+        std::vector<FilePart> parts = {colored};
+        const int at = one.at, other = 1 - at;
+        if (one.parts)
+            parts.insert(
+                parts.begin() + other,
+                {.name = "other", .channels = {{"X", Imf::FLOAT}}, .display = beauty.display});
         const std::string in = folder.path(std::string(one.name) + ".exr"),
                           out = folder.path(std::string(one.name) + "_out.exr");
         write_file(in, parts);
-        const FrameChannels roles = {{Role::color, {0, kRgba}},
-                                     {Role::inverse_depth, {0, {"Z"}}},
-                                     {Role::motion, {0, {"mv.x", "mv.y"}}}};
+        const FrameChannels roles = {{Role::color, {at, kRgba}},
+                                     {Role::inverse_depth, {at, {"Z"}}},
+                                     {Role::motion, {at, {"mv.x", "mv.y"}}}};
         PlanesArea area{{-10, 0, 30, 24}, {}};
         area.convention.motion.bias = 0.5;
         const ReadFile frame = read_file(in, roles, {Role::inverse_depth, Role::motion}, area);
@@ -97,7 +101,7 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(0, 0), far);
         EXPECT_EQ(frame.planes.at(Role::motion).at(40, 24, 1), 0.5f);
         EXPECT_EQ(frame.planes.at(Role::color).at(5, 12, 3), 0);
-        EXPECT_EQ(frame.planes.at(Role::color).at(6, 6, 3), test::sample_value(parts[0], 3, -4, 6));
+        EXPECT_EQ(frame.planes.at(Role::color).at(6, 6, 3), test::sample_value(colored, 3, -4, 6));
         const ImageF color = new_color(frame);
         WriteOptions options;
         options.window = Window{-7, 4, 12, 19};
@@ -106,23 +110,23 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
                     testing::Contains(HasSubstr("data window (-4, 6)-(9, 17) grown")));
         const Window expected = sampled ? Window{-8, 3, 13, 20} : *options.window;
         auto file = must(ExrFile::open(out));
-        EXPECT_EQ(file.parts()[0].data_window, expected);
-        EXPECT_EQ(file.parts()[0].display_window, (Window{-10, 0, 30, 24}));
-        EXPECT_EQ(*file.read_channels(0, kRgba), placed(color, frame.window, expected));
-        const auto pixels = must(file.read_part(0));
-        for (size_t c = 4; c < parts[0].channels.size(); ++c) {
-            const std::string name = parts[0].channels[c].name;
+        EXPECT_EQ(file.parts()[size_t(at)].data_window, expected);
+        EXPECT_EQ(file.parts()[size_t(at)].display_window, (Window{-10, 0, 30, 24}));
+        EXPECT_EQ(*file.read_channels(at, kRgba), placed(color, frame.window, expected));
+        const auto pixels = must(file.read_part(at));
+        for (size_t c = 4; c < colored.channels.size(); ++c) {
+            const std::string name = colored.channels[c].name;
             // half.Z is of no plane.
             const float outside = name == "Z" ? far : name.starts_with("mv.") ? 0.5f : 0;
             const bool half_infinity = half && name == "Z";
-            expect_channel(pixels, parts[0], c,
+            expect_channel(pixels, colored, c,
                            half_infinity ? 0x7c00u : std::bit_cast<uint32_t>(outside));
         }
         if (one.parts) {
-            EXPECT_EQ(oiio_channels(in, 1), oiio_channels(out, 1));
+            EXPECT_EQ(oiio_channels(in, other), oiio_channels(out, other));
         }
         if (!sampled) {
-            EXPECT_EQ(oiio_channels(out).size(), parts[0].channels.size());
+            EXPECT_EQ(oiio_channels(out, at).size(), colored.channels.size());
         }
     }
     // Half depth cannot hold a distance of 1e10.

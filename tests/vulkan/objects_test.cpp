@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "chain/vk/compiler.h"
 #include "chain/vk/device.h"
 #include "tests/support/random.h"
 #include "tests/vulkan/frames.h"
@@ -427,6 +428,21 @@ TEST(Objects, HaveNames) {
     info.log = [](void*, int, const char* text) { logged = text; };
     subject.expect_filters(vk_instance(info));
     EXPECT_EQ(logged, "PC_LABELS has no effect: VK_EXT_debug_utils is not enabled");
+}
+
+// Preprocessing, parsing and linking each say the place.
+TEST(Compiler, SaysWhatIsWrong) {
+    using ::testing::HasSubstr;
+    const std::string head = "#version 450\nlayout(local_size_x = 8) in;\n";
+    EXPECT_TRUE(vk::compile(head + "void main() {}\n", "good.comp").ok());
+    for (const auto& [body, said] : {std::pair("#error none\nvoid main() {}\n", "none"),
+                                     {"void main() { absent = 1; }\n", "absent"},
+                                     {"void main() { }\nvoid other() { main2(); }\n", "main2"}}) {
+        const auto program = vk::compile(head + body, "bad.comp");
+        EXPECT_EQ(program.status().code(), StatusCode::gl) << body;
+        EXPECT_THAT(program.status().message(), HasSubstr("shader bad.comp does not compile:"));
+        EXPECT_THAT(program.status().message(), HasSubstr(said));
+    }
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ TEST(Reference, OfLongEdgesAndHints) {
     const ImageF hint = noise_image(101, 67, 2, 5, -0.2f, 1.2f);
     for (const bool steep : {false, true})
         for (const double slope : {1.0 / 7, 1.0 / 13, 1.0 / 40})
-            for (const char* kind : {"none", "checkerboard", "threshold"})
+            for (const auto& [kind, light] :
+                 {std::pair("none", 0.9), {"checkerboard", 0.9}, {"threshold", 0.27}})
                 for (const char* gate : {"tile", "pixel"})
                     for (const char* where : {"everywhere", "blurred"}) {
                         SCOPED_TRACE(concat(steep, " ", slope, " ", kind, " ", gate, " ", where));
@@ -27,7 +28,7 @@ TEST(Reference, OfLongEdgesAndHints) {
                         settings.push_back({"where", where});
                         settings.push_back({"preset", int64_t(steep ? 10 : 29)});
                         const ImageF color = gray_image(101, 67, [&](int x, int y) {
-                            return (steep ? x > 40 + slope * y : y > 30 + slope * x) ? 0.9 : 0.2;
+                            return (steep ? x > 40 + slope * y : y > 30 + slope * x) ? light : 0.2;
                         });
                         const fxaa::Parameters parameters = parameters_of(settings);
                         const ImageD colors = image_cast<double>(color),
@@ -37,7 +38,8 @@ TEST(Reference, OfLongEdgesAndHints) {
                             &hints);
                         const Difference difference =
                             compare(run(settings, color, hint), expected, 1e-4);
-                        EXPECT_LE(difference.fraction, 0.001) << difference.text;
+                        // 3 % are at the edge; ends of a search may be ties.
+                        EXPECT_LE(difference.fraction, 0.006) << difference.text;
                     }
 }
 

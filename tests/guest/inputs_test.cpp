@@ -139,6 +139,7 @@ TEST_F(Inputs, ViewsOfLayers) {
 // A plan for neighbors of one form is not that for another one, whichever came before.
 TEST_F(Inputs, NeighborsOfEveryFormInTurn) {
     const auto shared = chain("motion_blur");
+    const ArrayTexture own_color(GL_RGBA32F, plane(Role::color));
     size_t different = 0;
     for (const Neighbor neighbor : kNeighbors) {
         const HostNeighbor beside = neighbor_of(host(), neighbor);
@@ -148,25 +149,33 @@ TEST_F(Inputs, NeighborsOfEveryFormInTurn) {
             depth(GL_R32F, beside.planes.at(Role::inverse_depth)),
             motion(GL_RG32F, beside.planes.at(Role::motion));
         using F = pc_frame&;
-        const std::function<void(F)> forms[] = {
-            [](F) {},
-            [](F f) { f.pre_exposure = 2; },
-            [](F f) { f.depth_encoding = PC_DEPTH_LINEAR; },
-            [](F f) { f.motion_scale[0] = -1; },
-            [](F f) {
+        const std::function<void(F, F)> forms[] = {
+            [](F, F) {},
+            [](F f, F) { f.pre_exposure = 2; },
+            [](F f, F) { f.depth_encoding = PC_DEPTH_LINEAR; },
+            [](F f, F) { f.motion_scale[0] = -1; },
+            [](F f, F) {
                 for (int i = 0; i < 4; ++i) f.view_projection[5 * i] = 1;
                 std::copy_n(f.view_projection, 16, f.other_view_projection);
                 f.view_projection[11] = f.other_view_projection[11] = -1;
             },
-            [&](F f) { f.color = half; },
-            [&](F f) { f.color = color, f.color_slice = ArrayTexture::kSlice; },
-            [&](F f) { f.depth = depth, f.depth_slice = ArrayTexture::kSlice; },
-            [&](F f) { f.motion = motion, f.motion_slice = ArrayTexture::kSlice; },
-            [](F f) { f.motion_size[0] = kWidth / 2, f.motion_size[1] = kHeight / 2; }};
+            [&](F f, F) { f.color = half; },
+            [](F f, F own) { own.pre_exposure = f.pre_exposure = 2; },
+            [&](F f, F own) {
+                own.pre_exposure = f.pre_exposure = 2;
+                own.color = own_color, own.color_slice = ArrayTexture::kSlice;
+            },
+            [&](F f, F own) {
+                own.pre_exposure = f.pre_exposure = 2;
+                f.color = color, f.color_slice = ArrayTexture::kSlice;
+            },
+            [&](F f, F) { f.depth = depth, f.depth_slice = ArrayTexture::kSlice; },
+            [&](F f, F) { f.motion = motion, f.motion_slice = ArrayTexture::kSlice; },
+            [](F f, F) { f.motion_size[0] = kWidth / 2, f.motion_size[1] = kHeight / 2; }};
         ImageF last;
         for (const auto& change : forms) {
             pc_frame other = beside.frame, frame = host().frame;
-            change(other);
+            change(other, frame);
             (neighbor == Neighbor::before ? frame.before : frame.after) = &other;
             const ImageF expected = filtered(chain("motion_blur"), frame);
             expect_equal(filtered(shared, frame), expected);

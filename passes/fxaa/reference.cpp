@@ -132,9 +132,8 @@ Move move_of(const Parameters& parameters, const ImageD& color, const ImageD& lu
     const std::vector<double>& steps = preset_steps(parameters.preset);
     auto walk = [&](double direction) {
         End end;
-        for (size_t i = 0; i < steps.size(); ++i) {
-            end.distance += steps[i];
-            if (i + 1 == steps.size()) break;
+        for (const double step : steps) {
+            end.distance += step;
             const double along = direction * end.distance;
             end.difference = bilinear(luma, x + 0.5 * move.dx + (horizontal ? along : 0),
                                       y + 0.5 * move.dy + (horizontal ? 0 : along)) -

@@ -139,7 +139,7 @@ TEST(Convert, BoundsOfDepth) {
     }
 }
 
-// What lies beyond infinity is infinitely far.
+// A depth beyond infinity is infinitely far.
 TEST(Convert, InverseDepthBelowZero) {
     const std::pair<DepthEncoding, std::vector<float>> cases[] = {
         {DepthEncoding::inverse, {-0.5f, 0.5f}},
@@ -346,7 +346,7 @@ TEST(Convert, OnlyWhatIsThereIsKnown) {
     EXPECT_EQ(frame.bounds.max_speed_px, FrameBounds::kUnknown);
     EXPECT_EQ(frame.bounds.max_inverse_depth, FrameBounds::kUnknown);
     EXPECT_EQ(frame.planes, RoleSet{Role::color});
-    // Of each frame anew.
+    // Each frame anew.
     planes[Role::layers] = ImageF(2, 6, 4);
     ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
     EXPECT_EQ(frame.layers, 3);

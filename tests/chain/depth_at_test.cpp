@@ -60,12 +60,12 @@ TEST(DepthAt, IsTheMedianOfASquare) {
                  {"bottom", [](int, int y) { return y > 10; }}};
     for (const auto& [side, is_near] : cases) {
         const ImageF depth = test::make_image(
-            21, 21, 1, [&](int x, int y, int) { return is_near(x, y) ? 4 : 0.25; });
+            21, 21, 1, [is_near = is_near](int x, int y, int) { return is_near(x, y) ? 4 : 0.25; });
         EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), {0.5, 0.5}), 0.25) << side;
     }
 }
 
-// What lies behind a border is not of the square: 10 of the 15 pixels at a side are 0.25.
+// The square ends at a border: 10 of its 15 pixels there are 0.25.
 TEST(DepthAt, EndsAtTheBorders) {
     const struct {
         Place place;
@@ -76,12 +76,12 @@ TEST(DepthAt, EndsAtTheBorders) {
                  {{0.5, 1}, [](int, int y) { return y == 20 || y < 18; }}};
     for (const auto& [place, is_near] : cases) {
         const ImageF depth = test::make_image(
-            21, 21, 1, [&](int x, int y, int) { return is_near(x, y) ? 4 : 0.25; });
+            21, 21, 1, [is_near = is_near](int x, int y, int) { return is_near(x, y) ? 4 : 0.25; });
         EXPECT_EQ(inverse_depth_at(depth, frame_of(depth, 21), place), 0.25);
     }
 }
 
-// So is what is no number, and what lies beyond.
+// No number and a depth beyond infinity count as sky too.
 TEST(DepthAt, SkyIsInfinitelyFar) {
     for (const float value : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN(),
                               std::numeric_limits<float>::infinity()}) {

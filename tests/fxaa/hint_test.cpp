@@ -14,6 +14,35 @@ SettingList hinted(const char* hint, const char* gate = "tile") {
     return {{"luma", "stored"}, {"blend", "stored"}, {"hint", hint}, {"hint_gate", gate}};
 }
 
+// Edges that end where the last steps of a search lead; each channel of a hint, and each use of it.
+TEST(Reference, OfLongEdgesAndHints) {
+    const ImageF hint = noise_image(101, 67, 2, 5, -0.2f, 1.2f);
+    for (const bool steep : {false, true})
+        for (const double slope : {1.0 / 7, 1.0 / 13, 1.0 / 40})
+            for (const char* kind : {"none", "checkerboard", "threshold"})
+                for (const char* gate : {"tile", "pixel"})
+                    for (const char* where : {"everywhere", "blurred"}) {
+                        SCOPED_TRACE(concat(steep, " ", slope, " ", kind, " ", gate, " ", where));
+                        SettingList settings = hinted(kind, gate);
+                        settings.push_back({"where", where});
+                        settings.push_back({"preset", int64_t(steep ? 10 : 29)});
+                        const double light = kind == "threshold"s ? 0.27 : 0.9;
+                        const ImageF color = gray_image(101, 67, [&](int x, int y) {
+                            return (steep ? x > 40 + slope * y : y > 30 + slope * x) ? light : 0.2;
+                        });
+                        const fxaa::Parameters parameters = parameters_of(settings);
+                        const ImageD colors = image_cast<double>(color),
+                                     hints = image_cast<double>(hint);
+                        const ImageD expected = fxaa::reference_fxaa(
+                            parameters, colors, fxaa::reference_luma(parameters, colors, {}),
+                            &hints);
+                        const Difference difference =
+                            compare(run(settings, color, hint), expected, 1e-4);
+                        // 3 % are at the edge; ends of a search may be ties.
+                        EXPECT_LE(difference.fraction, 0.006) << difference.text;
+                    }
+}
+
 TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
     // By hand, M = m in {0, 1}: N = S = E = W = 1 - m, corners m. Range 1 >= any threshold. Scores
     // 2|2(1-m) - 2m| + 2 |2m - 2(1-m)| = 8 both ways: horizontal. Gradients 1 and 1: N. Pair mean
@@ -131,8 +160,9 @@ TEST(Hint, WhereBlurredMixesByTheGate) {
                         const double h = gate > 0 ? std::min(gate, 1.0f) : 0;
                         const double mixed = own + h * (everywhere.at(x, y, c) - own);
                         ASSERT_NEAR(out.at(x, y, c), mixed, h == 0 ? 0 : 1e-6) << x << "," << y;
-                        if (parameters.mode == fxaa::Mode::directional)  // the search has ties
+                        if (parameters.mode == fxaa::Mode::directional) {  // the search has ties
                             ASSERT_NEAR(out.at(x, y, c), reference.at(x, y, c), 1e-5);
+                        }
                     }
         }
 }

@@ -147,7 +147,7 @@ TEST(Focus, PlacesMove) {
     EXPECT_EQ(then.depths, (guest::Depths{{{0.2, 0.1}, 1}, {{0.8, 0.9}, 2}, {{0.85, 0.5}, 2}}));
     EXPECT_EQ(then.since, 3u);
     EXPECT_TRUE(then.known);
-    // Half of the way in the time of which 63 % are 1.44 parts, each place its own.
+    // Each place covers half of the way to its own depth.
     frame.frame_seconds = 1;
     frame.focus_seconds = float(1 / std::log(2.0));
     chains.find(7, moved, 4).approach({3, 4, 1}, frame);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "tests/guest/host.h"
 #include "tests/support/gpu.h"
@@ -133,6 +134,56 @@ TEST_F(Inputs, ViewsOfLayers) {
         frame.*slice = ArrayTexture::kSlice;
         expect_equal(filtered(made(), frame), expected);
     }
+}
+
+// A plan for neighbors of one form is not that for another one, whichever came before.
+TEST_F(Inputs, NeighborsOfEveryFormInTurn) {
+    const auto shared = chain("motion_blur");
+    const ArrayTexture own_color(GL_RGBA32F, plane(Role::color));
+    size_t different = 0;
+    for (const Neighbor neighbor : kNeighbors) {
+        const HostNeighbor beside = neighbor_of(host(), neighbor);
+        const ImageF& picture = beside.planes.at(Role::color);
+        const HostTexture half(GL_RGBA16F, picture);
+        const ArrayTexture color(GL_RGBA32F, picture),
+            depth(GL_R32F, beside.planes.at(Role::inverse_depth)),
+            motion(GL_RG32F, beside.planes.at(Role::motion));
+        using F = pc_frame&;
+        const std::function<void(F, F)> forms[] = {
+            [](F, F) {},
+            [](F f, F) { f.pre_exposure = 2; },
+            [](F f, F) { f.depth_encoding = PC_DEPTH_LINEAR; },
+            [](F f, F) { f.motion_scale[0] = -1; },
+            [](F f, F) {
+                for (int i = 0; i < 4; ++i) f.view_projection[5 * i] = 1;
+                std::copy_n(f.view_projection, 16, f.other_view_projection);
+                f.view_projection[11] = f.other_view_projection[11] = -1;
+            },
+            [&](F f, F) { f.color = half; },
+            [](F f, F own) { own.pre_exposure = f.pre_exposure = 2; },
+            [&](F f, F own) {
+                own.pre_exposure = f.pre_exposure = 2;
+                own.color = own_color, own.color_slice = ArrayTexture::kSlice;
+            },
+            [&](F f, F own) {
+                own.pre_exposure = f.pre_exposure = 2;
+                f.color = color, f.color_slice = ArrayTexture::kSlice;
+            },
+            [&](F f, F) { f.depth = depth, f.depth_slice = ArrayTexture::kSlice; },
+            [&](F f, F) { f.motion = motion, f.motion_slice = ArrayTexture::kSlice; },
+            [](F f, F) { f.motion_size[0] = kWidth / 2, f.motion_size[1] = kHeight / 2; }};
+        ImageF last;
+        for (const auto& change : forms) {
+            pc_frame other = beside.frame, frame = host().frame;
+            change(other, frame);
+            (neighbor == Neighbor::before ? frame.before : frame.after) = &other;
+            const ImageF expected = filtered(chain("motion_blur"), frame);
+            expect_equal(filtered(shared, frame), expected);
+            different += !equal_bits(expected, last);
+            last = expected;
+        }
+    }
+    EXPECT_GE(different, 10u);
 }
 
 // The color's own layer as output, and another layer of it.

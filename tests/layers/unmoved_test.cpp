@@ -279,7 +279,7 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
     }
 }
 
-// Of both planes; by the part of a pixel that is not the object, of which there is none below 0.
+// Both planes count, by the part of a pixel that is not the object: 0 to 1.
 TEST(Unmoved, SpeedsBesideTheObject) {
     TestFrame frame = layered_frame(101, 67, {23.0f, 0}, {8.0f, 0}, 5);
     const ImageF matte = square_matte(101, 67);

@@ -103,6 +103,9 @@ TEST(Exact, TheShutterThatIsUsed) {
     ASSERT_EQ(shutter::exceeded_limits({}, frame, 7.4).size(), 1u);
     EXPECT_EQ(shutter::exceeded_limits({}, frame, 7.4)[0].what, "length of a streak");
     EXPECT_EQ(shutter::exceeded_limits({}, frame, 7.4)[0].parameter, "max_blur_px");
+    frame.camera.shutter_position = ShutterPosition::center;
+    EXPECT_TRUE(shutter::exceeded_limits({}, frame, 3.75).empty());
+    EXPECT_EQ(shutter::exceeded_limits({}, frame, 3.7).at(0).what, "half-length of a streak");
     frame.bounds.max_speed_px = FrameBounds::kUnknown;
     EXPECT_TRUE(shutter::exceeded_limits({}, frame, 7.4).empty());
 }

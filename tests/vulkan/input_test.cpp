@@ -274,13 +274,13 @@ TEST(Input, FramesAreRefusedWithASentence) {
     for (const auto of : {&pc_frame::before, &pc_frame::after})
         refused_values("values: before or after is not NULL", [&](V v) { v.*of = &good_values; });
     refused_values("values: barriers is not 0", [](V v) { v.barriers = 8; });
-    for (const auto& [name, neighbor] : {std::pair("pc_vk_frame.before.", &pc_vk_frame::before),
-                                         {"pc_vk_frame.after.", &pc_vk_frame::after}}) {
+    for (const auto neighbor : {&pc_vk_frame::before, &pc_vk_frame::after}) {
+        const std::string name =
+            neighbor == &pc_vk_frame::before ? "pc_vk_frame.before." : "pc_vk_frame.after.";
         const auto refused_other = [&](pc_result code, const char* text, const auto& change) {
             other = good;
             change(other);
-            refused(code, (name + std::string(text)).c_str(),
-                    [&, of = neighbor](F f, V) { f.*of = &other; });
+            refused(code, (name + text).c_str(), [&](F f, V) { f.*neighbor = &other; });
         };
         refused_other(kVersion, "struct_size is 8", [](F f) { f.struct_size = 8; });
         refused_other(kVersion, "flags: 1; set", [](F f) { f.flags = PC_CAMERA_CUT; });

@@ -189,7 +189,7 @@ TEST(Memory, PartsAreApart) {
     blocks.memory.free({});
 }
 
-// What was freed between two others serves again: all of it, or a part at its end.
+// A part that was freed between two others serves again, joined with another one too.
 TEST(Memory, GapsAreFilled) {
     constexpr VkDeviceSize kPart = 1 << 18;  // four are a block
     Blocks blocks;

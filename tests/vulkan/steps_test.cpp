@@ -168,7 +168,7 @@ TEST(Steps, AreListedWithTheirUses) {
     EXPECT_EQ(of_host.at("host.color"), VkAccessFlags(VK_ACCESS_SHADER_READ_BIT));
     EXPECT_EQ(of_host.at("host.motion"), VkAccessFlags(VK_ACCESS_SHADER_READ_BIT));
     EXPECT_EQ(of_host.at("host.output"), VkAccessFlags(VK_ACCESS_SHADER_WRITE_BIT));
-    // Refused: past the end, no command buffer, and after another run began.
+    // Refused: past the end, no command buffer, and after another run began or was prepared.
     Vulkan::get().run([&](VkCommandBuffer commands) {
         pc_vk_instance* const vulkan = subject.vulkan.get();
         expect_error(pc_vk_record(vulkan, steps.dispatch_count, commands), PC_ERROR_ARGUMENT,
@@ -176,6 +176,11 @@ TEST(Steps, AreListedWithTheirUses) {
         expect_error(pc_vk_record(vulkan, 0, nullptr), PC_ERROR_ARGUMENT, "command_buffer is NULL");
         full_barrier(commands);
         EXPECT_EQ(pc_vk_run(vulkan, subject.chain.get(), &subject.frame.vk, commands), PC_OK);
+        expect_error(pc_vk_record(vulkan, 0, commands), PC_ERROR_ARGUMENT,
+                     "pc_vk_begin() was not the last call");
+        auto again = pc::make<pc_vk_steps>();
+        EXPECT_EQ(pc_vk_begin(vulkan, subject.chain.get(), &subject.frame.vk, &again), PC_OK);
+        prepare(subject.vulkan, subject.chain, subject.frame.vk);
         expect_error(pc_vk_record(vulkan, 0, commands), PC_ERROR_ARGUMENT,
                      "pc_vk_begin() was not the last call");
     });

@@ -101,8 +101,8 @@ TEST(Profiles, UnassignedPairsAreCandidatesForMotion) {
     // Color of another part has the same names.
     EXPECT_THAT(looked_for("rgba: R G B A|screenMotion: R G"),
                 ::testing::HasSubstr("(R, G may be"));
-    EXPECT_THAT(looked_for("R G B A Z N.X N.Y N.Z"),
-                ::testing::Not(::testing::HasSubstr("may be")));
+    for (const char* none : {"R G B A Z N.X N.Y N.Z", "R G B A Z u v"})
+        EXPECT_THAT(looked_for(none), ::testing::Not(::testing::HasSubstr("may be"))) << none;
 }
 
 // A surface moves 3 px right and 5 px down in each frame. Converted from each writer's form, its
@@ -173,6 +173,7 @@ TEST(Profiles, PlainFilesAreGeneric) {
     EXPECT_EQ(match.profile, "generic");
     EXPECT_THAT(match.text(), HasSubstr("motion: none; looked for motion.x, motion.y"));
     EXPECT_THAT(match.text(), HasSubstr("alpha 1"));
+    EXPECT_THAT(match.text(), testing::Not(HasSubstr("view")));
     // Planes may be all there is.
     const auto depth = must(detect(file_of("Z")));
     EXPECT_EQ(depth.profile, "generic");
@@ -248,6 +249,10 @@ TEST(Profiles, FindsLayersViewsAndParts) {
          "nuke: color 1 R G B A, motion 2 forward.u forward.v"},
         {parts_of_views, "", "left", "cycles, view left: color 0 R G B A, inverse_depth 2 Z"},
         {parts_of_views, "", "right", "cycles, view right: color 1 R G B A, inverse_depth 3 Z"},
+        // A dot before everything is no view.
+        {file_of("R G B .right", {"left", "right"}), "", "", "generic, view left: color 0 R G B"},
+        // A layer without color beside one with it.
+        {file_of("fg.R fg.G fg.B bg.Z"), "", "", "generic, layer fg: color 0 fg.R fg.G fg.B"},
         // No role is put together from two parts.
         {file_of("a: R G|b: B Z"), "", "", "generic: inverse_depth 1 Z"}};
     for (const Found& one : all)
@@ -259,6 +264,7 @@ TEST(Profiles, FindsLayersViewsAndParts) {
     // Blender's compositor adds a layer "Composite" that has only color.
     const auto with_vectors = must(detect(with_layers({"ViewLayer", "Composite"}, false)));
     EXPECT_EQ(with_vectors.view_layer, "ViewLayer");
+    EXPECT_THAT(with_vectors.text(), HasSubstr("\nview layer ViewLayer of Composite, ViewLayer\n"));
     EXPECT_THAT(with_vectors.notes,
                 ElementsAre(HasSubstr("layer ViewLayer of Composite, ViewLayer")));
     EXPECT_THAT(must(detect(kViewsInLayer, "", "right")).text(),

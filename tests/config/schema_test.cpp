@@ -114,6 +114,9 @@ TEST(Schema, SaysTypesRangesAndDefaults) {
     EXPECT_THAT(rows.find("shutter_frames")->find("description")->text, HasSubstr("frames"));
     EXPECT_EQ(rows.find("mode")->find("enum")->items[1].text, "narrow");
     EXPECT_EQ(rows.find("mode")->find("default")->text, "wide");
+    // JSON Schema has no empty allOf.
+    EXPECT_TRUE(schema.find("$defs")->find("pass.smear")->find("allOf"));
+    EXPECT_FALSE(schema.find("$defs")->find("pass.tint")->find("allOf"));
 }
 
 TEST(Schema, LetsAnOptionalChoiceBeNull) {
@@ -152,11 +155,15 @@ TEST(Describe, NamesEveryParameterAndRule) {
             EXPECT_EQ(entry.find("key")->text, row.key);
             EXPECT_EQ(entry.find("unit")->text, row.unit);
             EXPECT_EQ(entry.find("type")->text, name_of(row.type));
+            for (const auto& [key, value] :
+                 {std::pair("excludes", row.excludes), {"unset_means", row.unset_means}})
+                EXPECT_EQ(entry.find(key) ? entry.find(key)->text : "", value);
             EXPECT_EQ(*value_of(*entry.find("default")),
                       *value_of(tree_of("a: " + yaml_text_of(row.default_value)).entries[0].value));
         }
     }
     EXPECT_EQ(json.find("camera")->items.size(), camera_parameters().rows().size());
+    EXPECT_EQ(text.find("not together with \n"), std::string::npos);
     std::set<std::string> names;
     for (const auto& rule : elision_rules(builtin_passes())) {
         EXPECT_TRUE(names.insert(rule.name).second) << rule.name << " is declared twice";

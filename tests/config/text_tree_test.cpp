@@ -312,8 +312,9 @@ TEST(Scalar, ReadsNumbersBooleansAndWords) {
         {"false", false},
         {"null", ParameterValue()}};
     for (const auto& [text, value] : values) EXPECT_EQ(plain(text), value) << text;
-    for (const char* word : {"yes", "no", "on", "off", "True", "FALSE", "Null", "guertin", "1,5",
-                             "1.2.3", "12abc", "e5", ".", "-", "+", "1e", "0x", "--1", "+-1"})
+    for (const char* word :
+         {"yes",   "no", "on", "off", "True", "FALSE", "Null", "guertin", "1,5", "1.2.3",
+          "12abc", "e5", ".",  "-",   "+",    "1e",    "0x",   "--1",     "+-1", "_1"})
         EXPECT_EQ(plain(word), ParameterValue(std::string(word))) << word;
 }
 

@@ -1,5 +1,6 @@
 #include "tests/io/synced_files.h"
 
+#include <stdio.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -33,6 +34,13 @@ extern "C" int fsync(int fd) {
     files.paths.push_back(path_of(fd));
     errno = S_ISDIR(info.st_mode) ? files.folder_error : files.error;
     return errno == 0 ? 0 : -1;
+}
+
+extern "C" int renameat2(int from_folder, const char* from, int to_folder, const char* to,
+                         unsigned flags) noexcept {
+    errno = postchain::test::synced_files().rename_error;
+    if (errno != 0) return -1;
+    return int(::syscall(SYS_renameat2, from_folder, from, to_folder, to, flags));
 }
 
 extern "C" int flock(int fd, int operation) {

@@ -14,6 +14,7 @@ struct SyncedFiles {
     int error = 0;                                                  // of files, if not 0
     int folder_error = 0;                                           // of folders
     int lock_error = 0;                                             // of flock(), if not 0
+    int rename_error = 0;                                           // of renameat2()
     std::function<void(const std::string& path)> before_lock = {};  // called by flock()
 };
 SyncedFiles& synced_files();

@@ -332,6 +332,30 @@ TEST_F(AtomicWrite, AFileSystemWithoutLocksIsWrittenTo) {
     test::synced_files() = {};
 }
 
+// Some cannot rename without replacing.
+TEST_F(AtomicWrite, AFileSystemWithoutSuchARenameLosesNothing) {
+    const std::string path = folder.path("a.txt"), beside = folder.path("a.txt.json");
+    for (const int error : {EINVAL, ENOSYS, EIO}) {
+        SCOPED_TRACE(error);
+        std::filesystem::remove(path);
+        test::synced_files() = {.rename_error = error};
+        const bool can = error != EIO;
+        EXPECT_EQ(atomic_write_text(path, "first", OnExisting::fail).ok(), can);
+        EXPECT_EQ(folder.names().size(), can ? 1u : 0u);
+        test::write_text(path, "old");
+        EXPECT_FALSE(atomic_write_text(path, "new", OnExisting::fail).ok());
+        EXPECT_EQ(atomic_write_text(path, "new", OnExisting::skip).ok(), can);
+        EXPECT_EQ(read_text(path), "old");
+        EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
+    }
+    test::synced_files() = {.rename_error = EINVAL};
+    test::write_text(beside, "of old");
+    EXPECT_TRUE(must(ReplaceLock::take(path)).set_aside(beside).ok());
+    EXPECT_EQ(read_text(beside), "of old");
+    EXPECT_THAT(folder.names(), ElementsAre("a.txt", "a.txt.json"));
+    test::synced_files() = {};
+}
+
 TEST_F(AtomicWrite, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
     for (const char* name : {".a.txt.123.tmp", ".a.txt.4567890.tmp", ".b.txt.123.tmp",  // a's, b's
                              ".a.txt.tmp", ".a.txt.12x.tmp", "a.txt.123.tmp", ".a.txt.123.bak"})

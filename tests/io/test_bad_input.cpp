@@ -96,13 +96,20 @@ TEST_F(BadInput, DeepPartsWithoutDepthOrOneAlpha) {
 }
 
 TEST_F(BadInput, LuminanceChromaAndSubsampledChannels) {
-    FilePart yc{.channels = {{"Y"}, {"RY", Imf::HALF, 2}, {"BY", Imf::HALF, 2}},
+    FilePart yc{.channels = {{"Y"}, {"RY", Imf::HALF, 2}, {"BY", Imf::HALF, 2}, {"Z"}},
                 .data = {{0, 0}, {15, 7}},
                 .display = {{0, 0}, {15, 7}}};
     write_file(in, {yc});
     EXPECT_THAT(read_error(in, {}), HasSubstr("luminance-chroma"));
     EXPECT_THAT(read_error(in, {{Role::color, {0, {"Y", "RY", "BY"}}}}),
                 HasSubstr("luminance-chroma"));
+    EXPECT_TRUE(must(ExrFile::open(in)).check_channels(0, {"Z"}).ok()) << "beside them";
+    for (const char* chroma : {"RY", "BY"}) {
+        FilePart one = yc;
+        one.channels = {{"Y"}, {chroma, Imf::HALF, 2}};
+        write_file(in, {one});
+        EXPECT_THAT(read_error(in, {}), HasSubstr("luminance-chroma")) << chroma;
+    }
     FilePart sub = yc;
     for (const auto& [x, y, words] :
          {std::tuple(2, 2, "2x2"), std::tuple(2, 1, "2x1"), std::tuple(1, 2, "1x2")}) {

@@ -140,6 +140,24 @@ TEST_F(CryptomatteFile, EveryWordForChannels) {
     }
 }
 
+// Levels of two digits; an attribute that only begins like a cryptomatte's.
+TEST_F(CryptomatteFile, ManyLevels) {
+    test::FilePart part;
+    for (int level = 0; level < 12; ++level)
+        for (const char* word : {"r", "g", "b", "a"})
+            part.channels.push_back(
+                {concat("crypto_object", level < 10 ? "0" : "", level, ".", word), Imf::FLOAT});
+    part.edit = [](Imf::Header& header) {
+        add_attributes(header, attributes());
+        header.insert("cryptomatte/name", Imf::StringAttribute("another"));
+    };
+    test::write_file(folder.path("many.exr"), {part});
+    const auto all = must(found(folder.path("many.exr")));
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_EQ(all[0].ranks(), 24);
+    EXPECT_EQ(all[0].levels.back().channels[0], "crypto_object11.r");
+}
+
 // Each view has its own ranks and manifest: in a part of the view, or by the view's word.
 TEST_F(CryptomatteFile, OfAView) {
     const auto add_ranks = [](test::FilePart& part, const std::string& view) {

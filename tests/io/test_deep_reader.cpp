@@ -136,10 +136,15 @@ using V = std::vector<float>;
 TEST(DeepReader, DeepColorIsUsedIfThereIsNoOther) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
-    for (const auto& [layer, is_color] :
-         {std::pair("CryptoObject00", false), {"uCryptoAsset00", false}, {"diffuse", true}}) {
+    const std::vector<const char*> rgba = {"A", "B", "G", "R"};
+    for (const auto& [layer, words, is_color] : {std::tuple("CryptoObject00", rgba, false),
+                                                 {"uCryptoAsset00", rgba, false},
+                                                 {"diffuse", rgba, true},
+                                                 {"small", {"a", "b", "g", "r"}, true},
+                                                 {"gray", {"A", "B", "R", "Y"}, false},
+                                                 {"warm", {"A", "G", "R", "Y"}, false}}) {
         FilePart flat{.name = "flat", .data = {{-3, 5}, {27, 24}}, .display = {{0, 0}, {31, 31}}};
-        for (const char* word : {"A", "B", "G", "R"})
+        for (const char* word : words)
             flat.channels.push_back({concat(layer, ".", word), Imf::FLOAT});
         write_file(path, {deep_part("deep"), flat});
         const FileChannels found = channels_of(must(ExrFile::open(path)));

@@ -130,6 +130,10 @@ TEST_F(ExrReader, ReadsOnlyTheChannelsAskedFor) {
     EXPECT_EQ(crop.at(2, 3, 0), sample_value(part, 3, 3, 5));
     EXPECT_EQ(crop.at(2, 3, 1), 7);
     EXPECT_EQ(crop.at(2, 3, 3), 7);
+    // A data window apart from the part's.
+    const PartPixels far = must(file.read_part(0)).placed({50, 0, 52, 1}, {{"Z", 7}});
+    EXPECT_EQ(far.interleaved({"R", "Z"}, far.window).data,
+              (std::vector<float>{0, 7, 0, 7, 0, 7, 0, 7, 0, 7, 0, 7}));
 }
 
 // All 65536 patterns, against Imath's table.

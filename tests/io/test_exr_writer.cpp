@@ -16,6 +16,7 @@
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
+#include "tools/sequence/exr/pixel_encode.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/planes/frame_writer.h"
 
@@ -264,6 +265,18 @@ TEST_F(ExrWriter, RoundsToTheNearestHalf) {
     const ImageF back = color_of(out);
     for (size_t i = 0; i < back.data.size(); ++i)
         ASSERT_EQ(back.data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
+}
+
+TEST_F(ExrWriter, IntegersAreRoundedIntoTheirRange) {
+    ImageF values(6, 1, 1);
+    values.data = {-3, 0.4f, 0.6f, 5e9f, kNan, kInf};
+    std::vector<uint32_t> stored(6, 7);
+    const EncodeCounts counts = encode_channels(
+        {{&values, 0, PixelType::uint32, reinterpret_cast<std::byte*>(stored.data())}});
+    constexpr uint32_t kLargest = std::numeric_limits<uint32_t>::max();
+    EXPECT_THAT(stored, ElementsAre(0, 0, 1, kLargest, 0, kLargest));
+    EXPECT_EQ(counts.nonfinite_pixels, 2u);
+    EXPECT_EQ(counts.refused_pixels, 0u);
 }
 
 TEST_F(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {

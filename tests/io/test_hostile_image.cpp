@@ -106,6 +106,9 @@ TEST_F(HostileImage, MorePixelsThanTheFileCanHold) {
     }
     std::string jpeg = bytes_of("a.jpg", small);
     EXPECT_EQ(fault_of("a.jpg", jpeg), "");
+    for (const size_t missing : {1, 2})
+        EXPECT_THAT(fault_of("b.jpg", jpeg.substr(0, jpeg.size() - missing)),
+                    HasSubstr("truncated"));
     const size_t frame = jpeg.find("\xff\xc0");
     ASSERT_NE(frame, std::string::npos);
     jpeg.replace(frame + 5, 4, "\x3e\x80\x3e\x80");  // 16000 x 16000
@@ -153,11 +156,36 @@ TEST_F(HostileImage, TextsAndDataThatBecomeMoreThanTheirLimit) {
     // A number in a text: read, or refused by name.
     EXPECT_THAT(with(chunk("tEXt", std::string("oiio:BitsPerSample\0", 19) + "40")),
                 testing::AnyOf("", HasSubstr("40 bits")));
-    std::string dpx = bytes_of("a.dpx", {16, 16, 3, OIIO::TypeDesc::UINT8});
-    std::string size = big(0x70000000);
-    if (dpx[0] == 'X') std::reverse(size.begin(), size.end());
-    EXPECT_THAT(fault_of("b.dpx", std::string(dpx).replace(32, 4, size)),
-                HasSubstr("bytes of data of its writer"));
+    OIIO::ImageSpec spec(16, 16, 3, OIIO::TypeDesc::UINT8);
+    for (const char* order : {"big", "little"})
+        for (const uint32_t stated : {0x70000000, 0x10000}) {
+            spec.attribute("oiio:Endian", order);
+            const std::string dpx = bytes_of("a.dpx", spec);
+            std::string size = big(stated);
+            if (dpx[0] == 'X') std::reverse(size.begin(), size.end());
+            EXPECT_THAT(fault_of("b.dpx", std::string(dpx).replace(32, 4, size)),
+                        HasSubstr(concat("states ", stated, " bytes of data of its writer")));
+        }
+}
+
+TEST_F(HostileImage, OtherFormatsTypesAndChannels) {
+    const std::string png = bytes_of("a.png", {16, 16, 3, OIIO::TypeDesc::UINT8});
+    EXPECT_THAT(fault_of("a.tif", png), HasSubstr("the format png, and its name says tiff"));
+    EXPECT_THAT(fault_of("b.png", std::string(png).replace(1, 1, "p")),
+                HasSubstr("not of the format of its name"));
+    EXPECT_NE(fault_of("c.png", ""), "");
+    for (const auto& [channels, type, why] :
+         {std::tuple(1, OIIO::TypeDesc::UINT8, "has 1 channels"),
+          {2, OIIO::TypeDesc::UINT8, "has 2 channels"},
+          {5, OIIO::TypeDesc::UINT8, "has 5 channels"},
+          {3, OIIO::TypeDesc::DOUBLE, "has values of the type double"},
+          {3, OIIO::TypeDesc::UINT32, "has values of the type uint"},
+          {3, OIIO::TypeDesc::HALF, ""},
+          {4, OIIO::TypeDesc::UINT16, ""}}) {
+        const std::string fault = fault_of("d.tif", bytes_of("d.tif", {16, 16, channels, type}));
+        EXPECT_THAT(fault, HasSubstr(why));
+        EXPECT_EQ(fault.empty(), *why == 0) << fault;
+    }
 }
 
 // OpenImageIO gives what is in memory for what is missing.

@@ -11,6 +11,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/support/status.h"
+#include "tools/sequence/exr/zip.h"
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/image_writer.h"
 #include "tools/sequence/image/png.h"
@@ -164,6 +165,15 @@ TEST(Preview, KeepsItsProvenance) {
     EXPECT_EQ(provenance_of(whole), "work 12 shown 34");
     EXPECT_EQ(preview_provenance(folder.path("none.png")), "");
     EXPECT_EQ(provenance_of(with_png_text(whole, "author", "me")), "work 12 shown 34");
+    // A keyword without a text, which has no zero byte behind it.
+    std::string bare = whole;
+    const size_t size = bare.find("tEXtpostchain") - 4, after = size + 8 + 9;
+    bare.erase(after, bare.find("IDAT") - 4 - 4 - after);
+    bare[size + 3] = 9;
+    const uint32_t sum = crc32_of(bare.substr(size + 4, 4 + 9));
+    for (size_t i = 0; i < 4; ++i) bare[after + i] = char(sum >> (24 - 8 * i));
+    EXPECT_EQ(provenance_of(bare), "");
+    EXPECT_EQ(provenance_of(with_png_text(bare, "postchain", "x")), "x");
     ASSERT_TRUE(write_png_preview(folder.path("plain.png"), color).ok());
     EXPECT_EQ(preview_provenance(folder.path("plain.png")), "");
 }
@@ -196,6 +206,74 @@ TEST(ImageWriter, RefusesOrCountsWhatDoesNotFit) {
         EXPECT_EQ(back.at(1, 1), value > 1 ? 1 : 0) << value;
         std::filesystem::remove(path);
     }
+}
+
+// As the input where the format has it.
+TEST(ImageWriter, ChoosesBitsAlphaAndTransfer) {
+    struct Row {
+        const char* input;
+        int bits, channels;
+        const char* output;
+        int to_bits;
+        bool alpha, unassociated;
+        Curve transfer;
+    };
+    constexpr auto srgb = Curve::srgb, linear = Curve::linear;
+    const TempFolder folder;
+    for (const Row& row : {Row{"i.png", 8, 4, "o.png", 8, true, true, srgb},
+                           {"i.png", 16, 4, "o.tif", 16, true, false, srgb},
+                           {"i.png", 16, 3, "o.png", 16, false, false, srgb},
+                           {"i.png", 16, 4, "o.jpg", 8, false, false, srgb},
+                           {"i.png", 16, 4, "o.dpx", 16, true, false, srgb},
+                           {"i.png", 8, 4, "o.hdr", 32, false, false, linear},
+                           {"i.tif", 32, 4, "o.png", 16, true, true, srgb},
+                           {"i.tif", 32, 4, "o.tif", 32, true, false, linear},
+                           {"i.tif", 32, 4, "o.dpx", 10, true, false, srgb}}) {
+        SCOPED_TRACE(concat(row.input, " ", row.bits, " ", row.output));
+        const std::string path = folder.path(row.input);
+        const bool is_float = row.bits == 32;
+        test::must(write_picture(path, ImageF(3, 4, 4, 0.5f),
+                                 {.format = image_format_of(path),
+                                  .bits = row.bits,
+                                  .alpha = row.channels == 4,
+                                  .unassociated = path.ends_with(".png") && row.channels == 4,
+                                  .transfer = is_float ? linear : srgb,
+                                  .color_space = is_float ? "Linear" : "sRGB"},
+                                 "", 0, {.on_existing = OnExisting::overwrite}));
+        const auto input = test::must(ImageFile::open(path));
+        const auto made = test::must(image_encoding(row.output, input, size_t(row.channels), {}));
+        EXPECT_EQ(made.bits, row.to_bits);
+        EXPECT_EQ(made.alpha, row.alpha);
+        EXPECT_EQ(made.unassociated, row.unassociated);
+        EXPECT_EQ(std::get<Curve>(made.transfer), row.transfer);
+        EXPECT_EQ(made.same_transfer, is_float == (row.transfer == linear));
+        EXPECT_FALSE(image_encoding(row.output, input, 3, {.bits = 11}).ok());
+    }
+}
+
+// Alpha is not decoded; limits are inclusive.
+TEST(ImageFile, DecodesFloatsAndHasLimits) {
+    const TempFolder folder;
+    const std::string path = folder.path("i.tif");
+    ImageF color(3, 4, 4, 0.5f);
+    test::must(write_picture(path, color,
+                             {.format = image_format_of(path),
+                              .bits = 32,
+                              .alpha = true,
+                              .transfer = Curve::linear,
+                              .pixel_aspect = 2},
+                             "", 0, {}));
+    auto file = test::must(ImageFile::open(path, {}, Curve::srgb));
+    const ImageF light = test::must(file.read_channels(0, {"G", "A"}));
+    EXPECT_NEAR(light.at(2, 3, 0), 0.2140411, 1e-6);
+    EXPECT_EQ(light.at(2, 3, 1), 0.5f);
+    EXPECT_EQ(file.parts()[0].pixel_aspect, 2);
+    const uint64_t bytes = 3 * 4 * 4 * sizeof(float);
+    EXPECT_TRUE(ImageFile::open(path, {.max_side = 4, .max_bytes = bytes}).ok());
+    EXPECT_THAT(test::error_of(ImageFile::open(path, {.max_side = 3})),
+                testing::HasSubstr("at most 3 a side"));
+    EXPECT_THAT(test::error_of(ImageFile::open(path, {.max_bytes = bytes - 1})),
+                testing::HasSubstr("more than are read"));
 }
 
 // Its pixels are kept until the whole image has been read.

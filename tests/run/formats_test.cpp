@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/run/pictures.h"
+#include "tests/support/status.h"
 
 namespace postchain::test::formats_test {
 namespace {
@@ -161,12 +162,36 @@ TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
         {"o.bmp", {}, "outputs end in .exr, .png"},
         {"o.png", {"--bits", "10"}, "png has 16, 8 bits, not 10"},
         {"o.png", {"--half"}, "apply only to EXR outputs"},
+        {"o.png", {"--compression", "zip"}, "apply only to EXR outputs"},
+        {"o.png", {"--channels", "R"}, "apply only to EXR outputs"},
+        {"o.exr", {"--bits", "8"}, "do not apply to EXR outputs"},
+        {"o.exr", {"--output-transfer", "srgb"}, "do not apply to EXR outputs"},
     };
     for (const auto& [name, more, why] : cases) {
         const auto outcome = through("in.exr", name, more);
         EXPECT_EQ(outcome.code, 2) << name << outcome.said;
         EXPECT_TRUE(outcome.says(why)) << outcome.said;
     }
+}
+
+TEST_F(FormatsTest, AnExrOfAPictureHasWhatIsAskedFor) {
+    write_picture(at("c.png"), kKinds[1], noise_of(kKinds[1]));
+    const auto written = [&](const Words& more) {
+        const auto outcome = through("c.png", "o.exr", more);
+        EXPECT_EQ(outcome.code, 0) << outcome.said;
+        const io::ExrPart part = must(io::ExrFile::open(at("out/o.exr"))).parts()[0];
+        std::string text = part.compression;
+        for (const auto& channel : part.channels)
+            text += concat(" ", channel.name, ":", io::name_of(channel.type));
+        return text;
+    };
+    EXPECT_EQ(written({}), "zip A:float B:float G:float R:float");
+    EXPECT_EQ(written({"--half", "--compression", "piz"}), "piz A:half B:half G:half R:half");
+    EXPECT_EQ(written({"--channels", "R,G"}), "zip G:float R:float");
+    // Values of channels that are not written do not have to fit.
+    write_picture(at("c.tif"), {"c.tif", kFloat, 32, 3}, {1, 1, 3, {0.5f, 1e6f, 0.25f}});
+    EXPECT_EQ(through("c.tif", "o.exr", {"--half"}).code, 5);
+    EXPECT_EQ(through("c.tif", "o.exr", {"--half", "--channels", "R,B"}).code, 0);
 }
 
 // The filters see the same light, whichever file format it comes from.

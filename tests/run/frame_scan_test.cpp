@@ -222,6 +222,14 @@ TEST(Survey, NamesWhatMostFramesHaveOtherwise) {
               "4 2 pixels with NaN or Inf\n");
     EXPECT_NE(survey.text().find("  sky in 1 of 4 frames\n"), std::string::npos) << survey.text();
     EXPECT_EQ(SequenceSurvey().text(), "");
+    // Half of the frames are most.
+    SourceFrame source;
+    SequenceSurvey two;
+    two.add(1, source, gray);
+    source.description.planes = {Role::motion};
+    two.add(2, source, gray);
+    ASSERT_EQ(two.findings().size(), 1u);
+    EXPECT_EQ(two.findings()[0].what, "has no motion");
     EXPECT_EQ(fault_of("damaged"), "damaged");
     EXPECT_EQ(fault_of("a.exr: chunk 3: damaged"), "chunk 3: damaged");
     // Eight of ten frames of 10 GiB each.

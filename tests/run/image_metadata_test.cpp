@@ -4,6 +4,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/run/pictures.h"
+#include "tests/support/status.h"
 
 namespace postchain::test::image_metadata_test {
 namespace {
@@ -91,6 +92,25 @@ TEST_F(ImageMetadataTest, APlaceOnAPageIsNoWindow) {
         EXPECT_EQ(read_picture(at(std::string("out/") + name)).values, in.values) << name;
         ASSERT_EQ(through(name, "o.exr").code, 0);
         EXPECT_EQ(read_color(at("out/o.exr")).width, 48) << name;
+    }
+}
+
+TEST_F(ImageMetadataTest, ThePixelAspectStays) {
+    const auto aspect_of = [&](const std::string& name) {
+        return name.ends_with(".exr") ? must(io::ExrFile::open(at(name))).parts()[0].pixel_aspect
+                                      : must(io::ImageFile::open(at(name))).parts()[0].pixel_aspect;
+    };
+    OIIO::ImageSpec anamorphic;
+    anamorphic.attribute("PixelAspectRatio", 2.f);
+    for (const char* name : {"c.png", "c.tif", "c.dpx"}) write_noise(name, anamorphic, kShort);
+    test::write_file(at("c.exr"), {{.channels = {{"R"}, {"G"}, {"B"}},
+                                    .edit = [](Imf::Header& h) { h.pixelAspectRatio() = 2; }}});
+    for (const char* from : {"c.exr", "c.png", "c.tif", "c.dpx"}) {
+        ASSERT_EQ(aspect_of(from), 2) << from;
+        for (const std::string to : {"o.exr", "o.png", "o.tif", "o.dpx"}) {
+            ASSERT_EQ(through(from, to, {"--overflow", "clamp"}).code, 0) << from << " " << to;
+            EXPECT_EQ(aspect_of("out/" + to), 2) << from << " " << to;
+        }
     }
 }
 

@@ -182,6 +182,43 @@ TEST_F(WatchFeedTest, AFrameWaitsForNeighborsThatItReadsAndThatWillCome) {
     }
 }
 
+TEST_F(WatchFeedTest, NeighborsAcrossACutAreNotWaitedFor) {
+    for (const bool cut : {true, false})
+        for (const auto& [neighbor, frame] :
+             {std::pair(Role::color_after, 1), {Role::color_before, 2}}) {
+            for (int number : {1, 2}) fs::remove(in(number));
+            settings_.source.cuts = {cut ? 1 : frame == 1 ? 0 : 2};
+            reads_ = {Role::color, neighbor};
+            write(frame);
+            start("1-2");
+            const auto fed = next([&] { return waits_for("neighboring frame"); });
+            EXPECT_EQ(fed.has_value(), cut) << frame;
+        }
+}
+
+// Frames of another part of the job, and frames that nobody asked for and that are being written.
+TEST_F(WatchFeedTest, NeighborsOutsideOfTheFramesAreWaitedForIfTheyWillCome) {
+    reads_ = {Role::color, Role::color_after};
+    write(1);
+    for (const bool in_chunk : {true, false}) {
+        SCOPED_TRACE(in_chunk);
+        fs::remove(in(2));
+        settings_.chunk = in_chunk ? io::Chunk{1, 2} : io::Chunk();
+        if (!in_chunk) test::write_text(in(2), rendered(2).substr(0, 500));
+        start(in_chunk ? "1-2" : "1");
+        bool waited = false;
+        const auto fed = next([&] {
+            if (waited || !waits_for("neighboring frame: 1")) return false;
+            write(2);
+            return !(waited = true);
+        });
+        ASSERT_TRUE(fed);
+        EXPECT_EQ(fed->task.frame, 1);
+        EXPECT_TRUE(waited);
+        EXPECT_FALSE(next()) << "only one frame is asked for";
+    }
+}
+
 // The neighbor's writer was killed: the frame is filtered without it when the idle time is over.
 TEST_F(WatchFeedTest, ANeighborThatStaysIncompleteIsNotWaitedForToTheEnd) {
     for (const auto& [neighbor, whole, damaged] :

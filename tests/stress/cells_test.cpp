@@ -28,6 +28,19 @@ TEST(Stress, CellsHoldTheScalesTheyName) {
     const FrameBounds& sky = find_cell("near plane before sky").frame.bounds;
     EXPECT_EQ(sky.min_inverse_depth, 0);
     EXPECT_EQ(sky.max_inverse_depth, 10);
+    // Which of the two is the object.
+    for (const auto& [name, object, ground] : {std::tuple("ratio 1e+30", 1.0f, 1e-30f),
+                                               {"ratio 1e+30, object behind", 1e-30f, 1.0f},
+                                               {"near plane before sky", 10.0f, 0.0f},
+                                               {"sky in near plane", 0.0f, 10.0f}}) {
+        const ImageF& depth = find_cell(name).planes.at(Role::inverse_depth);
+        EXPECT_EQ(depth.at(40, 20), object) << name;
+        EXPECT_EQ(depth.at(0, 0), ground) << name;
+    }
+    std::set<std::string> rows;
+    for (const MatrixCell& cell : make_cells(40, false)) rows.insert(cell.row);
+    EXPECT_EQ(rows, (std::set<std::string>{"crossed", "denormal", "depth", "lens", "nonfinite",
+                                           "nothing", "paths", "radiance", "size", "speed"}));
     EXPECT_EQ(find_cell("f/0.1, focus at infinity").frame.camera.f_stop, 0.1);
     EXPECT_EQ(find_cell("16384x3").frame.width, 16384);
     const FramePlanes& tiny = find_cell("motion and inverse depth of 1e-40").planes;

@@ -39,13 +39,15 @@ TEST(Transform, TurnsByHandAndBack) {
 
 // A vector points at the same pixel before and after: right becomes down.
 TEST(Transform, VectorsTurnWithThePicture) {
-    FramePlanes planes;
-    planes[Role::motion] = ImageF(1, 1, 2);
-    planes[Role::motion].data = {2, 3};
-    const auto moved = [&](Symmetry how) { return turned(planes, how)[Role::motion].data; };
-    EXPECT_EQ(moved(Symmetry::mirror), (Values{-2, 3}));
-    EXPECT_EQ(moved(Symmetry::flip), (Values{2, -3}));
-    EXPECT_EQ(moved(Symmetry::turn), (Values{-3, 2}));
+    for (const Role role : {Role::motion, Role::motion_back}) {
+        FramePlanes planes;
+        planes[role] = ImageF(1, 1, 2);
+        planes[role].data = {2, 3};
+        const auto moved = [&](Symmetry how) { return turned(planes, how)[role].data; };
+        EXPECT_EQ(moved(Symmetry::mirror), (Values{-2, 3}));
+        EXPECT_EQ(moved(Symmetry::flip), (Values{2, -3}));
+        EXPECT_EQ(moved(Symmetry::turn), (Values{-3, 2}));
+    }
 }
 
 TEST(Transform, WindowsGoOnMirroredAtTheBorders) {

@@ -13,6 +13,7 @@
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/result_store.h"
 #include "tools/measure/report/images.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::experiment {
 
@@ -207,6 +208,27 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
         const ImageF second = test::must(load_image(report, *report.find(ImageKind::color, 0, 1)));
         for (int x = 0; x < nothing.width; ++x)
             EXPECT_EQ(nothing.at(x, 0, 1), second.at(report.slice->left + x, report.slice->row, 1));
+    }
+}
+
+// Results that are resumed, with slices of another width.
+TEST_F(Bench, ASliceOfADamagedResultIsLeftOut) {
+    std::vector<NamedChain> variants;
+    variants.push_back(variant("nothing", test::parse("postchain: 1\npasses: []\n")));
+    const auto row = [&](int frame) {
+        const Report report = done(variants, settings());
+        const ImageF slice = test::must(load_image(report, *report.find(ImageKind::slice, 0, 1)));
+        return std::pair(slice.at(0, frame - 1), slice.at(slice.width - 1, frame - 1));
+    };
+    const auto whole = row(2);
+    for (const size_t values : {3, 300'000}) {
+        const std::string path =
+            folder_.path(concat("report/results/", hex_of(variants[0].chain.hash()), ".1.json"));
+        io::Json json = io::Json::parse(test::read_text(path));
+        json["slice"] = std::vector<float>(values, 0.5f);
+        test::write_text(path, json.dump());
+        EXPECT_TRUE(std::isnan(row(1).first) && std::isnan(row(1).second)) << values;
+        EXPECT_EQ(row(2), whole);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <future>
 #include <limits>
@@ -72,6 +73,27 @@ TEST_F(TruthFiles, AnotherSizeNamesBoth) {
     test::write_truth(folder_.path(), 3, 1, 0.1f, 41);
     expect_refused("64x41");
     EXPECT_THAT(test::error_of(truth()), HasSubstr("in.0003.exr is 64x40"));
+}
+
+TEST_F(TruthFiles, FramesOfTheInputHaveOneSizeAndOneRangeOfExposures) {
+    const auto survey = [&](int width, int height) {
+        for (const auto& [frame, gray] : {std::pair(1, 2.0f), {2, 0.5f}, {3, 8.0f}}) {
+            const bool odd = frame == 2;
+            test::write_rgb(folder_.path(concat("in.000", frame, ".exr")),
+                            ImageF(odd ? width : 64, odd ? height : 40, 3, gray));
+        }
+        return survey_input(settings().run, metrics::ToneMapper::reinhard, true);
+    };
+    for (const auto& [width, height] : {std::pair(65, 40), {64, 41}})
+        EXPECT_THAT(test::error_of(survey(width, height)),
+                    HasSubstr(concat("in.0002.exr: size is ", width, "x", height)));
+    const InputSurvey whole = test::must(survey(64, 40));
+    EXPECT_EQ(whole.frames, (std::vector<int>{1, 2, 3}));
+    EXPECT_EQ(whole.width, 64);
+    EXPECT_EQ(whole.height, 40);
+    // x / (1 + x) = 0.85
+    EXPECT_NEAR(whole.exposures.start, std::log2(0.85 / 0.15 / 8), 1e-6);
+    EXPECT_NEAR(whole.exposures.stop, std::log2(0.85 / 0.15 / 0.5), 1e-6);
 }
 
 // Row 3 changes most in one pixel, row 7 in sum; there the pixels from 560 on change twice as much.

@@ -91,6 +91,21 @@ TEST(TuneText, TheFileOfAStoppedWalkHasItsChains) {
     edited.replace(edited.find("samples: 9"), 10, "samples: 5");
     for (const std::string& other : {edited, file + "# mine\n", file.substr(0, file.size() - 20)})
         EXPECT_FALSE(stopped_walk_of(other));
+    // Whole, but without a key, and with points that are none.
+    const auto ended = [](const std::string& text) {
+        return text + "# unchanged " + hex_of(hash_text(text)) + "\n";
+    };
+    EXPECT_TRUE(stopped_walk_of(ended("# walk abc\n")));
+    for (const char* none :
+         {"# walk \n", "# walk abc\n# measured {\n", "# walk abc\n# measured 3\n"})
+        EXPECT_FALSE(stopped_walk_of(ended(none))) << none;
+    // A time that was confirmed before the stop; a goal that no chain meets.
+    EXPECT_THAT(file, testing::Not(HasSubstr("timed again")));
+    made.search.candidates[0].confirmed = true;
+    made.goal.budget_s = 0.01;
+    EXPECT_THAT(tuned_chain_file(made),
+                AllOf(HasSubstr("(chosen chain: 3, timed again)"),
+                      HasSubstr("the same command goes on; no chain meets the goal yet\n")));
 }
 
 TEST(TuneText, AnUnmetGoalHasARemedy) {

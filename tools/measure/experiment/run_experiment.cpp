@@ -459,7 +459,8 @@ class Run {
             if (results.empty()) return Status();
             ImageF image(report_.slice->width, int(frames.size()), 3, std::nanf(""));
             for (size_t i = 0; i < frames.size(); ++i)
-                if (const auto found = results.find(frames[i]); found != results.end())
+                if (const auto found = results.find(frames[i]);
+                    found != results.end() && found->second.slice.size() == size_t(3 * image.width))
                     std::ranges::copy(found->second.slice, image.pixel(0, int(i)));
             return report::store_image(
                 report_,

@@ -476,7 +476,9 @@ Result<std::string> encode_image(const ImageToWrite& picture) {
     if (!info.is_float) spec.attribute("oiio:BitsPerSample", info.bits);
     if (info.unassociated) spec.attribute("oiio:UnassociatedAlpha", 1);
     if (!info.color_space.empty()) spec.attribute("oiio:ColorSpace", info.color_space);
-    if (info.pixel_aspect != 1) spec.attribute("PixelAspectRatio", info.pixel_aspect);
+    // Readers of JPEG disagree on which of its two densities is which.
+    if (info.pixel_aspect != 1 && info.format != "jpeg")
+        spec.attribute("PixelAspectRatio", info.pixel_aspect);
     if (!picture.compression.empty()) spec.attribute("compression", picture.compression);
     // Without a time, encoders of TIFF and DPX take the time of writing, and no two files would be
     // equal. This is EXIF's word for an unknown time.

@@ -194,6 +194,7 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
     picture.info.format = encoding.format->name;
     picture.info.width = picture.info.display_width = color.width;
     picture.info.height = picture.info.display_height = color.height;
+    picture.info.pixel_aspect = encoding.pixel_aspect;
     picture.info.channels = encoding.alpha ? 4 : 3;
     picture.info.bits = encoding.bits;
     picture.info.is_float = ImageFormat::is_float(encoding.bits);

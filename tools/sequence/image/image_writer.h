@@ -24,6 +24,7 @@ struct ImageEncoding {
     bool unassociated = false;  // PNG: always; TIFF: as the input
     Transfer transfer = Curve::srgb;
     std::string color_space;         // that the file states, OpenImageIO's name; may be empty
+    float pixel_aspect = 1;          // of the display window
     bool same_transfer = true;       // as the input: its color profile is kept
     std::string compression;         // TIFF: the input's, if lossless; may be empty
     std::vector<std::string> notes;  // losses compared with the input

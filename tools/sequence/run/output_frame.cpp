@@ -126,6 +126,7 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
     file.origin_x = source.header.window.min_x;
     file.origin_y = source.header.window.min_y;
     file.display_window = color_part(source.header).display_window;
+    file.attributes["pixelAspectRatio"] = color_part(source.header).pixel_aspect;
     return io::write_planes_exr(path, file, options);
 }
 
@@ -161,6 +162,7 @@ Result<std::optional<io::ImageEncoding>> to_output_convention(const std::string&
         auto encoding,
         io::image_encoding(path, color_file, color_channels(source.header).channels.size(),
                            settings.picture));
+    encoding.pixel_aspect = color_part(source.header).pixel_aspect;
     if (encoding.unassociated) {
         ConvertOptions unassociated;
         unassociated.unpremultiplied = true;

@@ -281,6 +281,20 @@ TEST_F(Handles, RectanglesBeyondTheIntegers) {
                  "color: a frame of 2147483647x60 at -2147483648, 0 is not");
     ASSERT_EQ(pc_use_conventions("godot", &frame), PC_OK);
     EXPECT_EQ(frame.motion_scale[0], -2147483744.0f);
+    // Without a size, the frame is what the rectangle leaves.
+    auto part = pc::make<pc_frame>();
+    part.color.width = 96;
+    part.color.height = 60;
+    part.color.x = 7;
+    part.color.y = 5;
+    ASSERT_EQ(pc_use_conventions("godot", &part), PC_OK);
+    EXPECT_EQ(std::abs(part.motion_scale[0]), 96 - 7);
+    EXPECT_EQ(std::abs(part.motion_scale[1]), 60 - 5);
+    part.width = 30;
+    part.height = 20;
+    ASSERT_EQ(pc_use_conventions("godot", &part), PC_OK);
+    EXPECT_EQ(std::abs(part.motion_scale[0]), 30);
+    EXPECT_EQ(std::abs(part.motion_scale[1]), 20);
     int signs[2];
     float margin = 0;
     const auto refused = [&](const std::function<void(pc_texture&)>& change) {

@@ -31,6 +31,26 @@ FilePart every_type() {
             .special_values = true};
 }
 
+// A file that is read can be copied or rendered again; one that is written cannot.
+TEST(ExrExceptions, HaveARemedyForInput) {
+    const auto said = [](StatusCode code, const std::exception& fault) {
+        try {
+            if (dynamic_cast<const std::bad_alloc*>(&fault)) throw std::bad_alloc();
+            throw std::runtime_error(fault.what());
+        } catch (...) {
+            return status_of_exr_exception(code, "a.exr", "bad: ");
+        }
+    };
+    const std::runtime_error two_lines("one\ntwo");
+    EXPECT_EQ(said(StatusCode::input, two_lines).message(),
+              "a.exr: bad: one two; copy or render it again");
+    EXPECT_EQ(said(StatusCode::output, two_lines).message(), "a.exr: bad: one two");
+    EXPECT_EQ(said(StatusCode::output, two_lines).code(), StatusCode::output);
+    EXPECT_EQ(said(StatusCode::input, std::bad_alloc()).code(), StatusCode::memory);
+    EXPECT_EQ(said(StatusCode::input, std::runtime_error("std::bad_alloc")).code(),
+              StatusCode::memory);
+}
+
 TEST_F(ExrReader, LevelZeroOfEachKindOfLevels) {
     FilePart part = every_type();
     part.tile = 4;

@@ -406,7 +406,7 @@ TEST_F(SequenceTest, ALayerIsWrittenInTheConventionOfColor) {
     }
 }
 
-// Of cryptomattes, those that are filtered: the first ones.
+// Only the first cryptomattes are filtered.
 TEST(LayersLacking, NamesWhatTheOtherFrameDoesNotFilter) {
     const auto layers_of = [](std::vector<std::string> names, size_t filtered) {
         FrameLayers layers;

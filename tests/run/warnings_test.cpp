@@ -214,7 +214,7 @@ TEST(ColorChange, IsTheMeanOfBlocks) {
         for (int x = 16; x < 20; ++x) next.at(x, y, 1) = 3;
     EXPECT_NEAR(color_change(before, next), 0.25 / (6 * 3), 1e-9);
     EXPECT_NEAR(color_change(next, before), 0.25 / (6 * 3), 1e-9);
-    // What moves within a block is no change of it.
+    // A move within a block is no change of it.
     next = before;
     next.at(3, 3, 0) = 3;
     ImageF moved = before;

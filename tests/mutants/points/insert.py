@@ -1,6 +1,6 @@
 """Puts fault points into C++ files: conditions, comparisons, returned truth values, statements of one line,
-differences by one, signs of sums, minima and maxima. All faults are compiled at once and one is active at run time (mutant schemata: Untch, Offutt,
-Harrold, Mutation Analysis Using Mutant Schemata, ISSTA 1993; fault_point.h).
+differences by one, signs of sums, minima and maxima. All faults are compiled at once and one is active at run time
+(mutant schemata: Untch, Offutt, Harrold, Mutation Analysis Using Mutant Schemata, ISSTA 1993; fault_point.h).
 """
 
 import re
@@ -173,7 +173,7 @@ class Inserter:
         return self.text.rfind("\n", 0, place) + 1, self.text.find("\n", place)
 
     def add_signs(self):
-        """Of the second term: operators that bind more strongly are applied to it first."""
+        """The second term's: operators that bind more strongly are applied to it first."""
         for sign in re.finditer(r"(?<=[\w)\]]) [+-] (?=[A-Za-z_(]|[02-9]|1[\w.'])", self.code):
             number = self.point(self.line_at(sign.start())[0], (OTHER_SIGN,), self.line_at(sign.start())[1])
             self.insertions.append(((sign.end(), 2, 0), f"{NAMESPACE}Sign{{{number}}} * "))

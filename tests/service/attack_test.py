@@ -466,6 +466,8 @@ class Restarted(Attacked):
         listener.close()
         again = Events(self.server, last=90)
         self.assertEqual([again.next()[0] for _ in range(11)], list(range(91, 102)))
+        self.server.submit({})
+        self.assertEqual(again.next()[0], 102, "once each")
         again.close()
 
 

@@ -47,9 +47,12 @@ TEST_F(Jobs, AJobIsDone) {
     for (const Event& event : events(id)) EXPECT_TRUE(json::parse(event.data).is_object());
     EXPECT_EQ(types_of(id), "queued started frames frame frame frame frame frame frame done ");
     const std::string metrics = service_->metrics();
-    for (const char* line : {"postchain_frames_total{result=\"written\"} 6\n",
-                             "postchain_step_seconds_count{step=\"filter\"} 6\n",
-                             "postchain_build_info{", "postchain_jobs{state=\"done\"} 1\n"})
+    for (const char* line :
+         {"postchain_frames_total{result=\"written\"} 6\n",
+          "postchain_step_seconds_count{step=\"filter\"} 6\n",
+          "postchain_nonfinite_pixels_total{where=\"input\"} 0\n",
+          "postchain_nonfinite_pixels_total{where=\"output\"} 0\n", "postchain_texture_bytes_peak ",
+          "postchain_textures ", "postchain_build_info{", "postchain_jobs{state=\"done\"} 1\n"})
         EXPECT_THAT(metrics, HasSubstr(line));
 }
 

@@ -48,7 +48,13 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
         EXPECT_THAT(JobStore::open(folder_.path(name), 3).status().message(),
                     HasSubstr("another service uses this store"))
             << name;
-    store_.reset();
+    // One that was killed and is still ending is waited for.
+    std::thread ending([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        store_.reset();
+    });
+    EXPECT_EQ(refusal(), "opened");
+    ending.join();
     EXPECT_EQ(refusal(), "opened");
 }
 

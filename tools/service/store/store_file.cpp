@@ -9,9 +9,11 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/service/store/upkeep.h"
@@ -20,6 +22,8 @@ namespace postchain::service {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::chrono::seconds kLockPatience(1);
 
 // Converts the exception that is being handled.
 Status status_of(const std::string& path) {
@@ -82,8 +86,13 @@ Status StoreLock::take(const std::string& store) {
                                                  "; choose another folder for the store"));
     store_ = ::open(store.c_str(), O_RDONLY | O_CLOEXEC);
     if (store_ < 0) return Status(StatusCode::output, concat(store, ": ", std::strerror(errno)));
-    if (::flock(file_, LOCK_EX | LOCK_NB) == 0 && ::flock(store_, LOCK_EX | LOCK_NB) == 0)
-        return Status();
+    // A service that was killed has its locks until it has ended.
+    for (const auto end = std::chrono::steady_clock::now() + kLockPatience;;) {
+        if (::flock(file_, LOCK_EX | LOCK_NB) == 0 && ::flock(store_, LOCK_EX | LOCK_NB) == 0)
+            return Status();
+        if (std::chrono::steady_clock::now() > end) break;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
     return Status(StatusCode::output,
                   store + ": another service uses this store; stop it, or choose another file");
 }

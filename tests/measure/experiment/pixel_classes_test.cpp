@@ -98,7 +98,7 @@ TEST(PixelClasses, AreOutlinesWithinReachOfAStep) {
     EXPECT_EQ(width(8, out_of_focus), 2 * 7);
 }
 
-// The one that is blurred most counts, among the three pixels that tell a step, on either side of it.
+// The most blurred of the three pixels that tell a step counts, on either side of it.
 TEST(PixelClasses, HaveAReachByTheLargestBlur) {
     for (const int side : {-1, 1}) {
         Planes planes;

@@ -199,7 +199,7 @@ def noticed(number, kind, reached, tests, limit_s):
             left.append(name)
         elif fails(name, cases, seconds):
             return name, []
-    # What one case computes for all, as a static value, shows in others.
+    # One case computes a static value, and others show its fault.
     for name in sorted(by_test, key=lambda name: whole[name]):
         if by_test[name][0].case and whole[name] < limit_s / 2 and fails(name, [], whole[name]):
             return name, []

@@ -196,7 +196,7 @@ TEST_F(WatchFeedTest, NeighborsAcrossACutAreNotWaitedFor) {
         }
 }
 
-// Frames of another part of the job, and frames that nobody asked for and that are being written.
+// Frames of another part of the job, and frames that no job asked for and that are being written.
 TEST_F(WatchFeedTest, NeighborsOutsideOfTheFramesAreWaitedForIfTheyWillCome) {
     reads_ = {Role::color, Role::color_after};
     write(1);

@@ -86,15 +86,19 @@ Status StoreLock::take(const std::string& store) {
                                                  "; choose another folder for the store"));
     store_ = ::open(store.c_str(), O_RDONLY | O_CLOEXEC);
     if (store_ < 0) return Status(StatusCode::output, concat(store, ": ", std::strerror(errno)));
+    const auto locks = [&] {
+        return ::flock(file_, LOCK_EX | LOCK_NB) == 0 && ::flock(store_, LOCK_EX | LOCK_NB) == 0;
+    };
     // A service that was killed has its locks until it has ended.
-    for (const auto end = std::chrono::steady_clock::now() + kLockPatience;;) {
-        if (::flock(file_, LOCK_EX | LOCK_NB) == 0 && ::flock(store_, LOCK_EX | LOCK_NB) == 0)
-            return Status();
-        if (std::chrono::steady_clock::now() > end) break;
+    const auto end = std::chrono::steady_clock::now() + kLockPatience;
+    while (!locks()) {
+        if (std::chrono::steady_clock::now() > end)
+            return Status(
+                StatusCode::output,
+                store + ": another service uses this store; stop it, or choose another file");
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    return Status(StatusCode::output,
-                  store + ": another service uses this store; stop it, or choose another file");
+    return Status();
 }
 
 int64_t StoreLock::newest() const {

@@ -20,7 +20,7 @@ declare -A folders=(
 )
 declare -A targets=(
     [command]="default_tests postchain"
-    [quick]="postchain config_tests io_tests run_tests metrics_tests command_tests"
+    [quick]="postchain config_tests io_tests run_tests metrics_tests command_tests command_more_tests"
     [samples]="postchain ogre_host"
 )
 cases=("$@")

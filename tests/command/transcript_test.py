@@ -1,0 +1,172 @@
+"""Transcripts: each file of transcripts/ has commands and everything that they print, compared word by word. A fault in
+any name, number, order or message of a record fails, also one that no test of its own asks for.
+
+A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues it); the lines up to the next step are its
+stdout and stderr, then `[exit code N]` unless it is 0. Empty lines and lines that begin with # are not compared.
+postchain is the built command; `pretty [PATH ...]` prints its JSON indented, numbers with six digits (with three: `pretty --digits 3`, for what a GL
+device computes), or only what the dotted paths choose. The folder has in.0001.exr to in.0004.exr (see frames()). What varies between runs and machines is
+replaced by a word: times by T, hashes by H1, H2, ... in the order of the file, so that equal ones stay equal.
+
+usage: transcript_test.py POSTCHAIN NAME ...; --update rewrites the files: read the difference as a reviewer"""
+import difflib
+import json
+import math
+import os
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+
+import exr
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+WIDTH, HEIGHT = 32, 18
+PRELUDE = f"""set -o pipefail
+pretty() {{ {sys.executable} -B {HERE}/transcript_test.py --pretty "$@"; }}
+"""
+# (pattern, replacement), in this order; the folder and the root of the sources before them.
+VARYING = (
+    (r"\b\d+(\.\d+)? (ms|s)\b", r"T \2"),
+    (r" in \d+:\d\d\b", " in T"),
+    (r'("(?:ms|[a-z_]*_ms|read|convert|filter|write|elapsed_s|remaining_s|seconds|[a-z_]*_seconds)": )'
+     r"[0-9][0-9.e+-]*", r"\1T"),
+    (r"\bllvmpipe \([^)]*\)", "RENDERER"),
+    (r", \d+\.\d+ \(Core Profile\) Mesa [^\"\n]*", ", GL"),
+    (r"\b20\d\d-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d+)?Z?", "TIME"),
+)
+
+
+def frames(folder):
+    """Four frames as Blender names them: a near half that moves by a pixel to the right and a quarter up per frame before
+    a still one, a layer of emission, an attribute. Every value is another one."""
+    at = [(x, y) for y in range(HEIGHT) for x in range(WIDTH)]
+    for n in range(1, 5):
+        near = [x < WIDTH // 2 + n for x, _ in at]
+        own = [(x - n, y + n / 4) if one else (x, y) for (x, y), one in zip(at, near)]  # place on the surface
+        picture = exr.flat(WIDTH, HEIGHT, {
+            f"ViewLayer.{name}": values for name, values in {
+                "Combined.R": [0.5 + math.sin(0.9 * u + 0.5 * v) / 4 for u, v in own],
+                "Combined.G": [0.6 + math.sin(0.4 * u - 0.8 * v) / 3 for u, v in own],
+                "Combined.B": [(y + 1) / 20 for _, y in at],
+                "Combined.A": [1.0] * len(at),
+                "Depth.Z": [4.0 if one else 8.0 for one in near],
+                "Emit.R": [(x + 1) / 80 for x, _ in at],
+                "Emit.G": [(y + 1) / 40 for _, y in at],
+                "Emit.B": [n / 16] * len(at),
+                "Vector.X": [-1.0 if one else 0.0 for one in near],
+                "Vector.Y": [-0.25 if one else 0.0 for one in near],
+                "Vector.Z": [-1.0 if one else 0.0 for one in near],
+                "Vector.W": [-0.25 if one else 0.0 for one in near],
+            }.items()})
+        picture.attributes["comments"] = "string", f"take {n}".encode()
+        picture.attributes["framesPerSecond"] = "rational", struct.pack("<iI", 24, 1)
+        exr.write(folder / f"in.{n:04}.exr", picture)
+
+
+def steps(text):
+    """Lists of lines: what comes before a step is its own list without a command."""
+    found = [[]]
+    for line in text.splitlines():
+        if line.startswith("$ "):
+            found.append([])
+        found[-1].append(line)
+    return found
+
+
+class Replaced:
+    """Replaces what varies; hashes are numbered over all texts that it has seen."""
+
+    def __init__(self, folder):
+        self.folder, self.hashes = folder, {}
+
+    def __call__(self, text):
+        text = text.replace(str(self.folder), "FOLDER").replace(str(ROOT), "SOURCE")
+        for pattern, word in VARYING:
+            text = re.sub(pattern, word, text)
+        return re.sub(r"(?<![\w.])[0-9a-f]{16}\b",
+                      lambda one: self.hashes.setdefault(one[0], f"H{len(self.hashes) + 1}"), text)
+
+
+def played(path, postchain):
+    """The transcript as it is with this command."""
+    lines = []
+    with tempfile.TemporaryDirectory() as temporary:
+        folder, programs = pathlib.Path(temporary, "work"), pathlib.Path(temporary, "programs")
+        for one in (folder, programs):
+            one.mkdir()
+        (programs / "postchain").symlink_to(postchain)
+        frames(folder)
+        replaced = Replaced(folder)
+        environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", SOURCE=str(ROOT),
+                           PYTHONDONTWRITEBYTECODE="1")
+        for step in steps(path.read_text(encoding="utf8")):
+            notes = [line for line in step if not line or line.startswith("#")]
+            command = [line for line in step if line.startswith(("$ ", "> "))]
+            lines += command
+            if command:
+                done = subprocess.run(
+                    ["bash", "-c", PRELUDE + "\n".join(line[2:] for line in command)], cwd=folder, env=environment,
+                    timeout=300, text=True, errors="backslashreplace", stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, check=False)
+                lines += replaced(done.stdout).splitlines()
+                if done.returncode:
+                    lines.append(f"[exit code {done.returncode}]")
+            lines += notes
+    return "\n".join(lines) + "\n"
+
+
+def layout(value, digits, indent=""):
+    """A JSON value on one line if it fits, else one line per member."""
+    if isinstance(value, float):
+        value = float(f"{value:.{digits}g}")
+    if not isinstance(value, (dict, list)):
+        return json.dumps(value)
+    opened, closed = ("{", "}") if isinstance(value, dict) else ("[", "]")
+    members = [f"{json.dumps(key)}: {layout(member, digits, indent + ' ')}" for key, member in value.items()] if isinstance(
+        value, dict) else [layout(member, digits, indent + " ") for member in value]
+    line = opened + ", ".join(members) + closed
+    if len(indent + line) <= 110 and "\n" not in line:
+        return line
+    return opened + ",".join(f"\n{indent} {member}" for member in members) + f"\n{indent}{closed}"
+
+
+def pretty(words):
+    """JSON of stdin, one document or one per line; lines that are none stay as they are."""
+    digits = int(words[1]) if words[:1] == ["--digits"] else 6
+    paths = words[2:] if words[:1] == ["--digits"] else words
+    text = sys.stdin.read()
+    for part in [text] if text.startswith("{\n") else text.splitlines():
+        if not part.startswith("{"):
+            print(part)
+            continue
+        document = json.loads(part)
+        for path in paths or [""]:
+            chosen = document
+            for key in filter(None, path.split(".")):
+                chosen = chosen[int(key)] if isinstance(chosen, list) else chosen[key]
+            print((path and f"{path}: ") + layout(chosen, digits))
+
+
+def main():
+    words = sys.argv[1:]
+    if words[:1] == ["--pretty"]:
+        return pretty(words[1:])
+    update = "--update" in words
+    postchain, *names = [word for word in words if word != "--update"]
+    failed = 0
+    for name in names:
+        path = HERE / f"transcripts/{name}.txt"
+        expected, found = path.read_text(encoding="utf8"), played(path, pathlib.Path(postchain).resolve())
+        if update:
+            path.write_text(found, encoding="utf8")
+        elif expected != found:
+            failed = 1
+            print("\n".join(difflib.unified_diff(expected.splitlines(), found.splitlines(), str(path), "printed", "", "", 8)))
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())

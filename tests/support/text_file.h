@@ -1,6 +1,9 @@
 // A whole file as a string.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -15,6 +18,12 @@ inline std::string read_text(const std::filesystem::path& path) {
 
 inline void write_text(const std::filesystem::path& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
+}
+
+// A record compared whole. POSTCHAIN_UPDATE=1 writes the file: read the difference as a reviewer.
+inline void expect_text_of(const std::filesystem::path& path, const std::string& text) {
+    if (std::getenv("POSTCHAIN_UPDATE")) write_text(path, text);
+    EXPECT_EQ(text, read_text(path)) << path;
 }
 
 }  // namespace postchain::test

@@ -206,21 +206,37 @@ class Judge {
     const std::string& a() const { return report_.variants[0].name; }
     const std::string& b() const { return report_.variants[1].name; }
 
-    std::optional<double> mean(size_t variant, const std::string& metric) const {
-        return report::mean_of(report_.variants[variant].metrics, metric);
+    // The values of a frame; none: not of both.
+    std::optional<std::pair<double, double>> values_of(const std::string& metric, size_t i) const {
+        const auto* of_a = series_of(report_.variants[0].metrics, metric);
+        const auto* of_b = series_of(report_.variants[1].metrics, metric);
+        if (!of_a || !of_b || i >= of_a->frames.size() || i >= of_b->frames.size() ||
+            !of_a->frames[i] || !of_b->frames[i])
+            return std::nullopt;
+        return std::pair(*of_a->frames[i], *of_b->frames[i]);
+    }
+
+    // Over the frames of both, as the differences are.
+    std::optional<std::pair<double, double>> means(const std::string& metric) const {
+        double a = 0, b = 0;
+        int n = 0;
+        for (size_t i = 0; i < report_.frames.size(); ++i)
+            if (const auto values = values_of(metric, i)) {
+                a += values->first;
+                b += values->second;
+                ++n;
+            }
+        return n ? std::optional(std::pair(a / n, b / n)) : std::nullopt;
     }
 
     report::MetricComparison compare_metric(const report::MetricInfo& column) const {
         report::MetricComparison result;
         result.metric = column.name;
-        const auto* of_a = series_of(report_.variants[0].metrics, column.name);
-        const auto* of_b = series_of(report_.variants[1].metrics, column.name);
         std::vector<double> differences;
         for (size_t i = 0; i < report_.frames.size(); ++i) {
             std::optional<double> difference;
-            if (of_a && of_b && i < of_a->frames.size() && i < of_b->frames.size() &&
-                of_a->frames[i] && of_b->frames[i]) {
-                const double x = *of_a->frames[i], y = *of_b->frames[i];
+            if (const auto values = values_of(column.name, i)) {
+                const auto [x, y] = *values;
                 difference = column.better == report::Better::one
                                  ? std::abs(y - 1) - std::abs(x - 1)
                                  : y - x;
@@ -271,13 +287,13 @@ class Judge {
     std::string claims() const {
         std::string text;
         const auto claim = [&](const char* metric, const char* what) {
-            const auto x = mean(0, metric), y = mean(1, metric);
-            if (!x || !y) return;
+            const auto both = means(metric);
+            if (!both) return;
             const auto input = report::mean_of(report_.input_metrics, metric);
-            text += concat(text.empty() ? "" : " ", what, ": ", a(), " ", report::figure(*x), ", ",
-                           b(), " ", report::figure(*y),
-                           input ? ", the input " + report::figure(*input) : "",
-                           " (1 = ground truth).");
+            text += concat(
+                text.empty() ? "" : " ", what, ": ", a(), " ", report::figure(both->first), ", ",
+                b(), " ", report::figure(both->second),
+                input ? ", the input " + report::figure(*input) : "", " (1 = ground truth).");
         };
         claim("edges_in_blurred", "Edges in blurred regions");
         claim("sharpness_in_focus", "Sharpness in focus");
@@ -315,12 +331,14 @@ class Judge {
             return concat("No measurable difference: every metric is equal in ", all_of(main->n),
                           ".") +
                    failures();
+        const auto both = *means(kDecidingMetric);
+        const std::string figures = concat(a(), " ", report::figure(both.first), ", ", b(), " ",
+                                           report::figure(both.second));
         std::string text;
         if (main->n < kFewFrames) {
             text = concat("Too few frames to decide (n = ", main->n,
                           "; an interval over frames needs ", kFewFrames,
-                          " or more). HDR-FLIP: ", a(), " ", report::figure(*mean(0, "hdr_flip")),
-                          ", ", b(), " ", report::figure(*mean(1, "hdr_flip")), ".");
+                          " or more). HDR-FLIP: ", figures, ".");
             if (main->bootstrap)
                 text +=
                     holds_zero(*main->bootstrap)
@@ -338,9 +356,8 @@ class Judge {
             text = !decided ? "No measurable difference by HDR-FLIP: "
                             : (main->finding == report::Finding::a_better ? a() : b()) +
                                   " is closer to the ground truth by HDR-FLIP: ";
-            text += concat(a(), " ", report::figure(*mean(0, "hdr_flip")), ", ", b(), " ",
-                           report::figure(*mean(1, "hdr_flip")), ", B - A ",
-                           range(*main->t_interval), " (95 %, paired over ", main->n, " frames).");
+            text += concat(figures, ", B - A ", range(*main->t_interval), " (95 %, paired over ",
+                           main->n, " frames).");
             const std::string for_a = listed(metrics, report::Finding::a_better);
             const std::string for_b = listed(metrics, report::Finding::b_better);
             if (!for_a.empty()) text += concat(" ", a(), " is better by ", for_a, ".");
@@ -350,10 +367,11 @@ class Judge {
     }
 
     std::string without_truth() const {
-        const auto flip = mean(1, "hdr_flip");
+        const report::Metrics& of_b = report_.variants[1].metrics;
+        const auto flip = report::mean_of(of_b, kDecidingMetric);
         if (!flip) return "No frame was filtered by both chains." + failures();
         std::string text = concat("Without a ground truth it is unknown which is more accurate. ");
-        const auto error = mean(1, "mse");
+        const auto error = report::mean_of(of_b, "mse");
         if (error && *error == 0)
             text += a() + " and " + b() + " give equal images.";
         else

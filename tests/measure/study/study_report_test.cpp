@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "passes/registry.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/study/study_reader.h"
 
 namespace postchain::study {
@@ -89,6 +90,64 @@ TEST(StudyReport, ASceneThatFailedIsInNoTable) {
     EXPECT_EQ(report.table("hdr_flip")->scenes.size(), 2u);
     EXPECT_NEAR(*report.table("hdr_flip")->scenes[1].gains[1], 0.2, 1e-12);
     EXPECT_THAT(report_as_markdown(report), HasSubstr(failed.failure));
+}
+
+// Every member has a value of its own.
+StudyReport filled() {
+    StudyReport report;
+    report.title = "a | title";
+    report.version = "9.8.7";
+    report.kind = report::Kind::bench;
+    report.variants = {"low", "high", "along"};
+    report.chain_texts = {"postchain: 1  # low\n", "postchain: 1  # high\n", "postchain: 1\n"};
+    report.revisions = {"first", "second-dirty"};
+    report.pairs = {{0, 1}, {2, 0}, {1, 2}};
+    report.equal = {Equal::time, Equal::samples, Equal::unsaid};
+    report.time_ratios = {1.5, std::nullopt, std::nullopt};
+    report.scenes = {
+        {"s", "x", "s.####.exr", "truth.####.exr", {10, 11, 14}, 64, 40, {"r/index.html"}, ""},
+        {"t", "y", "t.####.exr", "", {}, 0, 0, {"u/index.html", "v/index.html"}, "dark"}};
+    const auto result = [](double n, Decision decision) {
+        PairResult made;
+        made.mean = n + 0.125;
+        made.interval = report::Interval{n + 0.25, n + 0.375};
+        made.difference = Probability{n + 0.5, n + 0.625};
+        made.margin = n + 0.75;
+        made.equivalence = Probability{n + 0.875, n + 0.9375};
+        made.families = int(n) + 11;
+        made.nearer = int(n) + 7;
+        made.farther = int(n) + 4;
+        made.scenes = int(n) + 22;
+        made.scenes_nearer = int(n) + 18;
+        made.sign_probability = n + 0.0625;
+        made.decision = decision;
+        made.words = concat("words of ", n);
+        return made;
+    };
+    PairResult none;
+    none.words = "no scene has a value";
+    report.tables = {
+        {{"hdr_flip", "HDR-FLIP in words", report::Better::lower},
+         {{"s", "x", 1, {0.5, 0.25, 0.75}, {0.25, 0.125, -0.5}}},
+         {{"x", "", 3, {0.5625, 0.3125, 0.8125}, {0.375, std::nullopt, 0.0625}}},
+         {0.53125, 0.28125, std::nullopt},
+         1,
+         {result(1, Decision::a), result(2, Decision::equal), none}},
+        {{"psnr", "dB", report::Better::higher},
+         {},
+         {},
+         {30, 31, 32},
+         {},
+         {result(3, Decision::b), result(4, Decision::not_decided), result(5, Decision::too_few)}}};
+    report.notes = {"a note", "another"};
+    return report;
+}
+
+TEST(StudyReport, HasEveryMemberUnderItsName) {
+    const std::string expected = POSTCHAIN_SOURCE_DIR "/tests/measure/study/expected.";
+    test::expect_text_of(expected + "json", io::json_text(report_json(filled()), 1) + "\n");
+    test::expect_text_of(expected + "csv", report_as_csv(filled()));
+    test::expect_text_of(expected + "md", report_as_markdown(filled()));
 }
 
 Study ab_of_two_pairs() {

@@ -8,6 +8,7 @@
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tests/measure/experiment/support.h"
+#include "tests/support/text_file.h"
 
 namespace postchain::tune {
 namespace {
@@ -128,18 +129,26 @@ TEST(TuneText, AWalkThatWasCutSaysSo) {
                             HasSubstr("untrustworthy")));
 }
 
-TEST(TuneText, JsonHasEveryPoint) {
+TEST(TuneText, JsonHasEveryMemberUnderItsName) {
     Tuning made = tuning({.budget_s = 0.1, .error = {}});
     made.search.chosen = 0;
-    const auto json = tuning_json(made);
-    EXPECT_EQ(json["postchain_tune"], 1);
-    EXPECT_EQ(json["budget_s"], 0.1);
-    EXPECT_TRUE(json["error"].is_null());
-    ASSERT_EQ(json["points"].size(), 4u);
-    EXPECT_EQ(json["points"][0]["chosen"], true);
-    EXPECT_EQ(json["points"][1]["doubt"], "others were busy");
-    EXPECT_EQ(json["points"][2]["front"], false);
-    EXPECT_TRUE(json["points"][3]["hdr_flip"].is_null());
+    made.search.candidates[0].name = "fast";
+    made.search.candidates[1].measured.times = {0.05, 0.0125, 7, "others were busy"};
+    made.notes = {"a note"};
+    Tuning other = tuning({.budget_s = {}, .error = 0.01});
+    other.with_truth = false;
+    other.search.candidates.resize(1);
+    std::string text;
+    for (const Tuning& one : {made, other}) {
+        auto json = tuning_json(one);
+        for (size_t i = 0; i < json["points"].size(); ++i) {
+            auto& hash = json["points"][i]["chain_hash"];
+            EXPECT_EQ(hash, hex_of(one.search.candidates[i].chain.hash()));
+            hash = "16 digits";  // others with each new parameter
+        }
+        text += io::json_text(json, 1) + "\n";
+    }
+    test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/measure/tune/expected.json", text);
 }
 
 }  // namespace

@@ -41,8 +41,10 @@ struct Reading {
     }
 
     void error(const TextNode& at, const std::string& path, const Status& status) {
+        const std::string key = path.substr(path.rfind('.') + 1);
         file.diagnostics.push_back({file.study.file, at.line, at.column, Severity::error, path,
-                                    status.message(), status.code()});
+                                    sequence::without_option(key, status.message()),
+                                    status.code()});
     }
 
     // A string that is not empty; `above` is the path of the map.
@@ -229,7 +231,9 @@ void read_chains(const TextNode& root, Reading& reading) {
     for (const auto& [key, value] : chains->entries) {
         const std::string path = "chains." + key.text;
         if (!is_name(key.text)) {
-            reading.error(key, path, "a name has letters, digits, _ and - only");
+            reading.error(
+                key, path,
+                concat("a chain has a name of letters, digits, _ and -, at most ", kMaxName));
             continue;
         }
         auto text = chain_text(value, path, reading);
@@ -443,6 +447,14 @@ class SceneReader {
         return true;
     }
 
+    // At the setting whose option the message names.
+    void refuse(const TextNode& node, const std::string& above, const Status& status) {
+        for (const TextEntry& entry : node.entries)
+            if (sequence::without_option(entry.key.text, status.message()) != status.message())
+                return reading_.error(entry.value, above + entry.key.text, status);
+        reading_.error(node, above.substr(0, above.size() - 1), status);
+    }
+
     void complete(const TextNode& node, const std::string& above, sequence::JobSettings job,
                   Scene& scene) {
         auto input = resolved(*node.find("input"), above + "input", scene.input);
@@ -469,25 +481,23 @@ class SceneReader {
         if (!is_path_word(job.profile) && !resolve_file(node, above, "profile", job.profile))
             return;
         if (!job.camera.empty()) {
+            const TextNode* set = node.find("camera");
+            const TextNode& at = set ? *set : node;
             auto camera = load_camera(job.camera);
-            if (camera.ok() && camera->status().ok()) {
-                const TextNode* at = node.find("camera");
-                bool good =
-                    reading_.resolve_image(at ? *at : node, above + "camera", camera->camera);
-                for (auto& [number, frame] : camera->frames)
-                    good =
-                        reading_.resolve_image(at ? *at : node, above + "camera", frame.camera) &&
-                        good;
-                if (!good) return;
-            }
+            const Status status = camera.ok() ? camera->status() : camera.status();
+            if (!status.ok()) return reading_.error(at, above + "camera", status);
+            bool good = reading_.resolve_image(at, above + "camera", camera->camera);
+            for (auto& [number, frame] : camera->frames)
+                good = reading_.resolve_image(at, above + "camera", frame.camera) && good;
+            if (!good) return;
         }
+        if (!input) return;
         Diagnostics notes;
         auto run = sequence::parse_job(job, reading_.registry, notes);
         for (auto& note : notes)
             if (note.severity != Severity::error)
                 reading_.file.diagnostics.push_back(std::move(note));
-        if (!run.ok()) return reading_.error(node, above + scene.name, run.status());
-        if (!input) return;
+        if (!run.ok()) return refuse(node, above, run.status());
         sequence::set_input(*run, std::move(*input), std::move(behind));
         run->version = version_;
         scene.measured.run = std::move(*run);

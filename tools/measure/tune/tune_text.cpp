@@ -101,12 +101,13 @@ std::vector<std::string> doubts_of(const Tuning& tuning) {
     std::vector<std::string> lines = tuning.notes;
     if (tuning.search.stopped)
         lines.push_back(concat(
-            "the walk was stopped after ", tuning.search.candidates.size(),
-            " chains; the same command goes on",
+            "the walk was stopped after ",
+            report::counted(tuning.search.candidates.size(), "chain"), "; the same command goes on",
             meets(tuning.goal, tuning.chosen()->measured) ? "" : "; no chain meets the goal yet"));
     else if (!tuning.search.complete)
-        lines.push_back(concat("the walk ended after ", tuning.search.candidates.size(),
-                               " chains (--max-chains); more may lie on the front"));
+        lines.push_back(concat("the walk ended after ",
+                               report::counted(tuning.search.candidates.size(), "chain"),
+                               " (--max-chains); more may lie on the front"));
     size_t doubtful = 0;
     std::string why;
     for (const Candidate& candidate : tuning.search.candidates)
@@ -132,6 +133,9 @@ std::string front_text(const Tuning& tuning) {
 }
 
 std::string tuned_chain_file(const Tuning& tuning) {
+    int repeats = tuning.chosen()->measured.times.repeats;  // more of those timed again
+    for (const Candidate& candidate : tuning.search.candidates)
+        repeats = std::min(repeats, candidate.measured.times.repeats);
     std::vector<std::string> lines = {
         "postchain tune " + tuning.version + ", " + goal_text(tuning.goal) +
             (tuning.goal.budget_s ? ": the least error within this time per frame"
@@ -141,7 +145,7 @@ std::string tuned_chain_file(const Tuning& tuning) {
         "device: " + tuning.device,
         "time: " + tuning.timing +
             ", of the passes without reading and writing; per frame the median of " +
-            concat(tuning.search.candidates.front().measured.times.repeats) + " repetitions" +
+            concat(repeats) + " repetitions" +
             (tuning.search.stopped && !tuning.chosen()->confirmed
                  ? ""
                  : concat(" (chosen chain: ", tuning.chosen()->measured.times.repeats,

@@ -402,6 +402,13 @@ std::string option_name(const std::string& key) {
     return name;
 }
 
+std::string without_option(const std::string& key, const std::string& message) {
+    const std::string option = option_name(key);
+    const size_t end = message.find(' ');
+    const std::string first = message.substr(0, end);
+    return first == option || first == option + ":" ? message.substr(end + 1) : message;
+}
+
 std::map<std::string, ParameterValue> given_values(const JobSettings& job,
                                                    const PassRegistry& registry) {
     std::map<std::string, ParameterValue> given;

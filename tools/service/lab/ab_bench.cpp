@@ -130,7 +130,7 @@ void AbOrBench::read_variants(const MeasurementText& text) {
     for (const std::string& one : text.body.list("sweep")) {
         auto sweep = experiment::parse_sweep(one);
         if (!sweep.ok()) {
-            text.body.fault("sweep", without_option("sweep", sweep.status().message()));
+            text.body.fault("sweep", sequence::without_option("sweep", sweep.status().message()));
             continue;
         }
         if (sweep->key == "camera.aperture_image")
@@ -144,7 +144,7 @@ void AbOrBench::read_variants(const MeasurementText& text) {
     if (variants.ok())
         variants_ = std::move(*variants);
     else
-        text.body.fault("sweep", without_option("sweep", variants.status().message()));
+        text.body.fault("sweep", sequence::without_option("sweep", variants.status().message()));
 }
 
 void AbOrBench::confine_truth(RequestBody& body) {
@@ -162,7 +162,7 @@ void AbOrBench::read_limits(RequestBody& body) {
     const auto limits = [&](const char* key, const std::vector<std::string>& texts) {
         auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
         if (found.ok()) return std::move(*found);
-        body.fault(key, without_option(key, found.status().message()));
+        body.fault(key, sequence::without_option(key, found.status().message()));
         return std::vector<metrics::MetricLimit>();
     };
     under_ = limits("under", body.list("under"));

@@ -29,13 +29,6 @@ bool is_string(const TextNode& node) {
     return node.is_scalar() && node.quoted;
 }
 
-std::string without_option(const std::string& key, const std::string& message) {
-    const std::string option = sequence::option_name(key);
-    const size_t end = message.find(' ');
-    const std::string first = message.substr(0, end);
-    return first == option || first == option + ":" ? message.substr(end + 1) : message;
-}
-
 PathKind path_kind(const Parameter& row) {
     if (row.type != ParameterType::text) return PathKind::none;
     if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;

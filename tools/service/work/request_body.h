@@ -25,9 +25,6 @@ TextTree read_json_body(const std::string& text);
 
 bool is_string(const TextNode& node);
 
-// A message without the leading "--key: ", for a diagnostic whose path names the key.
-std::string without_option(const std::string& key, const std::string& message);
-
 // How a setting names files.
 enum class PathKind {
     none,     // it does not

@@ -177,8 +177,9 @@ class Overrider {
         std::vector<int> found;
         std::vector<std::string> names = {"camera"};
         for (size_t i = 0; i < chain_.links.size(); ++i) {
-            names.push_back(chain_.links[i].type->name);
-            if (chain_.links[i].type->name == target) found.push_back(int(i));
+            const std::string& name = chain_.links[i].type->name;
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+            if (name == target) found.push_back(int(i));
         }
         if (found.size() == 1) return found[0];
         if (found.size() > 1) {

@@ -87,9 +87,10 @@ std::string plan_as_text(const Plan& plan) {
             if (step.pass != int(i)) continue;
             out << "  step " << step.name << "  " << step.program.text() << "  groups "
                 << step.groups[0] << "x" << step.groups[1] << "x" << step.groups[2]
-                << (step.work_list >= 0 ? " at most, by its list" : "") << layers_of(step) << "\n"
-                << "    reads  " << names(plan, step, false) << "\n"
-                << "    writes " << names(plan, step, true) << "\n"
+                << (step.work_list >= 0 ? " at most, by its list" : "") << layers_of(step) << "\n";
+            if (const std::string read = names(plan, step, false); !read.empty())
+                out << "    reads  " << read << "\n";
+            out << "    writes " << names(plan, step, true) << "\n"
                 << "    bytes  " << step_bytes(plan, bytes[s]) << "\n";
         }
         if (!pass.elided) out << "  bytes  " << bound(plan, bytes_per_pixel(plan, int(i))) << "\n";

@@ -58,7 +58,7 @@ TEST_F(MemoryTest, InspectTakesNoMoreOfATallFrame) {
     }
     const auto outcome = run({"inspect", in(1)});
     EXPECT_EQ(outcome.code, 0) << outcome.text();
-    EXPECT_TRUE(contains(outcome.out, "memory_to_filter: \"2.0 GiB\"")) << outcome.out;
+    EXPECT_TRUE(contains(outcome.out, "memory_to_filter: 2.0 GiB")) << outcome.out;
     if (!POSTCHAIN_SANITIZED) {
         EXPECT_LT(outcome.peak_kib, 400 << 10);
     }

@@ -1,13 +1,16 @@
-"""Transcripts: each file of transcripts/ has commands and everything that they print, compared word by word. A fault in
-any name, number, order or message of a record fails, also one that no test of its own asks for.
+"""Transcripts: each file of transcripts/ has commands and everything that they print, compared word by word. A
+fault in any name, number, order or message of a record fails, also one that no test of its own asks for.
 
-A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues it); the lines up to the next step are its
-stdout and stderr, then `[exit code N]` unless it is 0. Empty lines and lines that begin with # are not compared.
-postchain is the built command; `pretty [PATH ...]` prints its JSON indented, numbers with six digits (with three: `pretty --digits 3`, for what a GL
-device computes), or only what the dotted paths choose. The folder has in.0001.exr to in.0004.exr (see frames()). What varies between runs and machines is
-replaced by a word: times by T, hashes by H1, H2, ... in the order of the file, so that equal ones stay equal.
+A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues it). The lines up to the next step are
+its stdout and stderr, then `[exit code N]` unless it is 0. Notes between them begin with #, or are empty.
 
-usage: transcript_test.py POSTCHAIN NAME ...; --update rewrites the files: read the difference as a reviewer"""
+postchain is the built command. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
+numbers to six digits; `pretty --digits 3` is for what a GL device computes. `chain TEXT [OPTION ...]` plans a chain
+file of this text; `camera TEXT` and `profile TEXT` inspect a frame with such a file. The folder has in.0001.exr to
+in.0004.exr (see frames()). A word stands for what varies between runs and machines: T for times, H1, H2, ... for hashes
+in the order of the file, so that equal ones stay equal.
+
+usage: transcript_test.py POSTCHAIN NAME ... [--update]   rewrites the files: read the difference as a reviewer"""
 import difflib
 import json
 import math
@@ -26,11 +29,17 @@ ROOT = HERE.parents[1]
 WIDTH, HEIGHT = 32, 18
 PRELUDE = f"""set -o pipefail
 pretty() {{ {sys.executable} -B {HERE}/transcript_test.py --pretty "$@"; }}
+chain() {{ echo "$1" >chain.yaml; postchain plan chain.yaml -i in.0002.exr "${{@:2}}"; }}
+inspected() {{ postchain inspect in.0002.exr --json "$@"; }}
+camera() {{ echo "$1" >camera.json; inspected --camera camera.json -v | pretty frame.camera; }}
+profile() {{ echo "$1" >profile.yaml; inspected --profile profile.yaml | pretty match bounds; }}
 """
 # (pattern, replacement), in this order; the folder and the root of the sources before them.
 VARYING = (
     (r"\b\d+(\.\d+)? (ms|s)\b", r"T \2"),
-    (r" in \d+:\d\d\b", " in T"),
+    (r"\b\d+:\d\d( elapsed| to go)|( in )\d+:\d\d\b", r"\2T\1"),
+    (r"(?m)^((?: +\d+){5} +\d+\.\d+ +)\d+\.\d+", r"\1T"),  # seconds of `check`
+    (r'("(?:output_bytes|frames_in_flight)": )\d+', r"\1N"),  # paths are in the file; time decides
     (r'("(?:ms|[a-z_]*_ms|read|convert|filter|write|elapsed_s|remaining_s|seconds|[a-z_]*_seconds)": )'
      r"[0-9][0-9.e+-]*", r"\1T"),
     (r"\bllvmpipe \([^)]*\)", "RENDERER"),
@@ -40,8 +49,8 @@ VARYING = (
 
 
 def frames(folder):
-    """Four frames as Blender names them: a near half that moves by a pixel to the right and a quarter up per frame before
-    a still one, a layer of emission, an attribute. Every value is another one."""
+    """Four frames as Blender names them: a near half that moves by a pixel to the right and a quarter up per frame
+    before a still one, a layer of emission, an attribute. Every value is another one."""
     at = [(x, y) for y in range(HEIGHT) for x in range(WIDTH)]
     for n in range(1, 5):
         near = [x < WIDTH // 2 + n for x, _ in at]
@@ -103,7 +112,9 @@ def played(path, postchain):
         environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", SOURCE=str(ROOT),
                            PYTHONDONTWRITEBYTECODE="1")
         for step in steps(path.read_text(encoding="utf8")):
-            notes = [line for line in step if not line or line.startswith("#")]
+            said = len(step)
+            while said and (not step[said - 1] or step[said - 1].startswith("#")):
+                said -= 1
             command = [line for line in step if line.startswith(("$ ", "> "))]
             lines += command
             if command:
@@ -111,10 +122,12 @@ def played(path, postchain):
                     ["bash", "-c", PRELUDE + "\n".join(line[2:] for line in command)], cwd=folder, env=environment,
                     timeout=300, text=True, errors="backslashreplace", stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, check=False)
-                lines += replaced(done.stdout).splitlines()
+                # A printed line that looks like a note or a command gets a space.
+                lines += [" " + line if line[:2] in ("#", "# ", "##", "$ ", "> ") else line
+                          for line in replaced(done.stdout).splitlines() if line]
                 if done.returncode:
                     lines.append(f"[exit code {done.returncode}]")
-            lines += notes
+            lines += step[said:]
     return "\n".join(lines) + "\n"
 
 
@@ -125,8 +138,9 @@ def layout(value, digits, indent=""):
     if not isinstance(value, (dict, list)):
         return json.dumps(value)
     opened, closed = ("{", "}") if isinstance(value, dict) else ("[", "]")
-    members = [f"{json.dumps(key)}: {layout(member, digits, indent + ' ')}" for key, member in value.items()] if isinstance(
-        value, dict) else [layout(member, digits, indent + " ") for member in value]
+    keys = [json.dumps(key) + ": " for key in value] if isinstance(value, dict) else [""] * len(value)
+    values = value.values() if isinstance(value, dict) else value
+    members = [key + layout(member, digits, indent + " ") for key, member in zip(keys, values)]
     line = opened + ", ".join(members) + closed
     if len(indent + line) <= 110 and "\n" not in line:
         return line
@@ -144,10 +158,11 @@ def pretty(words):
             continue
         document = json.loads(part)
         for path in paths or [""]:
-            chosen = document
+            chosen = [document]
             for key in filter(None, path.split(".")):
-                chosen = chosen[int(key)] if isinstance(chosen, list) else chosen[key]
-            print((path and f"{path}: ") + layout(chosen, digits))
+                chosen = [one[int(key)] if isinstance(one, list) else one[key] for one in chosen
+                          if isinstance(one, list) or key in one]
+            print("".join((path and f"{path}: ") + layout(one, digits) for one in chosen) or f"{path}: none")
 
 
 def main():
@@ -164,7 +179,8 @@ def main():
             path.write_text(found, encoding="utf8")
         elif expected != found:
             failed = 1
-            print("\n".join(difflib.unified_diff(expected.splitlines(), found.splitlines(), str(path), "printed", "", "", 8)))
+            print("\n".join(difflib.unified_diff(expected.splitlines(), found.splitlines(), str(path), "printed",
+                                                 lineterm="", n=8)))
     return failed
 
 

@@ -81,6 +81,7 @@ void write_event(Level level, const std::string& text, const io::Json& fields) {
 void write_as_is(Level level, const std::string& text) {
     const auto index = static_cast<size_t>(level);
     progress("");
+    std::fflush(stdout);  // both may be one file, in which lines keep their order
     if (g_openjd && level == Level::error) tell("openjd_fail", text);
     if (g_json) {
         const io::Json line = {{"level", kNames[index]}, {"message", text}};

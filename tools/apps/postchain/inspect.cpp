@@ -71,8 +71,10 @@ void print_values(const Json& values, const std::string& prefix = "") {
         if (value.is_object())
             print_values(value, prefix + key + ".");
         else
-            std::printf("%s%s: %s\n", prefix.c_str(), key.c_str(),
-                        printable(io::json_text(value)).c_str());
+            std::printf(
+                "%s%s: %s\n", prefix.c_str(), key.c_str(),
+                printable(value.is_string() ? value.get<std::string>() : io::json_text(value))
+                    .c_str());
     }
 }
 

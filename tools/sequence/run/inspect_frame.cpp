@@ -54,12 +54,9 @@ Json describe_frame(const FrameDescription& frame, const io::Window& window) {
                  {"display_height", frame.display_height},
                  {"luma_weights", frame.luma_weights}};
     Json camera = Json::object();
-    for (const auto& row : camera_parameters().rows()) {
-        const auto value = row.get(&frame.camera);
-        if (const auto* number = std::get_if<double>(&value)) camera[row.key] = *number;
-        if (row.type == ParameterType::choice && value != ParameterValue())
-            camera[row.key] = std::get<std::string>(value);
-    }
+    for (const auto& row : camera_parameters().rows())
+        if (const auto value = row.get(&frame.camera); value != ParameterValue())
+            camera[row.key] = io::json_of(value);
     json["camera"] = camera;
     return json;
 }

@@ -72,8 +72,8 @@ Status absent_frame(int frame, const RunSettings& settings) {
 namespace {
 
 std::string missing_text(const std::vector<int>& frames, const RunSettings& settings) {
-    return concat(absent_files(frames[0], settings), ": ", frames.size(),
-                  " of the requested frames are not on disk: ", frames_text(frames),
+    return concat(absent_files(frames[0], settings),
+                  ": requested frames are not on disk: ", frames_text(frames),
                   " (--missing skip or hold continues without them)");
 }
 

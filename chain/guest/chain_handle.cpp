@@ -47,8 +47,8 @@ std::vector<ParameterValue> trials(const Parameter& row) {
     return values;
 }
 
-// A frame on which every pass has work to do.
-FrameDescription typical_frame() {
+// A frame on which every pass of the chain has work to do.
+FrameDescription typical_frame(const Chain& chain) {
     FrameDescription frame;
     frame.width = frame.display_width = 640;
     frame.height = frame.display_height = 360;
@@ -58,6 +58,9 @@ FrameDescription typical_frame() {
     frame.camera.sensor_width_mm = 36;
     frame.camera.f_stop = 2;
     frame.camera.focus_distance = 4;
+    for (const ChainLink& link : chain.links)
+        for (const Place& place : link.pass->depth_places())
+            frame.bounds.inverse_depth_at[place] = 0.25;
     return frame;
 }
 
@@ -72,14 +75,15 @@ uint32_t difference(const Plan& a, const Plan& b) {
 }  // namespace
 
 uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
-    const FrameDescription frame = typical_frame();
     std::vector<Plan> plans;
-    if (auto plan = make_plan(chain, frame); plan.ok()) plans.push_back(std::move(*plan));
+    if (auto plan = make_plan(chain, typical_frame(chain)); plan.ok())
+        plans.push_back(std::move(*plan));
     for (const auto& value : trials(row)) {
         Chain trial = chain.clone();
         if (!row.check(value).ok()) continue;
         row.set(parameters_of(trial, pass), value);
-        if (auto plan = make_plan(trial, frame); plan.ok()) plans.push_back(std::move(*plan));
+        if (auto plan = make_plan(trial, typical_frame(trial)); plan.ok())
+            plans.push_back(std::move(*plan));
     }
     uint32_t cost = PC_COST_UNIFORM;
     for (size_t i = 1; i < plans.size(); ++i) cost = std::max(cost, difference(plans[0], plans[i]));

@@ -109,10 +109,11 @@ Failure check_numbers(const HostPlanes& frame) {
                {"frame_seconds", given.frame_seconds}};
     for (const auto& [name, value] : all)
         if (!std::isfinite(value)) return {PC_ERROR_CHAIN, concat(name, " is ", value)};
-    for (int i = 0; i < 16; ++i)
-        if (!std::isfinite(given.view_projection[i]) ||
-            !std::isfinite(given.other_view_projection[i]))
-            return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
+    for (const auto& [name, matrix] : {std::pair("view_projection", given.view_projection),
+                                       {"other_view_projection", given.other_view_projection}})
+        for (int i = 0; i < 16; ++i)
+            if (!std::isfinite(matrix[i]))
+                return {PC_ERROR_CHAIN, concat(name, ": element ", i, " is not finite")};
     if (!knows_flags(given.flags))
         return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
                                          " has a bit that this library does not know")};

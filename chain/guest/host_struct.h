@@ -45,12 +45,14 @@ Failure check_size(const Struct* given, const char* name) {
     static_assert(kMinSize<Struct> > 0);
     if (!given) return {PC_ERROR_ARGUMENT, concat(name, " is NULL")};
     const size_t size = given->struct_size;
+    const std::string_view type =
+        std::string_view(name).substr(0, std::string_view(name).find('.'));
     if (size < kMinSize<Struct>)
         return {PC_ERROR_VERSION, concat(name, ".struct_size is ", size, "; set it to sizeof(",
-                                         name, "), which is ", sizeof(Struct), " in this library")};
+                                         type, "), which is ", sizeof(Struct), " in this library")};
     if (size > kMaxSize)
         return {PC_ERROR_VERSION, concat(name, ".struct_size is ", size, ", more than ", kMaxSize,
-                                         "; zero the struct, and set it to sizeof(", name, ")")};
+                                         "; zero the struct, and set it to sizeof(", type, ")")};
     const auto* bytes = reinterpret_cast<const unsigned char*>(given);
     for (size_t i = sizeof(Struct); i < size; ++i)
         if (bytes[i] != 0)

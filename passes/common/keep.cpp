@@ -21,7 +21,7 @@ void add_keep(PassPlanner& planner, TextureId list, const KeepTargets& kept) {
     std::vector<Binding> arrays;
     if (kept.layers >= 0)
         arrays = {{2, planner.input(Role::layers)}, {3, kept.layers, Access::write}};
-    add_layered_step(planner, std::move(step), arrays, 1);
+    add_layered_step(planner, std::move(step), arrays, 0);
 }
 
 }  // namespace postchain

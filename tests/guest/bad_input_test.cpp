@@ -11,6 +11,7 @@
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::test::bad_input_test {
 namespace {
@@ -47,6 +48,7 @@ class BadInput : public ::testing::Test {
         }
         pc_texture result = {};
         EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame, &result), code) << message;
+        Transcript::say(concat(pc_result_name(code), " ", pc_last_error(guest_.get())));
         EXPECT_THAT(pc_last_error(guest_.get()), HasSubstr(message));
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "a GL error stays";
         EXPECT_EQ(result.name, frame.color.name) << "the host's picture is handed through";
@@ -57,6 +59,7 @@ class BadInput : public ::testing::Test {
         clear_output();
     }
 
+    const Transcript whole_{POSTCHAIN_SOURCE_DIR "/tests/guest/expected"};
     HostFrameTextures host_;
     HostTexture output_;
     pc::Instance guest_;

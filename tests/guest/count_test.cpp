@@ -13,6 +13,7 @@
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::test::count_test {
 namespace {
@@ -103,6 +104,46 @@ TEST(Count, TheSteadyStatePlansMakesAllocatesAndReadsNothing) {
         const bool software = gl::describe_current().software;
         EXPECT_LE(fences, software ? 3u * (kFrames / 4 + 1) : 2u * (kFrames / 4 + 1) + kFrames);
         expect_nothing_made(before, count(guest));
+    }
+}
+
+// Every member: before the first frame, after two frames, a larger and a smaller one, another
+// chain, and a program of the cache.
+TEST(Count, EveryMember) {
+    const auto host = canonical_frame(64, 48), large = canonical_frame(101, 67);
+    std::map<std::string, std::string> cache;
+    auto info = pc::create_info();
+    info.user = &cache;
+    info.keep_frames = 2;
+    info.store_program = [](void* user, const char* key, const void* bytes, size_t size) {
+        (*static_cast<std::map<std::string, std::string>*>(user))[key] = {
+            static_cast<const char*>(bytes), size};
+    };
+    info.load_program = [](void* user, const char* key, void* bytes, size_t room) {
+        const std::string& found = (*static_cast<std::map<std::string, std::string>*>(user))[key];
+        if (found.size() <= room) std::copy(found.begin(), found.end(), static_cast<char*>(bytes));
+        return found.size();
+    };
+    const Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/guest/expected");
+    const auto made = paper_chain("motion_blur,depth_of_field"), other = chain("fxaa");
+    for (int again = 0; again < 2; ++again) {
+        const pc::Instance guest = pc::create(info);
+        auto needs = pc::make<pc_frame_needs>();
+        const auto told = [&](const pc::Chain& chain, const pc_frame& frame) {
+            ASSERT_EQ(pc_query_frame(guest.get(), chain.get(), &frame, &needs), PC_OK);
+            say(needs);
+            say(count(guest));
+        };
+        told(made, host.frame);
+        prepare(guest, made, host.frame);
+        told(made, host.frame);
+        for (const pc_frame* frame : {&host.frame, &host.frame, &large.frame, &host.frame}) {
+            test::run(guest, made, *frame);
+            told(made, *frame);
+        }
+        prepare(guest, other, host.frame);
+        for (int i = 0; i < 3; ++i) test::run(guest, other, host.frame);
+        told(other, host.frame);
     }
 }
 

@@ -10,11 +10,14 @@
 
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::test::handles_test {
 namespace {
 
 using ::testing::HasSubstr;
+
+const char* const kExpected = POSTCHAIN_SOURCE_DIR "/tests/guest/expected";
 
 class Handles : public SharedScene {};
 
@@ -69,11 +72,13 @@ std::vector<Call> chain_calls() {
 
 void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {
     EXPECT_EQ(call.make(instance, chain), PC_ERROR_ARGUMENT) << call.name;
+    Transcript::say(concat(call.name, ": ", pc_error()));
     EXPECT_THAT(pc_error(), HasSubstr(text)) << call.name;
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << call.name;
 }
 
 TEST_F(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
+    const Transcript whole(kExpected);
     const auto good = chain("motion_blur,depth_of_field");
     prepare_and_run(guest(), good, host().frame);
     auto gone_guest = instance();
@@ -130,6 +135,7 @@ TEST_F(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
 }
 
 TEST_F(Handles, NullArguments) {
+    const Transcript whole(kExpected);
     const auto guest = instance();
     const auto good = chain("motion_blur");
     I i = guest.get();
@@ -139,6 +145,7 @@ TEST_F(Handles, NullArguments) {
     pc_instance* made = nullptr;
     const auto fails = [](pc_result result, const char* argument) {
         EXPECT_EQ(result, PC_ERROR_ARGUMENT) << argument;
+        Transcript::say(pc_error());
         EXPECT_THAT(pc_error(), HasSubstr(argument));
     };
     fails(pc_create(&info, nullptr), "instance is NULL");

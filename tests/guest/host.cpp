@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tests/support/gpu.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::test {
 namespace {
@@ -203,9 +204,24 @@ pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
 }
 
 void expect_error(pc_result found, pc_result code, const std::string& text) {
+    Transcript::say(concat(pc_result_name(found), " ", pc_error()));
     EXPECT_EQ(found, code) << text;
     EXPECT_NE(std::string(pc_error()).find(text), std::string::npos)
         << pc_error() << " without " << text;
+}
+
+void say(const pc_counters& c) {
+    Transcript::say(concat("frames ", c.frames, ", dispatches ", c.dispatches, ", barriers ",
+                           c.barriers, ", programs ", c.programs, ", loaded ", c.programs_loaded,
+                           ", plans ", c.plans_made, ", texture allocations ",
+                           c.texture_allocations, ", alive ", c.textures_alive, ", bytes ",
+                           c.texture_bytes, ", peak ", c.texture_bytes_peak));
+}
+
+void say(const pc_frame_needs& needs) {
+    Transcript::say(concat("textures ", needs.textures, ", bytes ", needs.texture_bytes,
+                           ", programs ", needs.programs, ", to compile ",
+                           needs.programs_to_compile));
 }
 
 pc_counters count(const pc::Instance& instance) {

@@ -91,6 +91,9 @@ pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
 // A call that failed with this code, and the thread's message with this part.
 void expect_error(pc_result found, pc_result code, const std::string& text);
 pc_counters count(const pc::Instance& instance);
+// Every member into the transcript.
+void say(const pc_counters& counters);
+void say(const pc_frame_needs& needs);
 // No plan, texture or program was made in between.
 void expect_nothing_made(const pc_counters& before, const pc_counters& after);
 

@@ -17,12 +17,14 @@
 #include "chain/guest/postchain_plan.h"
 #include "chain/plan/program_source.h"
 #include "tests/guest/allocations.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::test::planner_test {
 namespace {
 
 using ::testing::HasSubstr;
 
+const std::string kExpected = POSTCHAIN_SOURCE_DIR "/tests/guest/expected";
 constexpr uint32_t kMaxWidth = 200, kMaxHeight = 120;
 constexpr uint32_t kWrites = PC_PLAN_IMAGE_WRITE | PC_PLAN_LIST_WRITE | PC_PLAN_ZEROED;
 enum : uint32_t { kColor = 1, kDepth, kMotion, kMask, kExposure, kOutput };
@@ -294,6 +296,73 @@ TEST(Planner, EveryArrayHoldsOnAnIndependentWalk) {
     EXPECT_GT(shared, 0u);
 }
 
+// Every member, by index; keys are numbered in the order of the steps.
+std::string text_of(const pc_plan& plan) {
+    std::map<uint64_t, size_t> keys;
+    std::string text = concat("result ", plan.result, ", ", plan.uniform_bytes,
+                              " bytes of uniforms, ", plan.slot_bytes, " of slots, made for ",
+                              plan.made_width, "x", plan.made_height, "\n");
+    for (uint32_t i = 0; i < plan.slot_count; ++i) {
+        const pc_plan_slot& slot = plan.slots[i];
+        text +=
+            concat("slot ", i, ": format ", slot.format, ", ", slot.width, "x", slot.height, ", ",
+                   slot.slices, " slices, ", slot.bytes, " bytes, ", slot.zero_bytes, " zeros\n");
+    }
+    for (uint32_t i = 0; i < plan.texture_count; ++i) {
+        const pc_plan_texture& one = plan.textures[i];
+        text += concat("texture ", i, " ", one.name, ": host ", one.host, ", slot ",
+                       int32_t(one.slot), ", format ", one.format, ", ", one.width, "x", one.height,
+                       ", steps ", int32_t(one.first_step), " to ", int32_t(one.last_step), "\n");
+    }
+    for (uint32_t i = 0; i < plan.step_count; ++i) {
+        const pc_plan_step& step = plan.steps[i];
+        const size_t key = keys.try_emplace(step.program, keys.size()).first->second;
+        text += concat("step ", i, " ", step.name, ": program ", key, ", level ", step.level,
+                       ", list ", int32_t(step.list), ", wait ", step.bands_wait, ", uniforms ",
+                       step.uniform_offset, " + ", step.uniform_bytes, ", fetches ", step.fetches,
+                       ", reads ", step.read_bytes, ", writes ", step.written_bytes, "\n");
+        for (uint32_t b = 0; b < step.barrier_count; ++b) {
+            const pc_plan_barrier& one = step.barriers[b];
+            text += concat("  barrier ", one.texture, " after ", int32_t(one.before), ": ",
+                           one.from, " to ", one.to, "\n");
+        }
+        for (uint32_t b = 0; b < step.binding_count; ++b) {
+            const pc_plan_binding& one = step.bindings[b];
+            text += concat("  kind ", one.kind, " unit ", one.unit, ": texture ", one.texture,
+                           ", access ", one.access, "\n");
+        }
+        for (uint32_t b = 0; b < step.dispatch_count; ++b) {
+            const pc_plan_dispatch& one = step.dispatches[b];
+            text += concat("  groups ", one.groups[0], " ", one.groups[1], " ", one.groups[2],
+                           " from ", one.first_group[0], " ", one.first_group[1], "\n");
+        }
+    }
+    for (uint32_t i = 0; i < plan.elision_count; ++i) {
+        const pc_plan_elision& one = plan.elisions[i];
+        text += concat("left out ", one.item, ", ", one.rule, ", ", one.reason, ": ", one.fetches,
+                       " fetches, ", one.bytes, " bytes, ", one.dispatches, " dispatches\n");
+    }
+    return text;
+}
+
+// The second frame is smaller, in the same storage, with another output and without a mask.
+TEST(Planner, EveryMember) {
+    const Planner by = planner();
+    const pc::Chain chain = pc::chain("motion_blur,fxaa");
+    EXPECT_EQ(pc_chain_set_text(chain.get(), 0, "mode", "guertin"), PC_OK) << pc_error();
+    pc_frame frame = engine_frame();
+    frame.mask = texture(kMask, PC_FORMAT_R8);
+    frame.exposure = texture(kExposure, PC_FORMAT_R32F);
+    std::string text = text_of(plan(by, chain, frame));
+    frame.width = 33;
+    frame.height = 17;
+    frame.mask = {};
+    frame.output = {};
+    frame.flags = PC_CAMERA_CUT;
+    text += "\n" + text_of(plan(by, chain, frame));
+    test::expect_text_of(kExpected + "/plan", text);
+}
+
 // The key of a program is that of its source, which postchain-programs hashes too.
 TEST(Planner, KeysAreThoseOfTheSources) {
     const Planner by = planner();
@@ -391,11 +460,13 @@ TEST(Planner, WhatIsLeftOutIsToldWithItsReason) {
 }
 
 void expect_refused(pc_result result, pc_result code, const char* text) {
+    Transcript::say(concat(pc_result_name(result), " ", pc_error()));
     EXPECT_EQ(result, code) << text;
     EXPECT_THAT(pc_error(), HasSubstr(text));
 }
 
 TEST(Planner, FramesThatCannotBePlannedAreRefused) {
+    const Transcript whole(kExpected);
     const Planner by = planner(PC_VALIDATE);
     const pc::Chain chain = pc::chain("motion_blur,depth_of_field");
     const struct {
@@ -474,14 +545,18 @@ class Members : public ::testing::Test {
     void refused_neighbor(pc_result code, const std::string& text, const Change& change) const {
         pc_frame other = whole_frame();
         change(other);
-        refused(code, "before." + text, [&](F f) { f.before = &other; });
-        refused(code, "after." + text, [&](F f) { f.after = &other; });
+        for (const auto& [name, of] :
+             {std::pair("before.", &pc_frame::before), {"after.", &pc_frame::after}}) {
+            EXPECT_EQ(planned([&](F f) { f.*of = &other; }), code) << name << text;
+            EXPECT_THAT(pc_error(), HasSubstr(name + text));
+        }
     }
     void refused_in_both(pc_result code, const std::string& text, const Change& change) const {
         refused(code, text, change);
         refused_neighbor(code, text, change);
     }
 
+    const Transcript whole_{kExpected};
     const Planner by_ = planner(PC_VALIDATE);
     const pc::Chain chain_ = pc::chain("motion_blur,depth_of_field");
 };
@@ -531,10 +606,11 @@ TEST_F(Members, Numbers) {
             refused(PC_ERROR_CHAIN, number.name, set(-1));
     }
     for (int i = 0; i < 16; ++i)
-        for (const auto matrix : {&pc_frame::view_projection, &pc_frame::other_view_projection})
-            refused_in_both(PC_ERROR_CHAIN,
-                            concat("view_projection: element ", i, " is not finite"),
-                            [&](F f) { (f.*matrix)[i] = NAN; });
+        for (const auto& [name, matrix] :
+             {std::pair("view_projection", &pc_frame::view_projection),
+              {"other_view_projection", &pc_frame::other_view_projection}})
+            refused_in_both(PC_ERROR_CHAIN, concat(name, ": element ", i, " is not finite"),
+                            [matrix = matrix, i](F f) { (f.*matrix)[i] = NAN; });
     for (const auto matrix : {&pc_frame::view_projection, &pc_frame::other_view_projection})
         refused(PC_ERROR_INPUT, "view_projection: is singular", [&](F f) { (f.*matrix)[0] = 1; });
 }
@@ -720,6 +796,7 @@ TEST_F(Members, OfHalfTheResolution) {
 }
 
 TEST(Planner, StructsAndHandlesOfNoneAreRefused) {
+    const Transcript whole(kExpected);
     auto info = pc::make<pc_plan_create_info>();
     info.api_version = PC_API_VERSION;
     info.max_width = info.max_height = 64;

@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "passes/registry.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::test::report_test {
 namespace {
@@ -20,35 +20,36 @@ using ::testing::Not;
 
 constexpr int kWidth = 96, kHeight = 60;
 
-TEST(Parameters, EveryRowOfEveryTableWithItsValue) {
-    const auto made = chain("fxaa,motion_blur");
-    ASSERT_EQ(pc_chain_set_number(made.get(), 1, "samples", 51), PC_OK);
-    ASSERT_EQ(pc_chain_set_text(made.get(), 1, "mode", "single"), PC_OK);
+// Pass, key, type and unit; the ranges; whether it is set, value and text; choices and cost.
+TEST(Parameters, EveryMember) {
+    const auto made = chain("depth_of_field,fxaa,motion_blur,joint_blur");
+    ASSERT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.25, 0.75), PC_OK) << pc_error();
+    ASSERT_EQ(pc_chain_set_number(made.get(), 2, "samples", 51), PC_OK);
     ASSERT_EQ(pc_chain_set_number(made.get(), PC_CAMERA, "aperture_blades", 6), PC_OK);
-    const auto rows = pc::parameters(made.get());
-    EXPECT_EQ(rows.size(), builtin_passes().find("fxaa")->parameters->rows().size() +
-                               builtin_passes().find("motion_blur")->parameters->rows().size() +
-                               camera_parameters().rows().size());
-    std::map<std::string, pc_parameter> by_name;
-    for (const auto& row : rows) by_name[std::string(row.pass_name) + "." + row.key] = row;
-    const pc_parameter& samples = by_name.at("motion_blur.samples");
-    EXPECT_EQ(samples.pass, 1u);
-    EXPECT_STREQ(samples.type, "integer");
-    EXPECT_STREQ(samples.unit, "taps");
-    EXPECT_EQ(samples.value, 51);
-    EXPECT_STREQ(samples.text, "51");
-    EXPECT_EQ(samples.min, 1);
-    const pc_parameter& mode = by_name.at("motion_blur.mode");
-    ASSERT_EQ(mode.choice_count, 3u);
-    EXPECT_STREQ(mode.text, "single");
-    EXPECT_EQ(by_name.at("camera.aperture_blades").value, 6);
-    EXPECT_EQ(by_name.at("camera.cats_eye").is_set, 0u);
-    // A number of taps is a value in a uniform block, a kind of noise is a program, and a tile's
-    // edge is the size of tile textures.
-    EXPECT_EQ(samples.cost, uint32_t(PC_COST_UNIFORM));
-    EXPECT_EQ(by_name.at("fxaa.subpix").cost, uint32_t(PC_COST_UNIFORM));
-    EXPECT_EQ(by_name.at("fxaa.blend").cost, uint32_t(PC_COST_PROGRAM));
-    EXPECT_EQ(by_name.at("motion_blur.max_blur_px").cost, uint32_t(PC_COST_TEXTURE));
+    const Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/guest/expected");
+    for (const pc_parameter& row : pc::parameters(made.get())) {
+        const ParameterTable& table = row.pass == PC_CAMERA
+                                          ? camera_parameters()
+                                          : *builtin_passes().find(row.pass_name)->parameters;
+        EXPECT_STREQ(row.help, table.find(row.key)->help.c_str()) << row.key;
+        std::string line = concat(int32_t(row.pass), " ", row.pass_name, ".", row.key, " ",
+                                  row.type, " ", row.unit, ", ", row.min, "..", row.max, " ",
+                                  row.soft_min, "..", row.soft_max, row.is_set ? "" : ", unset",
+                                  ", ", row.value, " '", row.text, "', cost ", row.cost);
+        for (uint32_t i = 0; i < row.choice_count; ++i) line += concat(" ", row.choices[i]);
+        Transcript::say(line);
+    }
+    for (const pc_parameter& row : pc::parameters(paper_chain().get()))
+        if (row.cost != PC_COST_UNIFORM)
+            Transcript::say(concat(row.pass_name, ".", row.key, " ", row.cost));
+}
+
+TEST(Parameters, EveryRowOfEveryTable) {
+    const auto made = chain("fxaa,motion_blur");
+    EXPECT_EQ(pc::parameters(made.get()).size(),
+              builtin_passes().find("fxaa")->parameters->rows().size() +
+                  builtin_passes().find("motion_blur")->parameters->rows().size() +
+                  camera_parameters().rows().size());
     const char *name = nullptr, *help = nullptr;
     std::set<std::string> passes;
     for (uint32_t i = 0; pc_pass(i, &name, &help) == PC_OK; ++i) passes.insert(name);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 
+#include "tests/support/transcript.h"
 #include "tests/vulkan/frames.h"
 
 namespace postchain::test::input_test {
@@ -12,6 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
+const char* const kExpected = POSTCHAIN_SOURCE_DIR "/tests/vulkan/expected";
 constexpr int kWidth = 40, kHeight = 24;
 
 // A loader that leads to the device's functions, but to a device that can do less.
@@ -82,6 +84,7 @@ void expect_refused(const pc_vk_create_info& info, pc_result code, const char* t
 }
 
 TEST(Input, CreationIsRefusedWithASentence) {
+    const Transcript whole(kExpected);
     const pc_vk_create_info good = vk_info(kWidth, kHeight);
     pc_vk_instance* made = nullptr;
     EXPECT_EQ(pc_vk_create(&good, nullptr), PC_ERROR_ARGUMENT);
@@ -131,6 +134,7 @@ TEST(Input, CreationIsRefusedWithASentence) {
 }
 
 TEST(Input, DevicesThatLackWhatTheProgramsNeedAreRefused) {
+    const Transcript whole(kExpected);
     pc_vk_create_info info = vk_info(kWidth, kHeight);
     info.get_instance_proc_addr = weak_loader;
     constexpr pc_result kArgument = PC_ERROR_ARGUMENT, kGl = PC_ERROR_GL;
@@ -223,6 +227,7 @@ TEST(Input, HandlesAreChecked) {
 // recorded, so that the run after it is right. Textures of GL have the same checks of sizes and
 // values (tests/guest/bad_input_test.cpp).
 TEST(Input, FramesAreRefusedWithASentence) {
+    const Transcript whole(kExpected);
     Subject subject;
     const pc_vk_frame good = subject.frame.vk;
     const pc_frame good_values = subject.frame.frame;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "chain/vk/device.h"
+#include "tests/support/transcript.h"
 #include "tests/vulkan/frames.h"
 
 namespace postchain::test::steps_test {
@@ -128,6 +129,40 @@ TEST(Steps, WithoutBarriersTheLayersComplain) {
     ASSERT_FALSE(messages.empty());
     EXPECT_THAT(messages[0], HasSubstr("SYNC-HAZARD"));
     messages.clear();
+}
+
+// Every member, of two runs: the images are made in the first one.
+TEST(Steps, EveryMember) {
+    const Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/vulkan/expected");
+    Subject subject("fxaa");
+    ASSERT_EQ(pc_chain_set_text(subject.chain.get(), 0, "mode", "search"), PC_OK) << pc_error();
+    prepare(subject.vulkan, subject.chain, subject.frame.vk);
+    for (int i = 0; i < 2; ++i)
+        Vulkan::get().run([&](VkCommandBuffer commands) {
+            const pc_vk_steps steps = subject.begin();
+            for (uint32_t r = 0; r < steps.resource_count; ++r) {
+                const pc_vk_resource& one = steps.resources[r];
+                Transcript::say(concat("resource ", r, " ", one.name, one.image ? ", image" : "",
+                                       one.buffer ? ", buffer" : "", one.view ? ", view" : ""));
+            }
+            for (uint32_t d = 0; d < steps.dispatch_count; ++d) {
+                const pc_vk_dispatch& one = steps.dispatches[d];
+                Transcript::say(concat("dispatch ", d, " ", one.name, ", level ", one.level));
+                for (uint32_t u = 0; u < one.use_count; ++u)
+                    Transcript::say(concat("  uses ", one.uses[u].resource, ", stages ",
+                                           one.uses[u].stages, ", access ", one.uses[u].access));
+            }
+            Graph().record(subject.vulkan, steps, commands);
+        });
+    auto counters = pc::make<pc_counters>();
+    ASSERT_EQ(pc_vk_count(subject.vulkan.get(), &counters), PC_OK);
+    counters.programs_loaded = 0;  // depends on the tests before
+    say(counters);
+    auto needs = pc::make<pc_frame_needs>();
+    ASSERT_EQ(
+        pc_vk_query_frame(subject.vulkan.get(), subject.chain.get(), &subject.frame.vk, &needs),
+        PC_OK);
+    say(needs);
 }
 
 TEST(Steps, AreListedWithTheirUses) {

@@ -10,6 +10,7 @@
 #include "chain/frame/frame.h"
 #include "passes/registry.h"
 #include "tests/openfx/test_host.h"
+#include "tests/support/transcript.h"
 #include "tools/openfx/standard.h"
 
 namespace postchain::openfx::test {
@@ -104,6 +105,48 @@ TEST(Describe, FiveEffectsWithTheirClips) {
     EXPECT_EQ(host.described(host.plugin("postchain.fxaa"), "OfxImageEffectContextFilter")
                   .described.size(),
               2u);
+}
+
+std::string line_of(const PropertyObject& set) {
+    std::string line;
+    for (const auto& [name, values] : set.values) {
+        line += ", " + name + " =";
+        for (const Value& value : values)
+            std::visit(
+                [&](const auto& one) {
+                    if constexpr (std::is_same_v<decltype(one), void* const&>)
+                        line += one ? " set" : " none";
+                    else
+                        line += concat(" ", one);
+                },
+                value);
+    }
+    return line;
+}
+
+// Every property of effects, clips and parameters, in their order: of two passes, and all that is
+// no row of a pass. Of parameters that two effects describe alike only the first.
+TEST(Describe, EveryProperty) {
+    Host host;
+    const postchain::test::Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/openfx/expected");
+    const auto say = [](const std::string& name, const PropertyObject& set) {
+        postchain::test::Transcript::say(name + line_of(set));
+    };
+    std::set<std::string> known;
+    for (int i = 0; i < host.count(); ++i) {
+        const EffectObject& effect = host.described(host.plugin(i));
+        const std::string identifier = host.plugin(i)->pluginIdentifier;
+        const bool short_of_rows =
+            identifier == "postchain.joint_blur" || identifier == "postchain.depth_of_field";
+        say(identifier, effect.properties);
+        for (const auto& [name, set] : effect.described) say("clip " + name, set);
+        for (const std::string& name : effect.order) {
+            const PropertyObject& set = effect.parameters.at(name).properties;
+            if (short_of_rows && set.text("OfxParamPropParent") == "passes") continue;
+            const std::string type(set.parameter ? set.parameter->name : "none");
+            if (known.insert(name + type + line_of(set)).second) say(name + " " + type, set);
+        }
+    }
 }
 
 // Every row of a table is a parameter, with its range and help.

@@ -14,12 +14,14 @@
 #include "tests/support/environment.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
+#include "tests/support/transcript.h"
 
 namespace postchain::openfx::test::node_test {
 namespace {
 
 using postchain::test::make_planes;
 using postchain::test::Planes;
+using postchain::test::Transcript;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -92,17 +94,22 @@ TEST(Identity, OfFactsIsACopyWithItsReason) {
 TEST(Regions, FramesAndRegions) {
     Host host;
     Node node(host, "postchain.joint_blur", kWidth, kHeight);
+    const Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/openfx/expected");
+    const auto say = [](const std::string& title, const auto& by_clip) {
+        std::string line = title + ":";
+        for (const auto& [clip, numbers] : by_clip) {
+            line += " " + clip;
+            for (const double number : numbers) line += concat(" ", number);
+        }
+        Transcript::say(line);
+    };
     connect_scene(node);
     set_lens(node);
-    const auto frames = node.frames_needed(5);
-    for (const char* clip : {"Source", "Depth", "Motion"})
-        EXPECT_THAT(frames.at(clip), ElementsAre(4, 6)) << clip;
-    EXPECT_THAT(frames.at("Behind"), ElementsAre(5, 5));
-    node.choose("neighbors", "before");
-    EXPECT_THAT(node.frames_needed(5).at("Depth"), ElementsAre(4, 5));
-    node.choose("neighbors", "none");
-    EXPECT_THAT(node.frames_needed(5).at("Source"), ElementsAre(5, 5));
-    EXPECT_THAT(node.regions_of_interest(5).at("Depth"), ElementsAre(0, 0, kWidth, kHeight));
+    for (const char* neighbors : {"both", "before", "none"}) {
+        node.choose("neighbors", neighbors);
+        say(neighbors, node.frames_needed(5));
+    }
+    say("regions", node.regions_of_interest(5));
     EXPECT_FALSE(node.frame_varying());
     node.set("animate_noise", 1);
     EXPECT_TRUE(node.frame_varying());
@@ -139,8 +146,10 @@ TEST(Messages, GoWithTheirCause) {
     set_lens(node);
     node.set("samples", 3);
     const ImageF expected = node.rendered(2);
+    const Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/openfx/expected");
     const auto fails = [&](const char* text) {
         EXPECT_EQ(node.render(2), kStatFailed) << text;
+        Transcript::say(node.message());
         EXPECT_EQ(node.object().message_type, "OfxMessageError");
         EXPECT_THAT(node.message(), HasSubstr(text));
     };
@@ -253,6 +262,7 @@ TEST(Messages, GoWithTheirCause) {
     EXPECT_EQ(node.changed("check", 2), kStatOK);
     EXPECT_THAT(node.status(),
                 HasSubstr("without the frame before: Depth: has no image at frame 1"));
+    Transcript::say(node.status());
 }
 
 TEST(Messages, OfChainsAndValues) {

@@ -29,7 +29,7 @@ class Transcript {
 
     // A line of the transcript that is now being made, if there is one; equal ones in a row once.
     static void say(const std::string& line) {
-        static const std::regex varying("(texture|limit is|1 to|up to) [0-9]+");
+        static const std::regex varying("(texture|limit is|(?:1 to|up to)(?= [0-9]{5})) [0-9]+");
         const std::string one = std::regex_replace(line, varying, "$1 N") + "\n";
         if (current_ && !current_->text_.ends_with("\n" + one)) current_->text_ += one;
     }

@@ -11,6 +11,7 @@
 
 #include "config/chain_file.h"
 #include "passes/registry.h"
+#include "tests/support/transcript.h"
 #include "tools/apps/view/chain_text.h"
 #include "tools/apps/view/messages.h"
 #include "tools/apps/view/parameter_words.h"
@@ -65,6 +66,88 @@ TEST(Document, UndoAndRedoLeadThroughEveryState) {
     document.undo();
     EXPECT_TRUE(document.switch_off(0, true).ok());
     EXPECT_FALSE(document.can_redo()) << "an edit ends what could be done again";
+}
+
+// All that a state has, and the file that it would be saved as.
+std::string told(const Document& document) {
+    const DocumentState& state = document.state();
+    std::string text = concat(document.changed() ? "changed" : "as saved",
+                              document.keys_changed() ? ", keys changed" : "", "; off");
+    for (const bool off : state.off) text += off ? " 1" : " 0";
+    text += "; id";
+    for (const uint64_t id : state.id) text += concat(" ", id);
+    text += "; keys";
+    for (const auto& [frame, distance] : state.focus_keys)
+        text += concat(" ", frame, ":", distance);
+    return concat(text, "; focus at 15 ", document.camera_at(15).focus_distance.value_or(-1), "\n",
+                  chain_file_text(kText, document).text);
+}
+
+TEST(Document, EveryEditAndItsUndo) {
+    Document document = opened(kText);
+    const auto other = [](const char* text) {
+        return parse_chain(text, "", builtin_passes()).chain.clone();
+    };
+    const std::pair<const char*, std::function<Status()>> edits[] = {
+        {"set", [&] { return document.set(1, "samples", int64_t(27)); }},
+        {"set, matte", [&] { return document.set(0, "matte", std::string("hero")); }},
+        {"set_in_all", [&] { return document.set_in_all("seed", int64_t(7)); }},
+        {"set_camera", [&] { return document.set_camera("f_stop", 5.6); }},
+        {"add", [&] { return document.add("joint_blur", 1); }},
+        {"switch_off", [&] { return document.switch_off(3, true); }},
+        {"move", [&] { return document.move(3, 0); }},
+        {"reorder",
+         [&] {
+             return document.reorder({2, 0, 3, 1});
+         }},
+        {"switch_on", [&] { return document.switch_off(1, false); }},
+        {"erase", [&] { return document.erase(2); }},
+        {"a gesture",
+         [&] {
+             document.begin_gesture();
+             const Status first = document.set_focus_key(10, 1);
+             const Status second = document.set_focus_key(20, 2);
+             document.end_gesture();
+             return first.ok() ? second : first;
+         }},
+        {"remove_focus_key",
+         [&] {
+             document.remove_focus_key(10);
+             return Status();
+         }},
+        {"take_passes",
+         [&] {
+             document.take_passes(other("postchain: 1\npasses: [fxaa, motion_blur]\n"), "other");
+             return Status();
+         }},
+        {"replace", [&] {
+             document.replace(other("postchain: 1\npasses: [fxaa: {preset: 39}]\n"), "reload");
+             return Status();
+         }}};
+    const test::Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/view/expected");
+    std::vector<std::string> states = {told(document)};
+    std::vector<std::string> names;
+    test::Transcript::say(states[0]);
+    for (const auto& [name, edit] : edits) {
+        const uint64_t revision = document.revision();
+        const Status status = edit();
+        ASSERT_TRUE(status.ok()) << name << ": " << status.message();
+        EXPECT_GT(document.revision(), revision) << name;
+        states.push_back(told(document));
+        names.push_back(document.undo_name());
+        test::Transcript::say(concat(
+            "# ", name, ": ", status.ok() ? names.back() : status.message(), "\n", states.back()));
+    }
+    for (size_t i = states.size(); i-- > 1;) {
+        EXPECT_EQ(document.undo_name(), names[i - 1]);
+        document.undo();
+        EXPECT_EQ(document.redo_name(), names[i - 1]);
+        EXPECT_EQ(told(document), states[i - 1]);
+    }
+    for (size_t i = 1; i < states.size(); ++i) {
+        document.redo();
+        EXPECT_EQ(told(document), states[i]);
+    }
 }
 
 // The oldest states are forgotten, and each name stays with its edit.
@@ -165,23 +248,29 @@ TEST(Document, AGestureIsOneStep) {
 TEST(Document, AFaultyValueChangesNothing) {
     Document document = opened(kText);
     const uint64_t revision = document.revision();
-    EXPECT_EQ(document.set(0, "samples", int64_t(-1)).code(), StatusCode::chain);
-    EXPECT_EQ(document.set(0, "sampels", int64_t(1)).code(), StatusCode::chain);
-    EXPECT_EQ(document.set(9, "samples", int64_t(1)).code(), StatusCode::chain);
-    EXPECT_EQ(document.set_camera("f_stop", -1.0).code(), StatusCode::chain);
-    EXPECT_EQ(document.add("no_such_pass", 0).code(), StatusCode::chain);
-    EXPECT_EQ(document.erase(3).code(), StatusCode::chain);
-    EXPECT_EQ(document.set_focus_key(1, 0).code(), StatusCode::chain);
+    const test::Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/view/expected");
+    const auto told = [](const Status& status) {
+        test::Transcript::say(status.message());
+        return status;
+    };
+    EXPECT_EQ(told(document.set(0, "samples", int64_t(-1))).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.set(0, "sampels", int64_t(1))).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.set(9, "samples", int64_t(1))).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.set_camera("f_stop", -1.0)).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.add("no_such_pass", 0)).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.erase(3)).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.set_focus_key(1, 0)).code(), StatusCode::chain);
     for (const double none : {-1.0, std::nan(""), HUGE_VAL})
-        EXPECT_EQ(document.set_focus_key(1, none).code(), StatusCode::chain) << none;
-    EXPECT_EQ(document.set_camera("aperture_image", std::string("/no/such.exr")).code(),
+        EXPECT_EQ(told(document.set_focus_key(1, none)).code(), StatusCode::chain) << none;
+    EXPECT_EQ(told(document.set_camera("aperture_image", std::string("/no/such.exr"))).code(),
               StatusCode::input);
-    EXPECT_EQ(document.set(0, "matte_effect", std::string("unmoved")).code(), StatusCode::chain);
-    EXPECT_EQ(document.set_in_all("samples", int64_t(-1)).code(), StatusCode::chain);
-    EXPECT_EQ(document.switch_off(3, true).code(), StatusCode::chain);
-    EXPECT_EQ(document.move(3, 0).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.set(0, "matte_effect", std::string("unmoved"))).code(),
+              StatusCode::chain);
+    EXPECT_EQ(told(document.set_in_all("samples", int64_t(-1))).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.switch_off(3, true)).code(), StatusCode::chain);
+    EXPECT_EQ(told(document.move(3, 0)).code(), StatusCode::chain);
     for (const auto& order : {std::vector<size_t>{0, 0, 1}, {0, 1}, {0, 1, 3}, {0, 1, 2, 3}})
-        EXPECT_EQ(document.reorder(order).code(), StatusCode::chain);
+        EXPECT_EQ(told(document.reorder(order)).code(), StatusCode::chain);
     EXPECT_TRUE(document.set(0, "samples", int64_t(16)).ok()) << "the value that it has";
     EXPECT_EQ(document.revision(), revision);
 }
@@ -396,6 +485,23 @@ TEST(Messages, TheNewestFiftyAreKeptEachOnce) {
     EXPECT_EQ(messages.list().back().text, "message 30");
     EXPECT_TRUE(messages.list().back().error);
     EXPECT_EQ(std::ranges::count(messages.list(), "message 30", &Message::text), 1);
+}
+
+TEST(Words, OfEveryParameter) {
+    const test::Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/view/expected");
+    for (const ParameterGroup& group : parameter_groups())
+        test::Transcript::say(concat("group ", group.name, group.open ? ", open" : ""));
+    std::set<std::string> said;  // many passes have the same row
+    const auto say = [&](const ParameterTable& table) {
+        for (const Parameter& row : table.rows()) {
+            const ParameterWords words = words_of(row);
+            const std::string line = concat(row.key, ": ", words.label, " in ", words.group,
+                                            words.unset.empty() ? "" : "; unset: ", words.unset);
+            if (said.insert(line).second) test::Transcript::say(line);
+        }
+    };
+    for (const PassType& type : builtin_passes().types()) say(*type.parameters);
+    say(camera_parameters());
 }
 
 TEST(Words, EveryParameterHasAGroup) {

@@ -66,6 +66,7 @@ TEST_F(ExportTest, MessagesNameWhatTheWindowHas) {
     write_text(path("out/o.0001.exr"), "");
     write_text(path("out/o.png"), "");
     write_text(path("other.yaml"), "");
+    std::string said;
     for (const Status& status : {write(job_of(ExportKind::frames, "out/o.####.exr")),
                                  write(job_of(ExportKind::png, "out/o.png")),
                                  write(job_of(ExportKind::frames, "in.####.exr")),
@@ -73,9 +74,13 @@ TEST_F(ExportTest, MessagesNameWhatTheWindowHas) {
         session_->messages().clear();
         session_->messages().say(status.message(), true);
         ASSERT_EQ(session_->messages().list().size(), 1u);
+        said += session_->messages().list()[0].text + "\n";
         EXPECT_THAT(session_->messages().list()[0].text,
                     testing::Not(testing::ContainsRegex("[ (]--")));
     }
+    for (size_t at; (at = said.find(path(""))) != said.npos;)
+        said.replace(at, path("").size(), "FOLDER/");
+    test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/view/expected/export", said);
 }
 
 TEST_F(ExportTest, ImagesAndSheet) {

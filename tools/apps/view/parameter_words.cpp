@@ -55,7 +55,7 @@ const std::map<std::string_view, Row>& table() {
         {"focus", {kLens, "focus of the range"}},
         {"range", {kLens, "range in focus"}},
         {"max_radius_px", {kLens, "largest radius"}},
-        {"max_radius_fraction", {kLens, "largest radius, of the width"}},
+        {"max_radius_fraction", {kLens, "largest radius, of the height"}},
         {"aperture_blades", {kAperture, "blades"}},
         {"aperture_image", {kAperture, "image"}},
         {"aperture_rotation_deg", {kAperture, "rotation"}},

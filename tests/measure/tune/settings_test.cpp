@@ -1,7 +1,12 @@
+// Settings of the commands that measure.
 #include "tools/measure/tune/tune.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/transcript.h"
+#include "tools/measure/experiment/settings.h"
+#include "tools/measure/study/study.h"
 
 namespace postchain::tune {
 namespace {
@@ -13,6 +18,22 @@ Result<Goal> goal(const std::string& budget, std::optional<double> error = {}) {
     settings.budget = budget;
     settings.error = error;
     return goal_of(settings);
+}
+
+TEST(Settings, EveryMember) {
+    const test::Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/measure/tune/expected");
+    for (const auto& [name, table] : {std::pair("ab", &experiment::ab_parameters()),
+                                      {"bench", &experiment::bench_parameters()},
+                                      {"study", &study::study_parameters()},
+                                      {"tune", &tune_parameters()}})
+        for (const Parameter& row : table->rows()) {
+            std::string line = concat(name, " ", row.key, ": ", name_of(row.type), ", ",
+                                      text_of(row.default_value), " in ", row.domain(),
+                                      row.optional ? ", optional" : "", ", group '", row.group,
+                                      "', unit '", row.unit, "': ", row.help);
+            if (!row.unset_means.empty()) line += "; unset: " + row.unset_means;
+            test::Transcript::say(line);
+        }
 }
 
 TEST(TuneGoal, ABudgetHasAUnit) {

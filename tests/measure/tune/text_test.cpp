@@ -149,7 +149,7 @@ TEST(TuneText, JsonHasEveryMemberUnderItsName) {
         }
         text += io::json_text(json, 1) + "\n";
     }
-    test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/measure/tune/expected.json", text);
+    test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/measure/tune/expected/tune.json", text);
 }
 
 }  // namespace

@@ -404,6 +404,43 @@ TEST(ChainText, ValuesAreAddedInPlace) {
               "  - depth_of_field:  # rows\n      f_stop: 4\n      samples: 16\n");
 }
 
+// And removed: first, between, last, in braces or on lines, with what is added instead.
+TEST(ChainText, ValuesAreRemovedInPlace) {
+    const auto without = [](const std::string& text, std::initializer_list<const char*> keys) {
+        Document document = opened("postchain: 1\n" + text);
+        for (const char* key : keys)
+            EXPECT_TRUE((camera_parameters().find(key) ? document.set_camera(key, {})
+                                                       : document.set(0, key, {}))
+                            .ok())
+                << key;
+        const ChainFileText saved = chain_file_text("postchain: 1\n" + text, document);
+        EXPECT_EQ(write_chain(parse_chain(saved.text, "", builtin_passes()).chain),
+                  write_chain(document.chain_to_save()));
+        return (saved.kept ? "" : "anew: ") + saved.text.substr(13);
+    };
+    const std::string end = "passes:\n  # one\n  - fxaa  # last\n",
+                      block = "camera:  # lens\n  f_stop: 2  # two\n  # far\n  focus_distance: 3\n";
+    EXPECT_EQ(without(block + end, {"f_stop"}),
+              "camera:  # lens\n  # far\n  focus_distance: 3\n" + end);
+    EXPECT_EQ(without(block + end, {"focus_distance"}),
+              "camera:  # lens\n  f_stop: 2  # two\n  # far\n" + end);
+    EXPECT_EQ(without(block + end, {"f_stop", "focus_distance"}), "  # far\n" + end);
+    for (const auto& [keys, left] : {std::pair(std::initializer_list<const char*>{"f_stop"},
+                                               "focus_distance: 3, near_clip: 4"),
+                                     {{"focus_distance"}, "f_stop: 2, near_clip: 4"},
+                                     {{"near_clip"}, "f_stop: 2, focus_distance: 3"},
+                                     {{"f_stop", "focus_distance"}, "near_clip: 4"}})
+        EXPECT_EQ(
+            without("camera: {f_stop: 2, focus_distance: 3, near_clip: 4}  # lens\n" + end, keys),
+            concat("camera: {", left, "}  # lens\n", end));
+    // What cannot be removed in place is written anew, and right.
+    EXPECT_TRUE(without("camera: {f_stop: 2}\n" + end, {"f_stop"}).starts_with("anew: passes:"));
+    EXPECT_EQ(without("passes:\n  # one\n  - joint_blur:\n      max_radius_px: 9  # nine\n"
+                      "      samples: 8  # eight\n",
+                      {"max_radius_px"}),
+              "passes:\n  # one\n  - joint_blur:\n      samples: 8  # eight\n");
+}
+
 TEST(ChainText, UndoAcrossASaveIsSaved) {
     Document document = opened(kText);
     EXPECT_TRUE(document.erase(0).ok());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <tuple>
 
 #include "config/chain_file.h"
@@ -96,15 +97,46 @@ class LineEdits {
     explicit LineEdits(std::vector<std::string>& lines) : lines_(lines) {}
     // `column` counts characters from 1; false if `old` is not at this place.
     bool replace(int line, int column, const std::string& old, const std::string& text) {
-        const std::string& at = lines_[size_t(line) - 1];
-        size_t byte = 0;
-        for (int i = 1; i < column && byte < at.size(); ++i) do
-                ++byte;
-            while (byte < at.size() && (uint8_t(at[byte]) & 0xc0) == 0x80);
-        if (at.compare(byte, old.size(), old) != 0) return false;
+        const size_t byte = byte_of(line, column);
+        if (lines_[size_t(line) - 1].compare(byte, old.size(), old) != 0) return false;
         edits_.emplace_back(line, byte, old.size(), text);
         return true;
     }
+    // Removes an entry that has its line for itself, or one in braces with another one beside it.
+    // False: neither is so.
+    bool erase(const std::vector<TextEntry>& entries, size_t i) {
+        const TextNode &key = entries[i].key, &value = entries[i].value;
+        const std::string& line = lines_[size_t(key.line) - 1];
+        const size_t begin = byte_of(key.line, key.column);
+        if (!is_plain(value) || value.line != key.line) return false;
+        const size_t end = byte_of(key.line, value.column) + value.text.size();
+        if (line.find_first_not_of(' ') == begin && is_comment(line.substr(end))) {
+            erased_.insert(size_t(key.line) - 1);
+            return true;
+        }
+        const auto remove = [&](size_t from, size_t to) {
+            edits_.emplace_back(key.line, from, to - from, "");
+            return true;
+        };
+        if (i + 1 < entries.size() && entries[i + 1].key.line == key.line)
+            return remove(begin, byte_of(key.line, entries[i + 1].key.column));
+        if (i == 0 || !is_plain(entries[i - 1].value) || entries[i - 1].value.line != key.line)
+            return false;
+        const TextNode& before = entries[i - 1].value;
+        return remove(byte_of(key.line, before.column) + before.text.size(), end);
+    }
+    // Removes a map of such lines with its key. False: it is written otherwise.
+    bool erase_block(const TextEntry& entry) {
+        const TextNode& key = entry.key;
+        const size_t end = byte_of(key.line, key.column) + key.text.size();
+        const std::string& line = lines_[size_t(key.line) - 1];
+        if (line.compare(end, 1, ":") != 0 || !is_comment(line.substr(end + 1))) return false;
+        for (size_t i = 0; i < entry.value.entries.size(); ++i)
+            if (!erase(entry.value.entries, i)) return false;
+        erased_.insert(size_t(key.line) - 1);
+        return true;
+    }
+    bool is_erased(size_t line) const { return erased_.contains(line); }
     void apply() {
         std::stable_sort(edits_.begin(), edits_.end(), [](const auto& a, const auto& b) {
             return std::tie(std::get<0>(a), std::get<1>(a)) >
@@ -115,15 +147,35 @@ class LineEdits {
     }
 
   private:
+    static bool is_plain(const TextNode& value) { return value.is_scalar() && !value.quoted; }
+    size_t byte_of(int line, int column) const {
+        const std::string& at = lines_[size_t(line) - 1];
+        size_t byte = 0;
+        for (int i = 1; i < column && byte < at.size(); ++i) do
+                ++byte;
+            while (byte < at.size() && (uint8_t(at[byte]) & 0xc0) == 0x80);
+        return byte;
+    }
+
     std::vector<std::string>& lines_;
+    std::set<size_t> erased_;  // from 0
     std::vector<std::tuple<int, size_t, size_t, std::string>> edits_;
 };
 
 // Changes the values of a map in its text. False: it cannot be done in place.
 bool edit_map(const TextNode& map, const Rows& old_rows, const Rows& new_rows,
               const std::vector<std::string>& lines, LineEdits& edits) {
-    for (const TextEntry& entry : map.entries)
-        if (!find(new_rows, entry.key.text) && find(old_rows, entry.key.text)) return false;
+    const TextNode* kept = nullptr;  // the first key
+    bool gone = false;               // the entry before
+    for (size_t i = 0; i < map.entries.size(); ++i) {
+        const TextNode& key = map.entries[i].key;
+        const bool goes = !find(new_rows, key.text) && find(old_rows, key.text);
+        // The last of several in braces would take what the one before has taken.
+        if (goes && ((gone && i + 1 == map.entries.size()) || !edits.erase(map.entries, i)))
+            return false;
+        if (!goes && !kept) kept = &key;
+        gone = goes;
+    }
     Rows added;
     for (const auto& row : others(new_rows, old_rows)) {
         const TextNode* value = map.find(row.first);
@@ -133,9 +185,9 @@ bool edit_map(const TextNode& map, const Rows& old_rows, const Rows& new_rows,
                  !edits.replace(value->line, value->column, value->text, row.second))
             return false;
     }
-    if (added.empty()) return true;
-    if (map.entries.empty()) return false;
-    const TextNode& first = map.entries[0].key;
+    if (added.empty()) return kept != nullptr;
+    if (!kept) return false;
+    const TextNode& first = *kept;
     if (lines[size_t(map.line) - 1].find('{') != std::string::npos &&
         edits.replace(map.line, map.column, "{", "{" + in_braces(added) + ", "))
         return true;
@@ -161,8 +213,11 @@ bool edit_camera(const TextNode& root, const Camera& old_camera, const Camera& c
                  const std::vector<std::string>& lines, LineEdits& edits) {
     const Rows old_rows = rows_of(old_camera), new_rows = rows_of(camera);
     if (old_rows == new_rows) return true;
-    if (const TextNode* map = root.find("camera"))
-        return map->is_map() && edit_map(*map, old_rows, new_rows, lines, edits);
+    for (const TextEntry& entry : root.entries)
+        if (entry.key.text == "camera")
+            return entry.value.is_map() &&
+                   (new_rows.empty() ? edits.erase_block(entry)
+                                     : edit_map(entry.value, old_rows, new_rows, lines, edits));
     for (const TextEntry& entry : root.entries) {
         if (entry.key.text != "passes") continue;
         return edits.replace(entry.key.line, entry.key.column, "passes",
@@ -246,7 +301,8 @@ std::optional<ChainFileText> edited(const std::string& old_text, const Document&
 
     const auto from_to = [&](size_t from, size_t to) {
         std::string text;
-        for (size_t i = from; i < to; ++i) text += lines[i] + "\n";
+        for (size_t i = from; i < to; ++i)
+            if (!edits.is_erased(i)) text += lines[i] + "\n";
         return text;
     };
     ChainFileText found{from_to(0, blocks->first), true, {}};

@@ -5,7 +5,8 @@ A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues i
 its stdout and stderr, then `[exit code N]` unless it is 0. Notes between them begin with #, or are empty.
 
 postchain is the built command. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
-numbers to six digits; `pretty --digits 3` is for what a GL device computes. `chain TEXT [OPTION ...]` plans a chain
+numbers to six digits; `pretty --digits 3` is for what a GL device computes. `means FILE [CHANNELS]` prints the mean of
+each quadrant of the channels of an EXR that match. `edit IN OUT CODE` copies one through Python: `picture` of exr.py. `chain TEXT [OPTION ...]` plans a chain
 file of this text; `camera TEXT` and `profile TEXT` inspect a frame with such a file. The folder has in.0001.exr to
 in.0004.exr (see frames()). A word stands for what varies between runs and machines: T for times, H1, H2, ... for hashes
 in the order of the file, so that equal ones stay equal.
@@ -28,7 +29,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 WIDTH, HEIGHT = 32, 18
 PRELUDE = f"""set -o pipefail
-pretty() {{ {sys.executable} -B {HERE}/transcript_test.py --pretty "$@"; }}
+tool() {{ {sys.executable} -B {HERE}/transcript_test.py "$@"; }}
+pretty() {{ tool --pretty "$@"; }}
+means() {{ tool --means "$@"; }}
+edit() {{ tool --edit "$@"; }}
 chain() {{ echo "$1" >chain.yaml; postchain plan chain.yaml -i in.0002.exr "${{@:2}}"; }}
 inspected() {{ postchain inspect in.0002.exr --json "$@"; }}
 camera() {{ echo "$1" >camera.json; inspected --camera camera.json -v | pretty frame.camera; }}
@@ -88,11 +92,11 @@ def steps(text):
 class Replaced:
     """Replaces what varies; hashes are numbered over all texts that it has seen."""
 
-    def __init__(self, folder):
-        self.folder, self.hashes = folder, {}
+    def __init__(self, folder, version):
+        self.folder, self.version, self.hashes = folder, version, {}
 
     def __call__(self, text):
-        text = text.replace(str(self.folder), "FOLDER").replace(str(ROOT), "SOURCE")
+        text = text.replace(str(self.folder), "FOLDER").replace(str(ROOT), "SOURCE").replace(self.version, "VERSION")
         for pattern, word in VARYING:
             text = re.sub(pattern, word, text)
         return re.sub(r"(?<![\w.])[0-9a-f]{16}\b",
@@ -108,7 +112,8 @@ def played(path, postchain):
             one.mkdir()
         (programs / "postchain").symlink_to(postchain)
         frames(folder)
-        replaced = Replaced(folder)
+        replaced = Replaced(folder, subprocess.run([postchain, "--version"], capture_output=True, text=True,
+                                                   check=True).stdout.split()[-1])
         environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", SOURCE=str(ROOT),
                            PYTHONDONTWRITEBYTECODE="1")
         for step in steps(path.read_text(encoding="utf8")):
@@ -147,6 +152,26 @@ def layout(value, digits, indent=""):
     return opened + ",".join(f"\n{indent} {member}" for member in members) + f"\n{indent}{closed}"
 
 
+def means(file, channels=""):
+    """Mean of the left and right half of the upper rows, then of the lower ones, with three digits."""
+    picture = exr.read(file)
+    for name in sorted(picture.channels):
+        if not re.search(channels, name):
+            continue
+        values, shown = picture.values(name), []
+        for rows in (range(picture.height // 2), range(picture.height // 2, picture.height)):
+            for columns in (range(picture.width // 2), range(picture.width // 2, picture.width)):
+                part = [values[y * picture.width + x] for y in rows for x in columns]
+                shown.append(f"{sum(part) / len(part):.3g}")
+        print(name, *shown)
+
+
+def edit(source, target, code):
+    picture = exr.read(source)
+    exec(code, {"picture": picture, "struct": struct, "exr": exr})  # pylint: disable=exec-used
+    exr.write(target, picture)
+
+
 def pretty(words):
     """JSON of stdin, one document or one per line; lines that are none stay as they are."""
     digits = int(words[1]) if words[:1] == ["--digits"] else 6
@@ -167,7 +192,9 @@ def pretty(words):
 
 def main():
     words = sys.argv[1:]
-    if words[:1] == ["--pretty"]:
+    if words[0] in ("--means", "--edit"):
+        return {"--means": means, "--edit": edit}[words[0]](*words[1:])
+    if words[0] == "--pretty":
         return pretty(words[1:])
     update = "--update" in words
     postchain, *names = [word for word in words if word != "--update"]

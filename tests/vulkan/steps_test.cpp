@@ -222,6 +222,7 @@ TEST(Steps, AreListedWithTheirUses) {
 }
 
 TEST(Steps, HaveTimes) {
+    const Transcript whole(POSTCHAIN_SOURCE_DIR "/tests/vulkan/expected");
     Subject subject("motion_blur,fxaa");
     pc_vk_instance* const vulkan = subject.vulkan.get();
     expect_error(pc_vk_set_timing(vulkan, 3), PC_ERROR_ARGUMENT, "level: 3 is not 0, 1 or 2");
@@ -246,6 +247,7 @@ TEST(Steps, HaveTimes) {
         std::map<std::string, float> by_name;
         for (const pc_time& time : times) by_name[time.name] += time.milliseconds;
         EXPECT_EQ(by_name.size(), times.size()) << "a name occurs twice";
+        for (const pc_time& time : times) Transcript::say(concat(level, " ", time.name));
         const char* name = level == 1 ? "motion_blur" : "motion_blur.gather";
         ASSERT_TRUE(by_name.contains(name));
         EXPECT_GT(by_name.at(name), 0);

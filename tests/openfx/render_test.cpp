@@ -390,6 +390,17 @@ TEST(Pixels, MeaningsOfVectorsAndDepth) {
     EXPECT_LT(closeness("uv", 1.f / kWidth, -1.f / kHeight, "RG forward", rg), 1e-3);
     EXPECT_LT(closeness("ndc", 2.f / kWidth, -2.f / kHeight, "RG forward", rg), 1e-3);
     EXPECT_GT(closeness("to_next", 1, 1, "RG forward", rg), 1e-2);
+    node.choose("motion_meaning", "generic");
+    const auto both = [&](const char* channels, const ImageF& first, const ImageF& second) {
+        node.choose("motion_channels", channels);
+        node.connect("Motion", Picture{.pixels = joined(first, second)});
+        return node.rendered(2);
+    };
+    const ImageF back = scaled(planes.motion, -0.5f, 1.5f);
+    const ImageF two = both("as motion_meaning has them", planes.motion, back);
+    EXPECT_EQ(both("RG forward, BA backward", planes.motion, back), two);
+    EXPECT_EQ(both("BA forward, RG backward", back, planes.motion), two);
+    EXPECT_NE(both("RG forward, BA backward", back, planes.motion), two);
     node.set("motion_scale", 1, -1);
     EXPECT_EQ(closeness("to_next", 1, 1, "RG forward", rg), 0);
 

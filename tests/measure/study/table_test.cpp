@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/study/table.h"
 
@@ -163,6 +164,11 @@ TEST(Table, NotDecidedAndEqualAreTold) {
                                             {{{"mse", 0.005}}, Decision::not_decided},
                                             {{{"mse", 0.02}}, Decision::equal}})
         EXPECT_EQ(student(margins).decision, decision) << margins.size();
+    std::string margins;
+    for (const auto& metric : experiment::metric_columns(report::Kind::bench, true))
+        if (const auto margin = default_margin(metric.name))
+            margins += concat(metric.name, " ", *margin, " ");
+    EXPECT_EQ(margins, "flip 0.005 hdr_flip 0.005 psnr 0.4 ssim 0.002 tde 0.002 ");
     // A default margin: 0.005 of hdr_flip.
     const auto small = tables_of({{"hdr_flip", "help", Better::lower}}, kNames, kPairs,
                                  scenes_with({0.001, -0.001, 0.0005, -0.0004}, "hdr_flip"));

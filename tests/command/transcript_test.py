@@ -6,7 +6,7 @@ its stdout and stderr, then `[exit code N]` unless it is 0. Notes between them b
 
 postchain is the built command. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
 numbers to six digits; `pretty --digits 3` is for what a GL device computes. `means FILE [CHANNELS]` prints the mean of
-each quadrant of the channels of an EXR that match. `edit IN OUT CODE` copies one through Python: `picture` of exr.py. `chain TEXT [OPTION ...]` plans a chain
+each quadrant of the channels of an EXR that match. `edit IN OUT CODE` copies one through Python: `picture` of exr.py; `patch` any file: `data`, a bytearray. `chain TEXT [OPTION ...]` plans a chain
 file of this text; `camera TEXT` and `profile TEXT` inspect a frame with such a file. The folder has in.0001.exr to
 in.0004.exr (see frames()). A word stands for what varies between runs and machines: T for times, H1, H2, ... for hashes
 in the order of the file, so that equal ones stay equal.
@@ -33,6 +33,7 @@ tool() {{ {sys.executable} -B {HERE}/transcript_test.py "$@"; }}
 pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}
 edit() {{ tool --edit "$@"; }}
+patch() {{ tool --patch "$@"; }}
 chain() {{ echo "$1" >chain.yaml; postchain plan chain.yaml -i in.0002.exr "${{@:2}}"; }}
 inspected() {{ postchain inspect in.0002.exr --json "$@"; }}
 camera() {{ echo "$1" >camera.json; inspected --camera camera.json -v | pretty frame.camera; }}
@@ -172,6 +173,12 @@ def edit(source, target, code):
     exr.write(target, picture)
 
 
+def patch(source, target, code):
+    data = bytearray(pathlib.Path(source).read_bytes())
+    exec(code, {"data": data, "struct": struct})  # pylint: disable=exec-used
+    pathlib.Path(target).write_bytes(data)
+
+
 def pretty(words):
     """JSON of stdin, one document or one per line; lines that are none stay as they are."""
     digits = int(words[1]) if words[:1] == ["--digits"] else 6
@@ -192,8 +199,8 @@ def pretty(words):
 
 def main():
     words = sys.argv[1:]
-    if words[0] in ("--means", "--edit"):
-        return {"--means": means, "--edit": edit}[words[0]](*words[1:])
+    if words[0] in ("--means", "--edit", "--patch"):
+        return {"--means": means, "--edit": edit, "--patch": patch}[words[0]](*words[1:])
     if words[0] == "--pretty":
         return pretty(words[1:])
     update = "--update" in words

@@ -10,6 +10,8 @@
                                           puts N (100) random faults that a test reaches in, one at a time, runs the
                                           quickest tests that reach them, at most T seconds of tests (20; a quarter
                                           of them in one program), and lists those that live
+    survey.py messages [FILE ...]         lists texts of several words in C++ code that no file of tests/ contains, not
+                                          even a part of 18 characters
 
 A fault that lives changes nothing that matters, or shows what a test should assert. Each condition's parts become
 always true and always false, bounds of comparisons move, statements of one line are left out, returned truth values
@@ -26,6 +28,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -167,6 +170,30 @@ def undecided(patterns):
             print(f"{point.file}:{point.line} never {'true' if seen[number] == SEEN_FALSE else 'false'}: {point.text}")
 
 
+def messages(patterns):
+    listed = subprocess.run(["git", "ls-files", "chain", "passes", "config", "tools", "tests"], cwd=run.SOURCE,
+                            check=True, capture_output=True, text=True).stdout.splitlines()
+
+    def joined(text):
+        """Neighboring literals as one, and line ends as blanks."""
+        return re.sub(r"\s+", " ", re.sub(r'"\s*\n\s*"', "", text))
+
+    tests = joined("\n".join((run.SOURCE / name).read_text(errors="replace") for name in listed
+                             if name.startswith("tests/")))
+    for name in listed:
+        if name.startswith("tests/") or not name.endswith((".cpp", ".h")):
+            continue
+        code = re.sub(r"//[^\n]*", "", (run.SOURCE / name).read_text())
+        for found in re.finditer(r'(?:"(?:[^"\\\n]|\\.)*"\s*)+', code):
+            text = joined(found[0]).strip().strip('"').replace('\\"', '"').replace("\\n", " ").strip()
+            point = Point(name, code.count("\n", 0, found.start()) + 1, [], text)
+            if len(text) < 14 or " " not in text or not matches(point, patterns):
+                continue
+            size = min(len(text), 18)
+            if not any(text[at:at + size] in tests for at in range(len(text) - size + 1)):
+                print(f"{name}:{point.line}: {text[:150]}")
+
+
 def command_of(test, cases):
     if not cases or not cases[0].case:
         return test.command
@@ -233,7 +260,8 @@ def sample(count, seed, limit_s, jobs, patterns):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True)
-    for name, words in (("build", "folders"), ("reach", "tests"), ("undecided", "files"), ("sample", "files")):
+    for name, words in (("build", "folders"), ("reach", "tests"), ("undecided", "files"), ("messages", "files"),
+                        ("sample", "files")):
         command = commands.add_parser(name)
         if name == "sample":
             command.add_argument("--count", type=int, default=100)
@@ -247,8 +275,8 @@ def main():
         build([folder.rstrip("/") for folder in options.words] or FOLDERS)
     elif options.command == "reach":
         reach(options.words, options.jobs)
-    elif options.command == "undecided":
-        undecided(options.words)
+    elif options.command in ("undecided", "messages"):
+        {"undecided": undecided, "messages": messages}[options.command](options.words)
     else:
         sample(options.count, options.seed, options.seconds, options.jobs, options.words)
 

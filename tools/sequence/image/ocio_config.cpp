@@ -207,8 +207,11 @@ Result<std::string> space_of(const OIIO::ColorConfig& config, const std::string&
 Result<std::string> working_space(const OIIO::ColorConfig& config, const std::string& path,
                                   const std::string& name) {
     if (!name.empty()) return space_of(config, "--ocio-colorspace", name);
-    const char* linear = config.getColorSpaceNameByRole("scene_linear");
-    if (linear && *linear) return std::string(linear);
+    // By its list of roles: OpenImageIO makes up a name for one that is missing.
+    const std::string linear = "scene_linear";
+    const std::vector<std::string> roles = config.getRoles();
+    if (std::find(roles.begin(), roles.end(), linear) != roles.end())
+        return std::string(config.getColorSpaceNameByRole(linear));
     return Status(StatusCode::usage,
                   concat(path,
                          ": has no role scene_linear; say with --ocio-colorspace what the frames "

@@ -435,6 +435,9 @@ TEST(ChainText, ValuesAreRemovedInPlace) {
             concat("camera: {", left, "}  # lens\n", end));
     // What cannot be removed in place is written anew, and right.
     EXPECT_TRUE(without("camera: {f_stop: 2}\n" + end, {"f_stop"}).starts_with("anew: passes:"));
+    EXPECT_TRUE(without("camera:\n  shutter_position: \n    start\n  f_stop: 2\n" + end,
+                        {"shutter_position"})
+                    .starts_with("anew: "));
     EXPECT_EQ(without("passes:\n  # one\n  - joint_blur:\n      max_radius_px: 9  # nine\n"
                       "      samples: 8  # eight\n",
                       {"max_radius_px"}),

@@ -285,12 +285,14 @@ TEST(StudyFile, EveryPathInAFileIsAskedFor) {
     test::write_text(
         folder.path("camera.json"),
         R"({"aperture_image": "camera.png", "frames": {"3": {"aperture_image": "frame.png"}}})");
-    const StudyPaths paths = {[&](const std::string& path) -> Result<std::string> {
-                                  if (path == "chain.yaml" || path == "camera.json")
-                                      return folder.path(path);
-                                  return Status(StatusCode::usage, path + " is outside");
-                              },
-                              [](const io::PathPattern& pattern) { return Result(pattern); }};
+    const StudyPaths paths = {
+        [&](const std::string& path) -> Result<std::string> {
+            if (path == "chain.yaml" || path == "camera.json" || path == "bad.json")
+                return folder.path(path);
+            return Status(StatusCode::usage, path + " is outside");
+        },
+        [](const io::PathPattern& pattern) { return Result(pattern); }};
+    test::write_text(folder.path("bad.json"), "{\"f_stop\": -1,\n\"f_stp\": 2}");
     const auto said = [&](const std::string& chain, const std::string& setting) {
         return text_of(read_study("postchain_study: 1\nchains: {one: paper, two: " + chain +
                                       "}\nscenes:\n  - {name: s, input: a.exr, truth: b.exr" +
@@ -302,6 +304,10 @@ TEST(StudyFile, EveryPathInAFileIsAskedFor) {
     EXPECT_THAT(said("chain.yaml", ""), HasSubstr("chains.two: its aperture_image: "));
     EXPECT_THAT(said("fast", ", camera: camera.json"),
                 AllOf(HasSubstr("camera.png is outside"), HasSubstr("frame.png is outside")));
+    EXPECT_EQ(
+        replaced(said("fast", ", camera: bad.json"), folder.path("bad.json"), "bad.json"),
+        "study.yaml:4:51: error: scenes[0].camera: bad.json:1:12: error: f_stop: -1 is out of "
+        "range; f_stop is a number > 0\n");
     EXPECT_THAT(said("fast", ", ocio: config.ocio"), HasSubstr("config.ocio is outside"));
     EXPECT_THAT(said("fast", ", profile: ./own.yaml"), HasSubstr("./own.yaml is outside"));
     EXPECT_EQ(said("fast", ", profile: cycles"), "");

@@ -108,7 +108,7 @@ class LineEdits {
         const TextNode &key = entries[i].key, &value = entries[i].value;
         const std::string& line = lines_[size_t(key.line) - 1];
         const size_t begin = byte_of(key.line, key.column);
-        if (!is_plain(value) || value.line != key.line) return false;
+        if (!is_plain(value, key.line)) return false;
         const size_t end = byte_of(key.line, value.column) + value.text.size();
         if (line.find_first_not_of(' ') == begin && is_comment(line.substr(end))) {
             erased_.insert(size_t(key.line) - 1);
@@ -120,8 +120,7 @@ class LineEdits {
         };
         if (i + 1 < entries.size() && entries[i + 1].key.line == key.line)
             return remove(begin, byte_of(key.line, entries[i + 1].key.column));
-        if (i == 0 || !is_plain(entries[i - 1].value) || entries[i - 1].value.line != key.line)
-            return false;
+        if (i == 0 || !is_plain(entries[i - 1].value, key.line)) return false;
         const TextNode& before = entries[i - 1].value;
         return remove(byte_of(key.line, before.column) + before.text.size(), end);
     }
@@ -147,7 +146,12 @@ class LineEdits {
     }
 
   private:
-    static bool is_plain(const TextNode& value) { return value.is_scalar() && !value.quoted; }
+    // Whether all of the value stands on this line as it is.
+    bool is_plain(const TextNode& value, int line) const {
+        return value.is_scalar() && !value.quoted && value.line == line &&
+               lines_[size_t(line) - 1].compare(byte_of(line, value.column), value.text.size(),
+                                                value.text) == 0;
+    }
     size_t byte_of(int line, int column) const {
         const std::string& at = lines_[size_t(line) - 1];
         size_t byte = 0;

@@ -57,7 +57,7 @@ for case in "${cases[@]}"; do
         [[ $libraries != *"lib$library"* ]] || { echo "postchain links lib$library"; exit 1; }
     done
     chosen=(-LE '^full$')
-    [[ $case == command ]] || chosen=(-R '^(config_tests|io_tests|metrics_tests|structure_tests|command_.*)$' "${chosen[@]}")
+    [[ $case == command ]] || chosen=(-R '^(config_tests|io_tests|metrics_tests|structure_tests|command_.*|transcript_.*)$' "${chosen[@]}")
     GALLIVM_PERF=nopt LP_NUM_THREADS=1 ctest --test-dir "$folder/build" --no-tests=error -j "$(($(nproc) + 1))" \
         "${chosen[@]}" --output-on-failure
 done

@@ -29,7 +29,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 WIDTH, HEIGHT = 32, 18
 PRELUDE = f"""set -o pipefail
-tool() {{ {sys.executable} -B {HERE}/transcript_test.py "$@"; }}
+tool() {{ {sys.executable} -S -B {HERE}/transcript_test.py "$@"; }}
 pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}
 edit() {{ tool --edit "$@"; }}

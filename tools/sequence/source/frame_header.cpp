@@ -121,6 +121,8 @@ Result<std::optional<ProfileMatch>> add_own_file(const SourceSettings& settings,
             if (role == Role::motion) match.options.motion = first.motion;
             if (role == Role::motion_back) match.options.motion_back = first.motion;
         }
+    } else if (own.status().code() == StatusCode::usage) {  // a view or view layer that it lacks
+        return own.status().at(file.path());
     } else {
         return Status(StatusCode::input,
                       concat(file.path(), ": no ", name_of(role), " channels found among",

@@ -218,6 +218,7 @@ std::set<uint64_t> programs_of(const Planner& by, const pc::Chain& chain, const 
     EXPECT_EQ(keys.back(), 0u) << "written beyond its room";
     keys.pop_back();
     const std::set<uint64_t> all(keys.begin(), keys.end());
+    EXPECT_EQ(all.size(), keys.size()) << "a key twice";
     EXPECT_EQ(all.size(), count) << "a key is listed twice";
     return all;
 }

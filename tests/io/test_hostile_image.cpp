@@ -149,8 +149,8 @@ TEST_F(HostileImage, TextsAndDataThatBecomeMoreThanTheirLimit) {
         EXPECT_THAT(with(chunk("iTXt", head.substr(0, end))), testing::Not(HasSubstr("64 MiB")));
     EXPECT_THAT(with(chunk("zTXt", "Comment")), testing::Not(HasSubstr("64 MiB")));
     // A profile with a stated size of 1.9 GB and few packed bytes.
-    const std::string stated = big(0x70000000) + std::string(200, '\0');
-    EXPECT_THAT(with(chunk("iCCP", std::string("p\0\0", 3) + packed(stated))),
+    const std::string profile = big(0x70000000) + std::string(200, '\0');
+    EXPECT_THAT(with(chunk("iCCP", std::string("p\0\0", 3) + packed(profile))),
                 HasSubstr("more than 64 MiB"));
     EXPECT_THAT(with(big(0x70000000) + "tEXtComment"), HasSubstr("a part of 1879048192 bytes"));
     // A number in a text: read, or refused by name.

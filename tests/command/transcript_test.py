@@ -4,7 +4,7 @@ fault in any name, number, order or message of a record fails, also one that no 
 A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues it). The lines up to the next step are
 its stdout and stderr, then `[exit code N]` unless it is 0. Notes between them begin with #, or are empty.
 
-postchain is the built command. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
+postchain is the built command, python this interpreter. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
 numbers to six digits; `pretty --digits 3` is for what a GL device computes. `means FILE [CHANNELS]` prints the mean of
 each quadrant of the channels of an EXR that match. `edit IN OUT CODE` copies one through Python: `picture` of exr.py; `patch` any file: `data`, a bytearray. `chain TEXT [OPTION ...]` plans a chain
 file of this text; `camera TEXT` and `profile TEXT` inspect a frame with such a file. The folder has in.0001.exr to
@@ -29,6 +29,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 WIDTH, HEIGHT = 32, 18
 PRELUDE = f"""set -o pipefail
+python() {{ {sys.executable} -B "$@"; }}
 tool() {{ {sys.executable} -S -B {HERE}/transcript_test.py "$@"; }}
 pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}

@@ -484,7 +484,7 @@ TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {
     add();
     const auto full = store_->retry(id, User(), 1);
     EXPECT_FALSE(full->done);
-    EXPECT_EQ(full->why, "1 jobs are waiting; try again later");
+    EXPECT_EQ(full->why, "1 job is waiting; try again later");
     EXPECT_EQ(job(id).state, JobState::canceled);
     EXPECT_TRUE(store_->retry(id, User(), 2)->done);
     EXPECT_EQ(job(id).exit_code, 0);

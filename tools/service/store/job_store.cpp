@@ -121,7 +121,7 @@ bool is_full(Database& database, size_t max_queue) {
 }
 
 std::string full_text(size_t max_queue) {
-    return concat(max_queue, " jobs are waiting; try again later");
+    return concat(max_queue, max_queue == 1 ? " job is" : " jobs are", " waiting; try again later");
 }
 
 template <class... Values>

@@ -228,7 +228,7 @@ class FramesWork {
                 entered(context_.store.frame_ends(id_, end_of(report)));
                 break;
             case sequence::Outcome::missing:
-                // Of a job that was tried again.
+                // The job was tried again.
                 if (missing_ == sequence::MissingPolicy::skip)
                     entered(context_.store.frame_ends(id_, end_of(report)));
                 else

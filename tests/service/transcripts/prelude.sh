@@ -11,8 +11,13 @@ s#'"${PWD%/*}"'/farm#FARM#g; s/postchain-[0-9a-f]{32}/NAME/g
 # Starts a service over the folder, with these options.
 serve() {
     rm -f address
-    (timeout --foreground 300 postchain serve --root . --store jobs.sqlite --port 0 --device software "$@" >address 2>>log &
-        echo $! >pid; wait $!; echo "exit code $?" >>log) >/dev/null 2>&1 &
+    (
+        timeout --foreground 300 postchain serve --root . --store jobs.sqlite --port 0 --device software "$@" \
+            >address 2>>log &
+        echo $! >pid
+        wait $!
+        echo "exit code $?" >>log
+    ) >/dev/null 2>&1 &
     until [ -s address ] || grep -sq '^exit code' log; do sleep 0.02; done
 }
 # Waits until the command succeeds.

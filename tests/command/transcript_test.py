@@ -4,14 +4,14 @@ fault in any name, number, order or message of a record fails, also one that no 
 A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues it). The lines up to the next step are
 its stdout and stderr, then `[exit code N]` unless it is 0. Notes between them begin with #, or are empty.
 
-postchain is the built command. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
+postchain is the built command, python this interpreter. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
 numbers to six digits; `pretty --digits 3` is for what a GL device computes. `means FILE [CHANNELS]` prints the mean of
 each quadrant of the channels of an EXR that match. `edit IN OUT CODE` copies one through Python: `picture` of exr.py; `patch` any file: `data`, a bytearray. `chain TEXT [OPTION ...]` plans a chain
 file of this text; `camera TEXT` and `profile TEXT` inspect a frame with such a file. The folder has in.0001.exr to
 in.0004.exr (see frames()). A word stands for what varies between runs and machines: T for times, H1, H2, ... for hashes
-in the order of the file, so that equal ones stay equal.
+in the order of the file, so that equal ones stay equal. A folder's prelude.sh has more functions for its files.
 
-usage: transcript_test.py POSTCHAIN NAME ... [--update]   rewrites the files: read the difference as a reviewer"""
+usage: transcript_test.py POSTCHAIN NAME|PATH ... [--update]   rewrites the files: read the difference as a reviewer"""
 import difflib
 import json
 import math
@@ -29,6 +29,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 WIDTH, HEIGHT = 32, 18
 PRELUDE = f"""set -o pipefail
+python() {{ {sys.executable} -B "$@"; }}
 tool() {{ {sys.executable} -S -B {HERE}/transcript_test.py "$@"; }}
 pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}
@@ -117,6 +118,8 @@ def played(path, postchain):
                                                    check=True).stdout.split()[-1])
         environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", SOURCE=str(ROOT),
                            PYTHONDONTWRITEBYTECODE="1")
+        beside = path.with_name("prelude.sh")
+        prelude = PRELUDE + (beside.read_text(encoding="utf8") if beside.exists() else "")
         for step in steps(path.read_text(encoding="utf8")):
             said = len(step)
             while said and (not step[said - 1] or step[said - 1].startswith("#")):
@@ -125,7 +128,7 @@ def played(path, postchain):
             lines += command
             if command:
                 done = subprocess.run(
-                    ["bash", "-c", PRELUDE + "\n".join(line[2:] for line in command)], cwd=folder, env=environment,
+                    ["bash", "-c", prelude + "\n".join(line[2:] for line in command)], cwd=folder, env=environment,
                     timeout=300, text=True, errors="backslashreplace", stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, check=False)
                 # A printed line that looks like a note or a command gets a space.
@@ -207,7 +210,7 @@ def main():
     postchain, *names = [word for word in words if word != "--update"]
     failed = 0
     for name in names:
-        path = HERE / f"transcripts/{name}.txt"
+        path = HERE / "transcripts" / f"{name}.txt"
         expected, found = path.read_text(encoding="utf8"), played(path, pathlib.Path(postchain).resolve())
         if update:
             path.write_text(found, encoding="utf8")

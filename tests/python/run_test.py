@@ -75,6 +75,23 @@ def test_devices():
           for count in (0, 1025))])
 
 
+def test_a_device_that_closes_ends_what_waits_for_it():
+    chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"] * 8})
+    color = numpy.random.default_rng(1).random((1024, 1024, 3), dtype=numpy.float32)
+    device, ends = postchain.Device("software"), []
+    threads = [threading.Thread(target=lambda: ends.append(chain.run(color, device=device).shape), daemon=True)
+               for _ in range(3)]
+    begin = time.process_time()
+    for thread in threads:
+        thread.start()
+    while time.process_time() < begin + 0.5:
+        time.sleep(0.01)
+    device.close()
+    for thread in threads:
+        thread.join(60)
+    assert ends == [color.shape] * 3
+
+
 @pytest.mark.parametrize("own_device", [True, False])
 def test_threads(own_device):
     chain, colors = postchain.Chain(FXAA), [planes_of(number)["color"] for number in (0, 1)]

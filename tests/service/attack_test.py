@@ -280,27 +280,6 @@ class Files(Attacked):
             reply.read()
         client.close()
 
-    def test_openapi(self):
-        document = json.loads(self.server.ask("GET", "/openapi.json")[2])
-        operations = [one for path in document["paths"].values() for one in path.values()]
-        names = [one["operationId"] for one in operations]
-        self.assertEqual(len(names), len(set(names)))
-        self.assertNotIn("", names)
-        self.assertNotIn("security", document)
-        submit = document["paths"]["/v1/jobs"]["post"]
-        self.assertIn("Idempotency-Key", [one["name"] for one in submit["parameters"]])
-        self.assertTrue({"200", "202", "409", "422", "429", "503"} <= set(submit["responses"]))
-        for path, types in {"/v1/image": {"image/png", "image/vnd.postchain"},
-                            "/v1/jobs/{id}/thumbnail.png": {"image/png", "image/vnd.postchain"},
-                            "/v1/preview": {"image/png", "image/vnd.postchain",
-                                            "image/x-exr"}}.items():
-            operation = next(iter(document["paths"][path].values()))
-            self.assertEqual(set(operation["responses"]["200"]["content"]), types, path)
-        for path, name, most in [("/v1/jobs", "limit", 500), ("/v1/jobs/{id}/frames", "limit", 5000),
-                                 ("/v1/image", "side", 4096)]:
-            schemas = {one["name"]: one["schema"] for one in document["paths"][path]["get"]["parameters"]}
-            self.assertEqual(schemas[name], {"type": "integer", "minimum": 1, "maximum": most}, path)
-
     def test_pictures_of_a_report(self):
         self.server.ask("POST", "/v1/jobs", {})
         target = "/v1/jobs/j1/report/index.html"

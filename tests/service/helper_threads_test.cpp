@@ -132,6 +132,22 @@ TEST_F(Turns, ThreadsThatHangAreCounted) {
     EXPECT_TRUE(threads_->alive());
 }
 
+// It has given its place away, and does not so again at its end.
+TEST_F(Turns, AThreadThatHangsIsNoneOfItsShare) {
+    begin(2, 100, 1s);
+    std::promise<void> late;
+    threads_->run([&] { late.get_future().wait(); }, {"a"});
+    for (int i = 0; i < 500 && threads_->hanging() == 0; ++i) std::this_thread::sleep_for(10ms);
+    add("a");
+    wait_for(1);
+    late.set_value();
+    for (int i = 0; i < 500 && threads_->hanging() > 0; ++i) std::this_thread::sleep_for(10ms);
+    add("a");
+    add("b");
+    wait_for(2);
+    EXPECT_EQ(order(), "ab") << "a has one of the two threads";
+}
+
 // Runs until it is stopped.
 void compute_until(const std::atomic<bool>& stop) {
     while (!stop) continue;

@@ -398,9 +398,9 @@ TEST_F(Remote, AnExperimentIsOneTask) {
             "input": "in.####.exr", "output": "swept"})");
     ASSERT_TRUE(holds(3));
     write_report(root("swept"), queue_->jobs[2].log_folder, 0,
-                 R"([{"pareto": true}, {"pareto": false}])", "");
+                 R"([{"pareto": true}, {"pareto": false}])", R"("under": ["one", "two"], )");
     queue_->end(2, 1, 0);
-    EXPECT_EQ(ended(swept).verdict, "2 variants, 1 in the Pareto set");
+    EXPECT_EQ(ended(swept).verdict, "2 variants, 1 in the Pareto set; one; two");
     const std::string bad = submit(
         R"({"kind": "bench", "chain": "fast", "sweep": ["fxaa.preset=12,29"],
             "input": "in.####.exr", "output": "bench"})");

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "tests/service/store_fixture.h"
+#include "tools/service/http/job_json.h"
 #include "tools/service/store/store_file.h"
 
 namespace {
@@ -248,21 +249,43 @@ CREATE INDEX events_job ON events(job, id);
 CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
 PRAGMA application_id = 1885555283;
 PRAGMA user_version = 4;
-INSERT INTO jobs(kind, state, priority, body, key, created_ms, ended_ms, remote)
-  VALUES('run', 'done', 3, '{"output": "Out/b.exr"}', 'k', 5, 6, ''),
-        ('run', 'running', 0, 'no JSON', '', 5, 0, '17');
-INSERT INTO events(job, time_ms, type, data) VALUES(1, 5, 'queued', '{}'), (1, 6, 'done', '{}');
+INSERT INTO jobs(kind, state, priority, body, key, message, created_ms, started_ms, ended_ms, frames,
+                 done, failed, exit_code, verdict, owner, bytes, output, about)
+  VALUES('ab', 'failed', 3, '{"output": "Out/b.exr"}', 'k', 'why', 1005, 2007, 3011, 4, 2, 1, 8, 'v',
+         'ann', 70, 'to', '{"chain": "c"}');
+INSERT INTO jobs(kind, state, priority, body, key, created_ms, remote)
+  VALUES('run', 'running', 0, 'no JSON', '', 5, '17');
+INSERT INTO frames(job, place, frame, state, attempts, held, output, message, filter_ms)
+  VALUES(1, 0, 9, 'quarantined', 2, 0, 'o9', 'a fault', 0), (1, 1, 7, 'written', 1, 1, 'o7', '', 2.5);
+INSERT INTO events(job, time_ms, type, data)
+  VALUES(1, 1005, 'queued', '{"kind":"ab"}'), (1, 3011, 'done', '{}');
 )sql";
 
 TEST_F(StoreTest, AStoreOfTheFormerVersionIsCopiedAndConverted) {
     replace(kVersion4);
     open();
     EXPECT_THAT(said_, testing::ElementsAre(HasSubstr("is converted; a copy")));
-    EXPECT_EQ(job("1").body, R"({"output": "Out/b.exr"})");
-    EXPECT_EQ(job("1").priority, 3);
+    EXPECT_EQ(
+        io::json_text(json_of(**store_->job_of_key("k"), job_fields())),
+        R"({"id":"1","kind":"ab","state":"failed","owner":"ann","priority":3,"message":"why",)"
+        R"("created":"1970-01-01T00:00:01.005Z","started":"1970-01-01T00:00:02.007Z",)"
+        R"("ended":"1970-01-01T00:00:03.011Z","frames":4,"done":2,"failed":1,"bytes":70,"place":0,)"
+        R"("remaining_s":0.0,"exit_code":8,"verdict":"v","about":{"chain":"c"},)"
+        R"("request":{"output":"Out/b.exr"}})");
+    std::string frames;
+    for (const JobFrame& frame : test::must(store_->frames("1")))
+        frames += io::json_text(json_of(frame, frame_fields())) + "\n";
+    EXPECT_EQ(frames,
+              R"({"frame":9,"state":"quarantined","attempts":2,"output":"o9","message":"a fault",)"
+              R"("filter_ms":0.0})"
+              "\n"
+              R"({"frame":7,"state":"written","attempts":1,"output":"o7","message":"",)"
+              R"("filter_ms":2.5})"
+              "\n");
+    EXPECT_EQ(store_->tally("1")->held, 1);
     EXPECT_EQ(store_->jobs("", "", 9, "", "out/b")->size(), 1u);
-    EXPECT_EQ((**store_->job_of_key("k")).id, "1");
-    EXPECT_EQ(events("1").size(), 2u);
+    EXPECT_EQ(told("1"), (std::vector<std::string>{R"(queued {"kind":"ab"})", "done {}"}));
+    EXPECT_EQ(std::tuple(events("1")[1].id, events("1")[1].time_ms), std::tuple(2, 3011));
     EXPECT_EQ(*store_->remote("2"), "17");
     EXPECT_EQ(job("2").state, JobState::queued);
     ASSERT_TRUE(*store_->forget("1"));

@@ -98,6 +98,12 @@ class StoreTest : public testing::Test {
         for (const Event& event : events(id)) types.push_back(event.type);
         return types;
     }
+    // Each with its data.
+    std::vector<std::string> told(const std::string& id) {
+        std::vector<std::string> told;
+        for (const Event& event : events(id)) told.push_back(event.type + " " + event.data);
+        return told;
+    }
     size_t job_count() { return store_->jobs("", "", 1000)->size(); }
     JobFrame frame(const std::string& id, int number) { return **store_->frame(id, number); }
     Job job(const std::string& id) { return **store_->job(id); }

@@ -133,6 +133,15 @@ TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsQuarantined) {
         ASSERT_GT(*store_->start(id), 0) << "the other frame is still to be done";
     }
     EXPECT_EQ(job(id).failed, 1);
+    EXPECT_EQ(told(id),
+              (std::vector<std::string>{
+                  R"(queued {"kind":"run","priority":0})", "started {}", R"(frames {"frames":2})",
+                  R"(requeued {"why":"the process ended"})", "started {}",
+                  R"(requeued {"why":"the process ended"})", "started {}",
+                  R"(quarantined {"frame":1,"attempts":3,"message":"the process died while only )"
+                  R"(this frame was in flight, at the last of 3 attempts"})",
+                  R"(requeued {"why":"the process ended"})", "started {}"}));
+    EXPECT_EQ(job(id).started_ms, events(id)[1].time_ms);
 }
 
 TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
@@ -142,7 +151,9 @@ TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
         open();
         EXPECT_EQ(job(id).state, death < 3 ? JobState::queued : JobState::failed);
     }
-    EXPECT_THAT(job(id).message, HasSubstr("3 times"));
+    EXPECT_EQ(told(id).back(),
+              R"(failed {"exit_code":1,"message":"the process died 3 times during this job"})");
+    EXPECT_EQ(job(id).message, "the process died 3 times during this job");
 }
 
 // Its tasks go on without this process, so that no death is its fault.
@@ -473,7 +484,7 @@ TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {
     add();
     const auto full = store_->retry(id, User(), 1);
     EXPECT_FALSE(full->done);
-    EXPECT_EQ(full->why, "1 jobs are waiting; try again later");
+    EXPECT_EQ(full->why, "1 job is waiting; try again later");
     EXPECT_EQ(job(id).state, JobState::canceled);
     EXPECT_TRUE(store_->retry(id, User(), 2)->done);
     EXPECT_EQ(job(id).exit_code, 0);

@@ -169,7 +169,6 @@ void ArrayFile::add(const std::string& argument, const py::object& object,
         part.channels.push_back({names[c], type});
         channels_[names[c]] = {first + py::ssize_t(c) * step, array.strides(0), array.strides(1),
                                argument};
-        bytes_ += uint64_t(array.shape(0)) * uint64_t(array.shape(1)) * uint64_t(array.itemsize());
     }
     arrays_.push_back(array);
 }

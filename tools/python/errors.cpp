@@ -113,8 +113,8 @@ void raise(const Status& status, const Diagnostics& diagnostics) {
     py::list listed;
     for (const Diagnostic& one : diagnostics)
         if (one.severity == Severity::error)
-            listed.append(in_module("Diagnostic")(one.file, one.line, one.column, one.path,
-                                                  in_python(one.message)));
+            listed.append(in_module("Diagnostic")(in_python(one.file), one.line, one.column,
+                                                  one.path, in_python(one.message)));
     const py::object type = in_module("CLASSES")[name_of(status.code())];
     const py::object error = type(in_python(status.message()), listed);
     PyErr_SetObject(type.ptr(), error.ptr());

@@ -332,16 +332,16 @@ void Connection::reply(Reply answer) {
         answer = problem(503, "too many replies wait to be read; try again soon");
         answer.headers.emplace_back("Retry-After", "5");
     }
-    shared_.traffic.replies.Add({{"status", std::to_string(answer.status)}}).Increment();
-    if (shared_.settings.log)
-        shared_.settings.log(concat(address_, " ", request_.method, " ", request_.target, " ",
-                                    answer.status, " ", answer.body.size(), " ", request_.id));
-    audit(answer);
     // A connection that is turned away, or a header that cannot be read, has none.
     if (!request_.id.empty()) {
         name_request(answer, request_.id);
         answer.headers.emplace_back(kRequestId, request_.id);
     }
+    shared_.traffic.replies.Add({{"status", std::to_string(answer.status)}}).Increment();
+    if (shared_.settings.log)
+        shared_.settings.log(concat(address_, " ", request_.method, " ", request_.target, " ",
+                                    answer.status, " ", answer.body.size(), " ", request_.id));
+    audit(answer);
     if (shared_.closing || finish_) keep_ = false;
     if (answer.events) keep_ = false;
     boost::system::error_code ignored;

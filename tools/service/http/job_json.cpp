@@ -121,7 +121,7 @@ const std::vector<Field<JobFrame>>& frame_fields() {
         field("state", about_words(kFrameStates, "state of the frame"), &JobFrame::state),
         field("attempts", about("integer", "number of attempts"), &JobFrame::attempts),
         field("output", about("string", "the output file, as in the job"), &JobFrame::output),
-        field("message", about("string", "the last failure"), &JobFrame::message),
+        field("message", about("string", "the last failure, or warnings"), &JobFrame::message),
         field("filter_ms", about("number", "time to filter, milliseconds"), &JobFrame::filter_ms),
     };
     return fields;

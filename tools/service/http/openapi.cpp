@@ -141,6 +141,7 @@ Json parameters_of(const Route& route) {
             schema = {{"type", "integer"}, {"minimum", range->least}, {"maximum", range->most}};
         parameters.push_back({{"name", query.name},
                               {"in", "query"},
+                              {"required", query.required},
                               {"description", query.description},
                               {"schema", schema}});
     }
@@ -182,6 +183,8 @@ Json operation_of(const Route& route) {
                                                ? Json::object()
                                                : Json{{"schema", ref(route.schema)}}}};
     for (const std::string& type : route.other_types) success["content"][type] = Json::object();
+    const Json retry_after = {
+        {"Retry-After", {{"description", "seconds"}, {"schema", {{"type", "integer"}}}}}};
     Json& responses = operation["responses"] = {{std::to_string(route.status), success}};
     if (route.operation == "submitJob") {
         responses["202"]["headers"]["Location"] = {
@@ -194,13 +197,12 @@ Json operation_of(const Route& route) {
     if (route.operation == "getReadiness") {
         responses["503"] = success;
         responses["503"]["description"] = "Not ready";
+        responses["503"]["headers"] = retry_after;
     }
     for (const int status : refusals_of(route)) {
         Json refusal = {{"description", reason_of(status)},
                         {"content", {{"application/problem+json", {{"schema", ref("Problem")}}}}}};
-        if (status == 429 || status == 503)
-            refusal["headers"]["Retry-After"] = {{"description", "seconds"},
-                                                 {"schema", {{"type", "integer"}}}};
+        if (status == 429 || status == 503) refusal["headers"] = retry_after;
         responses.emplace(std::to_string(status), std::move(refusal));
     }
     if (route.open) operation["security"] = Json::array();

@@ -95,6 +95,9 @@ std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const st
             for (const auto& [key, value] : target.query)
                 if (const std::string fault = fault_of(route, key, value); !fault.empty())
                     return problem(400, fault);
+            for (const QueryParameter& query : route.queries)
+                if (query.required && !target.query.contains(query.name))
+                    return problem(400, query.name + " is not given");
             return Match{&route, std::move(*values)};
         }
         allowed.push_back(route.method);

@@ -38,6 +38,7 @@ struct QueryParameter {
         int64_t least, most;
     };
     std::optional<Range> integer = {};  // instead of words
+    bool required = false;
 };
 
 // The whole text as a number.

@@ -412,7 +412,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
 }
 
 // ----------------------------------------- work without a job: plans, previews, checks of chains
-constexpr size_t kLongestSession = 128;
+constexpr size_t kLongestSession = 255;  // bytes, as /openapi.json says
 
 Reply as_json(const std::string& text) {
     return json_reply(200, text);
@@ -458,16 +458,20 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                       .summary = "A frame of an input, reduced",
                       .handle =
                           [&](const Call& call, const Respond& respond) {
-                              const auto frame = number_of<int>(call.query("frame"));
-                              if (!frame) return respond(problem(400, "frame is not given"));
-                              service.input_image(call.user, call.query("input"), *frame,
+                              service.input_image(call.user, call.query("input"),
+                                                  *number_of<int>(call.query("frame")),
                                                   image_wanted(call), image_to(respond));
                           },
                       .queries =
                           [] {
                               auto queries = image_queries();
-                              queries.push_back({"input", "frames, as in a job"});
-                              queries.push_back({"frame", "a frame number", {}, "-?[0-9]{1,9}"});
+                              queries.push_back({.name = "input",
+                                                 .description = "frames, as in a job",
+                                                 .required = true});
+                              queries.push_back({.name = "frame",
+                                                 .description = "a frame number",
+                                                 .pattern = "-?[0-9]{1,9}",
+                                                 .required = true});
                               return queries;
                           }(),
                       .refusals = {403, 404, 422},

@@ -89,6 +89,11 @@ bool has_failed(const io::Json& json) {
            });
 }
 
+std::string in_pareto_set(size_t variants, std::ptrdiff_t best) {
+    return concat(variants, variants == 1 ? " variant, " : " variants, ", best,
+                  " in the Pareto set");
+}
+
 // {"verdict": ...} of a report.json, wherever it is.
 std::string verdict_of(const io::Json& json) {
     const auto comparison = json.find("comparison");
@@ -98,7 +103,11 @@ std::string verdict_of(const io::Json& json) {
     if (variants == json.end() || !variants->is_array()) return "";
     const auto best = std::ranges::count_if(
         *variants, [](const io::Json& one) { return one.value("pareto", false); });
-    return concat(variants->size(), " variants, ", best, " in the Pareto set");
+    std::string verdict = in_pareto_set(variants->size(), best);
+    if (const auto under = json.find("under"); under != json.end() && under->is_array())
+        for (const io::Json& line : *under)
+            if (line.is_string()) verdict += "; " + line.get<std::string>();
+    return verdict;
 }
 
 }  // namespace
@@ -247,7 +256,7 @@ WorkEnd AbOrBench::end_of(const report::Report& report, bool met) const {
         end.verdict = report.comparison->verdict;
     } else {
         const auto best = std::ranges::count(report.variants, true, &report::Variant::pareto);
-        end.verdict = concat(report.variants.size(), " variants, ", best, " in the Pareto set");
+        end.verdict = in_pareto_set(report.variants.size(), best);
         for (const std::string& line : report.under) end.verdict += "; " + line;
     }
     std::ranges::replace(end.verdict, '\n', ' ');

@@ -512,8 +512,8 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     else if (serve.users.empty())
         log::info("listening on " + address + " for clients with a token of " + serve.token_file);
     else
-        log::info(
-            concat("listening on ", address, " for ", users->count(), " users of ", serve.users));
+        log::info(concat("listening on ", address, " for ", users->count(),
+                         users->count() == 1 ? " user of " : " users of ", serve.users));
     if (!service::is_loopback(serve.bind) && serve.trusted.empty())
         log::warning(
             "other machines can connect without encryption: on a shared network, "

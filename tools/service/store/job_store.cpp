@@ -121,7 +121,7 @@ bool is_full(Database& database, size_t max_queue) {
 }
 
 std::string full_text(size_t max_queue) {
-    return concat(max_queue, " jobs are waiting; try again later");
+    return concat(max_queue, max_queue == 1 ? " job is" : " jobs are", " waiting; try again later");
 }
 
 template <class... Values>
@@ -374,16 +374,20 @@ Result<std::optional<Job>> JobStore::next(int above,
 Result<int> JobStore::start(const std::string& id) {
     return change([&](Database& database) {
         const int64_t job = number_of(id);
-        if (database.run("UPDATE jobs SET state = 'running', attempts = attempts + 1, started_ms = "
-                         "CASE started_ms WHEN 0 THEN ? ELSE started_ms END WHERE id = ? AND state "
-                         "= 'queued'",
-                         now_ms(), job) == 0)
+        if (database.run("UPDATE jobs SET state = 'running', attempts = attempts + 1 WHERE id = ? "
+                         "AND state = 'queued'",
+                         job) == 0)
             return 0;
         database.run(
             "INSERT OR REPLACE INTO turns(owner, turn) SELECT owner, (SELECT IFNULL(MAX(turn), 0) "
             "+ 1 FROM turns) FROM jobs WHERE id = ?",
             job);
         add_event(job, "started");
+        // The time of its first such event: the log tells the first start by it.
+        database.run(
+            "UPDATE jobs SET started_ms = (SELECT time_ms FROM events ORDER BY id DESC LIMIT 1) "
+            "WHERE id = ? AND started_ms = 0",
+            job);
         return int(database.number("SELECT attempts FROM jobs WHERE id = ?", job));
     });
 }

@@ -238,7 +238,8 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
             database.run(
                 "UPDATE frames SET state = 'quarantined', message = ? WHERE job = ? AND frame = ?",
                 message, job, frame);
-            add_event(job, "quarantined", {{"frame", frame}, {"message", message}});
+            add_event(job, "quarantined",
+                      {{"frame", frame}, {"attempts", most_attempts}, {"message", message}});
         }
         count_frames(database, job);
         if (in_flight == 0 && attempts >= most_attempts) {
@@ -248,7 +249,7 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
                 "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? WHERE "
                 "id = ?",
                 message, now_ms(), job);
-            add_event(job, "failed", {{"message", message}});
+            add_event(job, "failed", {{"exit_code", 1}, {"message", message}});
             database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database),
                          job);
             continue;

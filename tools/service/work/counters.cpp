@@ -139,8 +139,9 @@ struct Counters::Families {
 };
 
 Counters::Counters(const std::string& version) : families_(std::make_unique<Families>(version)) {
-    for (const auto outcome : {sequence::Outcome::written, sequence::Outcome::skipped,
-                               sequence::Outcome::missing, sequence::Outcome::failed})
+    for (const auto outcome :
+         {sequence::Outcome::written, sequence::Outcome::skipped, sequence::Outcome::held,
+          sequence::Outcome::missing, sequence::Outcome::failed})
         families_->frames.Add({{"result", name_of(outcome)}});
     // With 0, so that a rate counts the first job of a kind too.
     for (const auto kind : {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study})

@@ -49,8 +49,8 @@ class FramesWork {
             if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
             if (!status.ok()) return WorkEnd::failed(status);
         }
-        // Frames missing at the beginning are in the store by now. A frame that goes missing later
-        // fails.
+        // Frames missing at the beginning are in the store by now. Without `skip`, a frame that
+        // goes missing later fails.
         if (missing_ == sequence::MissingPolicy::error)
             settings_.missing = sequence::MissingPolicy::skip;
         for (;;) {
@@ -91,6 +91,12 @@ class FramesWork {
         if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (Status status = context_.store.enter_frames(id_, *frames); !status.ok())
             return store_failed(status);
+        for (const JobFrame& frame : *frames) {
+            sequence::FrameReport report;
+            report.outcome = frame.state == FrameState::missing ? sequence::Outcome::missing
+                                                                : sequence::Outcome::failed;
+            if (frame.state != FrameState::waiting) context_.counters.add(report);
+        }
         const auto refused = std::ranges::find(*frames, FrameState::quarantined, &JobFrame::state);
         if (refused != frames->end()) first_failure_ = Status(StatusCode::output, refused->message);
         return std::nullopt;
@@ -222,6 +228,12 @@ class FramesWork {
                 entered(context_.store.frame_ends(id_, end_of(report)));
                 break;
             case sequence::Outcome::missing:
+                // The job was tried again.
+                if (missing_ == sequence::MissingPolicy::skip)
+                    entered(context_.store.frame_ends(id_, end_of(report)));
+                else
+                    failed(report);
+                break;
             case sequence::Outcome::failed:
                 failed(report);
                 break;
@@ -237,6 +249,11 @@ class FramesWork {
         end.filter_ms = report.filter_ms;
         // A begun frame that is found done was written by this job in a process that died.
         const bool own = batch_->begun.count(report.frame) > 0;
+        if (report.outcome == sequence::Outcome::missing) {
+            end.state = FrameState::missing;
+            end.message = roots.shown_in(report.status.message());
+            return end;
+        }
         if (report.outcome == sequence::Outcome::skipped) {
             end.state = own ? FrameState::written : FrameState::skipped;
             if (own) end.bytes = bytes_of_outputs(report.output, settings_);
@@ -353,8 +370,8 @@ Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Root
         frame.output = task.output;
         if (task.files.empty()) {
             frame.state = FrameState::missing;
-            frame.message =
-                sequence::absent_files(task.frame, request.run) + ": frame is not on disk";
+            frame.message = roots.shown_in(sequence::absent_files(task.frame, request.run) +
+                                           ": frame is not on disk");
         } else if (!stops) {
             if (const Status status = files.check_existing(sequence::outputs_of(task, request.run));
                 !status.ok()) {
@@ -426,8 +443,11 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
         end.say(concat(tally->quarantined.size(), " of ", (*job)->frames,
                        " frames quarantined: ", sequence::frames_text(tally->quarantined),
                        "; frame ", tally->quarantined.front(), ": ", tally->reason));
-    if (tally->missing > 0) end.say(concat(tally->missing, " frames are not on disk"));
-    if (tally->held > 0) end.say(concat(tally->held, " frames are held"));
+    const auto say = [&](int count, const char* how) {
+        if (count > 0) end.say(concat(count, count == 1 ? " frame is " : " frames are ", how));
+    };
+    say(tally->missing, "not on disk");
+    say(tally->held, "held");
     if (!end.message.empty()) end.exit_code = kExitSomeFailed;
     if (!tally->quarantined.empty()) {
         end.state = JobState::failed;

@@ -48,7 +48,12 @@ BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table) {
     add_row_keys(run_table, sequence::kPlanGroup, keys);
     if (kind == RequestKind::run || kind == RequestKind::plan)
         add_row_keys(run_table, sequence::kLayerGroup, keys);
-    if (kind == RequestKind::run) add_row_keys(run_table, sequence::kOutputGroup, keys);
+    if (kind == RequestKind::run) {
+        add_row_keys(run_table, sequence::kOutputGroup, keys);
+        // As read_tables() sets it.
+        std::ranges::find(keys, "on_error", &BodyKeys::value_type::first)->second["default"] =
+            "continue";
+    }
     if (kind == RequestKind::ab || kind == RequestKind::bench)
         add_measurement_keys(JobKind(kind), keys);
     if (kind == RequestKind::preview) {

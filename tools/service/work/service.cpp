@@ -121,17 +121,19 @@ void log_event(const Event& event, const JobStore& store, Counters& counters,
         return text_of_seconds(seconds);
     };
     if (event.type == "started") {
-        const bool first = job.started_ms + 1000 >= event.time_ms;
         const double waited = seconds_between(job.created_ms, event.time_ms);
-        if (first) counters.started(waited);
+        if (job.started_ms == event.time_ms) counters.started(waited);
         line.message = concat(what, " started: ", name_of(job.kind), ", priority ", job.priority,
                               ", ", took(waited), " after its submission");
     } else if (event.type == "done" || event.type == "failed" || event.type == "canceled") {
         counters.ended(job.kind, event.type);
-        const double seconds = seconds_between(job.started_ms, event.time_ms);
         line.fields["frames"] = job.done;
-        line.message = concat(what, " ", event.type, " ", took(seconds),
-                              " after its start: ", job.done, " of ", job.frames, " frames");
+        const std::string when =
+            job.started_ms == 0
+                ? "before its start"
+                : took(seconds_between(job.started_ms, event.time_ms)) + " after its start";
+        line.message =
+            concat(what, " ", event.type, " ", when, ": ", job.done, " of ", job.frames, " frames");
         if (event.type == "failed") line.level = LogLine::Level::error;
         if (!message.empty()) line.message += "; " + message;
     } else if (event.type == "quarantined" || event.type == "frame_failed") {
@@ -457,7 +459,6 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         switch (added.result) {
             case Added::Result::made:
                 *created = true;
-                state_->backend->wake();
                 added.job.message = joined(job.warnings, "; ");
                 break;
             case Added::Result::same:
@@ -468,7 +469,10 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             case Added::Result::full:
                 throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
         }
-        return state_->shown(std::move(added.job));
+        // The reply says where it waits, so it starts afterward.
+        Job shown = state_->shown(std::move(added.job));
+        if (*created) state_->backend->wake();
+        return shown;
     });
 }
 
@@ -523,7 +527,7 @@ Answer<Job> Service::cancel(const User& user, const std::string& id) {
 Answer<Job> Service::retry(const User& user, const std::string& id) {
     return answer([&] {
         const char* why_not = "; only failed and canceled jobs can be retried";
-        return state_->change(user, id, why_not, [&](const Job& job) {
+        Job shown = state_->change(user, id, why_not, [&](const Job& job) {
             const KnownUser owner = state_->settings.users->named(job.owner);
             const User& who = owner ? *owner : user;
             const auto again = [&] {
@@ -533,9 +537,10 @@ Answer<Job> Service::retry(const User& user, const std::string& id) {
             if (!retried.why.empty() && state_->settle(who)) retried = again();
             if (!retried.why.empty())
                 throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
-            if (retried.done) state_->backend->wake();
             return retried.done;
         });
+        state_->backend->wake();
+        return shown;
     });
 }
 
@@ -544,11 +549,11 @@ Answer<Job> Service::change(const User& user, const std::string& id, const std::
         const int priority = taken(read_priority(body, state_->settings.roots));
         check_priority(user, priority);
         const char* why_not = "; only waiting and running jobs have a priority";
-        return state_->change(user, id, why_not, [&](const Job&) {
-            const bool done = stored(state_->store->set_priority(id, priority));
-            if (done) state_->backend->wake();
-            return done;
+        Job shown = state_->change(user, id, why_not, [&](const Job&) {
+            return stored(state_->store->set_priority(id, priority));
         });
+        state_->backend->wake();
+        return shown;
     });
 }
 

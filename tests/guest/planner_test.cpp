@@ -218,7 +218,6 @@ std::set<uint64_t> programs_of(const Planner& by, const pc::Chain& chain, const 
     EXPECT_EQ(keys.back(), 0u) << "written beyond its room";
     keys.pop_back();
     const std::set<uint64_t> all(keys.begin(), keys.end());
-    EXPECT_EQ(all.size(), keys.size()) << "a key twice";
     EXPECT_EQ(all.size(), count) << "a key is listed twice";
     return all;
 }
@@ -374,6 +373,7 @@ TEST(Planner, KeysAreThoseOfTheSources) {
     const std::set<uint64_t> keys = programs_of(by, chain, engine_frame());
     EXPECT_TRUE(keys.contains(key_of({"guest/export.comp", {{"EXPOSURE", "0"}}})));
     EXPECT_FALSE(keys.contains(key_of({"guest/export.comp", {{"EXPOSURE", "1"}}})));
+    programs_of(by, pc::chain("fxaa,fxaa"), engine_frame());  // two passes, one program
 }
 
 // Size, lens, shutter, bounds and noise are values; large frames are cut into more bands.

@@ -77,6 +77,23 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
         EXPECT_FALSE(Network::parse(text).ok()) << text;
 }
 
+TEST(Clients, NetworksEndWithinAByteToo) {
+    for (const auto& [network, in, out] :
+         std::vector<std::tuple<const char*, const char*, const char*>>{
+             {"172.16.0.0/12", "172.31.255.255", "172.32.0.0"},
+             {"172.16.0.0/12", "172.16.0.0", "172.15.255.255"},
+             {"192.0.2.128/25", "192.0.2.129", "192.0.2.127"},
+             {"192.0.2.4/31", "192.0.2.5", "192.0.2.6"},
+             {"192.0.2.4/32", "192.0.2.4", "192.0.2.5"},
+             {"128.0.0.0/1", "255.0.0.1", "127.0.0.1"},
+             {"fe80::/10", "febf::1", "fec0::1"},
+             {"2001:db8::/33", "2001:db8:7fff::1", "2001:db8:8000::1"}}) {
+        EXPECT_TRUE(Network::parse(network)->has(in)) << network;
+        EXPECT_FALSE(Network::parse(network)->has(out)) << network;
+    }
+    EXPECT_TRUE(Network::parse("0.0.0.0/0")->has("192.0.2.1"));
+}
+
 TEST(Clients, AreAnAddressOrANetwork) {
     for (const auto& [address, place] : std::vector<std::pair<const char*, const char*>>{
              {"192.0.2.1", "192.0.2.1"},

@@ -54,6 +54,25 @@ TEST_F(Results, ALargeImageIsReadInStrips) {
     EXPECT_EQ(large - whole, 34u * (4096 * 75 - 400 * 7));
 }
 
+TEST_F(Results, FilesHaveTheTypeOfTheirName) {
+    const Roots roots = test::must(Roots::of({root("")}));
+    std::vector<JobFrame> frames;
+    for (const char* name : {"a.0003.exr", "a.0004.png", "a.0005.dpx", "a.0006.EXR"}) {
+        std::ofstream(root(name)) << "picture " << name;
+        frames.push_back(
+            {.frame = int(frames.size()) + 3, .state = FrameState::written, .output = root(name)});
+    }
+    frames[3].state = FrameState::quarantined;
+    const auto found = got(outputs_of(frames, 3, 6, roots));
+    std::string text;
+    for (const ResultFile& file : found)
+        text += concat(file.name, " ", file.type, " ", file.bytes, "\n");
+    EXPECT_EQ(text,
+              "a.0003.exr image/x-exr 18\na.0004.png image/png 18\n"
+              "a.0005.dpx application/octet-stream 18\n");
+    EXPECT_EQ(got(outputs_of(frames, 4, 4, roots)).at(0).name, "a.0004.png");
+}
+
 TEST_F(Results, ImagesPreviewsAndJobsShareTheMemory) {
     max_memory_ = 40'000;
     open();

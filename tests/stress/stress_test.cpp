@@ -192,6 +192,26 @@ TEST(Stress, WorstIsTheLargestPartOfItsBound) {
     EXPECT_EQ(worst(), 1e-5);
 }
 
+TEST(Stress, WorstIsThatOfARowAndASubject) {
+    Matrix matrix;
+    const auto add = [&](const char* row, const char* subject, double value) {
+        CellResult cell;
+        cell.row = row;
+        cell.subject = subject;
+        cell.measured = {{"mirror", Verdict::ok, value, 1, {}}};
+        matrix.cells.push_back(std::move(cell));
+    };
+    add("a", "x", 0.1);
+    add("a", "y", 0.2);
+    add("b", "x", 0.3);
+    add("a", "x", 0.4);
+    std::string text;
+    for (const WorstLine& line : worst_of(matrix))
+        text += concat(line.row, " ", line.subject, " ", line.checks.at("mirror").measured->value,
+                       "\n");
+    EXPECT_EQ(text, "a x 0.4\na y 0.2\nb x 0.3\n");
+}
+
 TEST(Stress, NoCellAndStoppingAreErrors) {
     const auto subjects = every_pass_and_both_orders();
     MatrixOptions options;

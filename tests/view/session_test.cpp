@@ -276,6 +276,10 @@ TEST_F(SessionTest, AnyPlaneIsShown) {
     const ImageF& mask = *session_->shown().texture;
     for (size_t i = 0; i < mask.pixels(); ++i)
         ASSERT_NEAR(mask.data[4 * i] + mask.data[4 * i + 1] + mask.data[4 * i + 2], 1, 1e-4);
+    PaintJob job;
+    job.image = session_->shown().texture;
+    job.look = Look::shares;
+    EXPECT_EQ(session_->painted().image->data, paint(job).image->data);
 }
 
 TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {

@@ -4,12 +4,17 @@ fault in any name, number, order or message of a record fails, also one that no 
 A line `$ COMMAND` begins a step (bash, in one folder per file; `> ` continues it). The lines up to the next step are
 its stdout and stderr, then `[exit code N]` unless it is 0. Notes between them begin with #, or are empty.
 
-postchain is the built command, python this interpreter. `pretty [PATH ...]` indents its JSON, or what the dotted paths choose, and shortens
-numbers to six digits; `pretty --digits 3` is for what a GL device computes. `means FILE [CHANNELS]` prints the mean of
-each quadrant of the channels of an EXR that match. `edit IN OUT CODE` copies one through Python: `picture` of exr.py; `patch` any file: `data`, a bytearray. `chain TEXT [OPTION ...]` plans a chain
-file of this text; `camera TEXT` and `profile TEXT` inspect a frame with such a file. The folder has in.0001.exr to
-in.0004.exr (see frames()). A word stands for what varies between runs and machines: T for times, H1, H2, ... for hashes
-in the order of the file, so that equal ones stay equal. A folder's prelude.sh has more functions for its files.
+postchain is the built command, python this interpreter. Functions:
+    pretty [--digits N] [PATH ...]   indents JSON, or what the dotted paths choose; numbers have six digits, or N: three
+                                     for what a GL device computes
+    means FILE [CHANNELS]            mean of each quadrant of the channels of an EXR that match
+    edit IN OUT CODE                 copies an EXR through Python: `picture` of exr.py
+    patch IN OUT CODE                copies any file: `data`, a bytearray
+    chain TEXT [OPTION ...]          plans a chain file of this text
+    camera TEXT, profile TEXT        inspect a frame with such a file
+A folder's prelude.sh has more. The working folder has in.0001.exr to in.0004.exr (see frames()). A word stands for what
+varies between runs and machines: T for times, H1, H2, ... for hashes in the order of the file, so that equal ones stay
+equal.
 
 usage: transcript_test.py POSTCHAIN NAME|PATH ... [--update]   rewrites the files: read the difference as a reviewer"""
 import difflib
@@ -98,7 +103,8 @@ class Replaced:
         self.folder, self.version, self.hashes = folder, version, {}
 
     def __call__(self, text):
-        text = text.replace(str(self.folder), "FOLDER").replace(str(ROOT), "SOURCE").replace(self.version, "VERSION")
+        text = text.replace(str(self.folder), "FOLDER").replace(str(ROOT), "SOURCE")
+        text = re.sub(rf"(?<![\d.]){re.escape(self.version)}(?![\d.])", "VERSION", text)
         for pattern, word in VARYING:
             text = re.sub(pattern, word, text)
         return re.sub(r"(?<![\w.])[0-9a-f]{16}\b",
@@ -117,7 +123,8 @@ def played(path, postchain):
         replaced = Replaced(folder, subprocess.run([postchain, "--version"], capture_output=True, text=True,
                                                    check=True).stdout.split()[-1])
         environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", SOURCE=str(ROOT),
-                           PYTHONDONTWRITEBYTECODE="1")
+                           PYTHONDONTWRITEBYTECODE="1", LC_ALL="C.UTF-8")
+        environment.pop("OCIO", None)
         beside = path.with_name("prelude.sh")
         prelude = PRELUDE + (beside.read_text(encoding="utf8") if beside.exists() else "")
         for step in steps(path.read_text(encoding="utf8")):

@@ -55,6 +55,13 @@ def test_bench(frames, chains, tmp_path):
     assert found["met"] and (tmp_path / "b" / "under_flip.yaml").exists()
     alone = postchain.bench(FXAA, pattern, tmp_path / "d", truth=pattern, frames=2, **SETTINGS)
     assert len(alone["variants"]) == 1 and "motion_blur" not in alone["variants"][0]["name"]
+    # A variant that fails is a warning.
+    lens = {"camera": {"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 2}, "postchain": 1,
+            "passes": ["depth_of_field"]}
+    with pytest.warns(postchain.Warning, match="=0.01: .*is not beyond the focal length"):
+        partly = postchain.bench(lens, pattern, tmp_path / "e", truth=pattern, frames=2,
+                                 sweep={"camera.focus_distance": [4, 0.01]}, **SETTINGS)
+    assert [bool(one["metrics"]) for one in partly["variants"]] == [True, False]
     # Results are kept, as by the command.
     again = postchain.bench(chains / "blur.yaml", pattern, tmp_path / "b", camera, truth=pattern,
                             frames=2, sweep={"motion_blur.samples": [5, 9]}, **SETTINGS)

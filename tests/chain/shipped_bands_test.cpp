@@ -1,6 +1,8 @@
 // Every shipped chain in bands gives the bits of whole dispatches.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "chain/gl/program.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
@@ -67,6 +69,24 @@ void expect_equal(const Images& whole, const Images& bands, const std::string& n
     for (const auto& [texture, pixels] : whole)
         EXPECT_TRUE(bands.contains(texture) && equal_bits(pixels, bands.at(texture)))
             << name << ", " << texture;
+}
+
+// Of a step over several layers a group takes those of one.
+TEST(ShippedBands, FetchesOfAGroupAreItsPartOfTheStep) {
+    TestFrame frame = frame_of(1);
+    frame.description.layers = 3;
+    int over_layers = 0;
+    for (const std::string& name : shipped_chains()) {
+        const Plan plan =
+            must(make_plan(must(load_chain(name, every_pass())).chain, frame.description));
+        for (const Step& step : plan.steps) {
+            if (step.groups[2] == 1 || step.taps == 0) continue;
+            const double groups = double(step.groups[0]) * step.groups[1] * step.groups[2];
+            EXPECT_EQ(double(step.group_taps), std::ceil(double(step.taps) / groups)) << step.name;
+            ++over_layers;
+        }
+    }
+    EXPECT_GT(over_layers, 0);
 }
 
 TEST(ShippedBands, GiveTheBitsOfWholeDispatches) {

@@ -113,8 +113,8 @@ Result<Record> read_record(const std::string& path) {
                 record.camera_hash = camera->at("hash").get<std::string>();
             }
             return record;
-        } catch (const Json::exception& fault) {
-            return damaged(fault.what());
+        } catch (const Json::exception&) {
+            return damaged("a member is missing or of another type");
         }
     }
     return Status(

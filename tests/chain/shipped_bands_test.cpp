@@ -71,7 +71,7 @@ void expect_equal(const Images& whole, const Images& bands, const std::string& n
             << name << ", " << texture;
 }
 
-// Of a step over several layers a group takes those of one.
+// A group of a step over several layers fetches for one of them.
 TEST(ShippedBands, FetchesOfAGroupAreItsPartOfTheStep) {
     TestFrame frame = frame_of(1);
     frame.description.layers = 3;

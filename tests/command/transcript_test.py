@@ -10,6 +10,7 @@ postchain is the built command, python this interpreter. Functions:
     means FILE [CHANNELS]            mean of each quadrant of the channels of an EXR that match
     edit IN OUT CODE                 copies an EXR through Python: `picture` of exr.py
     patch IN OUT CODE                copies any file: `data`, a bytearray
+    part NAME [WORD ...]             the program of a part, beside the command
     chain TEXT [OPTION ...]          plans a chain file of this text
     camera TEXT, profile TEXT        inspect a frame with such a file
 A folder's prelude.sh has more. The working folder has in.0001.exr to in.0004.exr (see frames()). A word stands for what
@@ -40,6 +41,7 @@ pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}
 edit() {{ tool --edit "$@"; }}
 patch() {{ tool --patch "$@"; }}
+part() {{ "$(dirname "$(readlink -f "$(command -v postchain)")")/postchain-$1" "${{@:2}}"; }}
 chain() {{ echo "$1" >chain.yaml; postchain plan chain.yaml -i in.0002.exr "${{@:2}}"; }}
 inspected() {{ postchain inspect in.0002.exr --json "$@"; }}
 camera() {{ echo "$1" >camera.json; inspected --camera camera.json -v | pretty frame.camera; }}

@@ -231,9 +231,9 @@ void read_chains(const TextNode& root, Reading& reading) {
     for (const auto& [key, value] : chains->entries) {
         const std::string path = "chains." + key.text;
         if (!is_name(key.text)) {
-            reading.error(
-                key, path,
-                concat("a chain has a name of letters, digits, _ and -, at most ", kMaxName));
+            reading.error(key, path,
+                          concat("a chain's name has letters, digits, _ and - only, at most ",
+                                 kMaxName, " of them"));
             continue;
         }
         auto text = chain_text(value, path, reading);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <regex>
 #include <set>
 #include <vector>
@@ -192,12 +193,17 @@ Result<std::string> chosen(const std::string& option, const std::string& name,
     return unknown(option, name, names);
 }
 
+// By the list of roles: OpenImageIO makes up a name for one that is missing.
+std::optional<std::string> space_of_role(const OIIO::ColorConfig& config, const std::string& role) {
+    const std::vector<std::string> roles = config.getRoles();
+    if (std::find(roles.begin(), roles.end(), role) == roles.end()) return std::nullopt;
+    return config.getColorSpaceNameByRole(role);
+}
+
 // The color space of this name or role.
 Result<std::string> space_of(const OIIO::ColorConfig& config, const std::string& option,
                              const std::string& name) {
-    const std::vector<std::string> roles = config.getRoles();
-    if (std::find(roles.begin(), roles.end(), name) != roles.end())
-        return std::string(config.getColorSpaceNameByRole(name));
+    if (auto space = space_of_role(config, name)) return std::move(*space);
     const std::vector<std::string> names = config.getColorSpaceNames();
     if (std::find(names.begin(), names.end(), name) != names.end()) return name;
     return unknown(option, name, names);
@@ -207,11 +213,7 @@ Result<std::string> space_of(const OIIO::ColorConfig& config, const std::string&
 Result<std::string> working_space(const OIIO::ColorConfig& config, const std::string& path,
                                   const std::string& name) {
     if (!name.empty()) return space_of(config, "--ocio-colorspace", name);
-    // By its list of roles: OpenImageIO makes up a name for one that is missing.
-    const std::string linear = "scene_linear";
-    const std::vector<std::string> roles = config.getRoles();
-    if (std::find(roles.begin(), roles.end(), linear) != roles.end())
-        return std::string(config.getColorSpaceNameByRole(linear));
+    if (auto linear = space_of_role(config, "scene_linear")) return std::move(*linear);
     return Status(StatusCode::usage,
                   concat(path,
                          ": has no role scene_linear; say with --ocio-colorspace what the frames "

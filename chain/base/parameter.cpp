@@ -84,10 +84,13 @@ std::string Parameter::domain() const {
     std::string text = type == ParameterType::point     ? "two numbers [x, y], each"
                        : type == ParameterType::integer ? (odd ? "an odd integer" : "an integer")
                                                         : "a number";
+    const auto bound = [&](double value) {  // 1000000, not 1e+06
+        return type == ParameterType::integer ? std::to_string(int64_t(value)) : text_of(value);
+    };
     const bool low = std::isfinite(min), high = std::isfinite(max);
-    if (low && high && !min_excluded) return text + " in " + text_of(min) + ".." + text_of(max);
-    if (low) text += (min_excluded ? " > " : " >= ") + text_of(min);
-    if (high) text += std::string(low ? " and" : "") + " <= " + text_of(max);
+    if (low && high && !min_excluded) return text + " in " + bound(min) + ".." + bound(max);
+    if (low) text += (min_excluded ? " > " : " >= ") + bound(min);
+    if (high) text += std::string(low ? " and" : "") + " <= " + bound(max);
     return text;
 }
 

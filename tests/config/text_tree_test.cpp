@@ -42,6 +42,29 @@ TEST(TextTree, ReadsYamlAndJsonAlike) {
     }
 }
 
+// All of a node, in the order of the text.
+std::string told(const TextNode& node) {
+    std::string text = concat(int(node.kind), node.quoted, " '", node.text, "' ", node.line, ":",
+                              node.column, " (");
+    for (const TextNode& item : node.items) text += told(item);
+    for (const TextEntry& entry : node.entries) text += told(entry.key) + told(entry.value);
+    return text + ")";
+}
+
+TEST(TextTree, ReadsLineEndsOfWindows) {
+    for (const std::string text :
+         {"a: 1\nb:\n  - x\n  - {c: true,\n     d: 2}\n# end\ne: word\nf: 0.5\n",
+          "{\n \"a\": 1,\n \"b\": [\n  true,\n  -2.5\n ],\n \"c\": {\n  \"d\": \"e\",\n  \"f\": "
+          "null\n },\n \"g\": 3\n}\n"}) {
+        std::string other;
+        for (const char c : text) other += c == '\n' ? "\r\n" : std::string(1, c);
+        const TextTree plain = read_text_tree(text, "t"), windows = read_text_tree(other, "t");
+        EXPECT_THAT(texts(plain.diagnostics), IsEmpty());
+        EXPECT_THAT(texts(windows.diagnostics), IsEmpty());
+        EXPECT_EQ(told(windows.root), told(plain.root));
+    }
+}
+
 TEST(TextTree, ReadsJsonWithTabsEscapesAndNoSpaces) {
     const TextTree tree = read_text_tree("{\n\t\"a\":1,\n\t\"b\":\"q\\\"\\u0041\\/\\n\"}", "t");
     EXPECT_THAT(texts(tree.diagnostics), IsEmpty());

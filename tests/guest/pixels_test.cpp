@@ -210,6 +210,27 @@ TEST_F(Pixels, RowsFromTheBottomAndRectangles) {
     EXPECT_EQ(all.at(11, 12), 55);
 }
 
+// Views in turn, beside and below each other in one texture, to which the last step writes: none
+// writes into another one's part.
+TEST_F(Pixels, ViewsShareAnOutput) {
+    const auto made = chain("fxaa");
+    const ImageF expected = filtered(made, host().frame);
+    const HostTexture output(GL_RGBA32F, 2 * kWidth, 2 * kHeight);
+    const auto at = [&](int view) {
+        pc_frame frame = host().frame;
+        frame.width = kWidth;
+        frame.height = kHeight;
+        frame.output = output;
+        frame.output.x = view % 2 * kWidth;
+        frame.output.y = view / 2 * kHeight;
+        if (view == 3) frame.debug_view = "input.color";
+        return frame;
+    };
+    for (const int view : {0, 1, 2, 3, 0}) prepare_and_run(guest(), made, at(view));
+    for (const int view : {0, 1, 2}) expect_equal(read(at(view).output, kWidth, kHeight), expected);
+    expect_equal(read(at(3).output, kWidth, kHeight), plane(Role::color));
+}
+
 TEST_F(Pixels, OutputsOfEveryKind) {
     const struct {
         unsigned format;
@@ -354,6 +375,17 @@ TEST_F(Pixels, MotionConventions) {
     expect_near(with(add, frame), expected(), 1e-4);
     frame.flags &= ~uint32_t(PC_MOTION_JITTERED);
     EXPECT_GT(changed(with(add, frame), expected()), 0.02) << "jitter that is not taken out shows";
+    // Rows from the bottom: vectors and jitter point up.
+    const HostTexture color(GL_RGBA32F, plane(Role::color), true),
+        depth(GL_R32F, plane(Role::inverse_depth), true);
+    ImageF up = with_y_up(motion);
+    for (size_t i = 0; i < up.data.size(); ++i) up.data[i] = add(up.data[i], int(i % 2));
+    const HostTexture jittered(GL_RG32F, up, true);
+    frame.flags = PC_MOTION_JITTERED;
+    frame.color = color;
+    frame.depth = depth;
+    frame.motion = jittered;
+    expect_near(upside_down(filtered(made(), frame)), expected(), 1e-4);
 }
 
 // Passes see color times exposure / pre-exposure, and the result is as bright as color: FXAA finds
@@ -458,7 +490,10 @@ TEST_F(Pixels, NothingOfAFrameBeforeStays) {
     constexpr int kAcross = 48, kDown = 30;
     const auto host = canonical_frame(kAcross, kDown);
     const HostTexture half(GL_RGBA16F, host.test.planes.at(Role::color)),
-        exposure(GL_R32F, ImageF(1, 1, 1, 8));
+        exposure(GL_R32F, ImageF(1, 1, 1, 8)), mask(GL_R32F, ImageF(kAcross, kDown, 1, 0.25f)),
+        bytes(GL_RGBA8, kAcross, kDown), large(GL_RGBA32F, 2 * kAcross, 2 * kDown);
+    const auto earlier = neighbor_of(host, Neighbor::before),
+               later = neighbor_of(host, Neighbor::after);
     const HostTexture up(GL_RGBA32F, host.test.planes.at(Role::color), true);
     using Change = std::function<void(pc_frame&)>;
     const std::vector<Change> changes = {
@@ -483,6 +518,16 @@ TEST_F(Pixels, NothingOfAFrameBeforeStays) {
         [&](pc_frame& f) { f.exposure = exposure; },
         [&](pc_frame& f) { f.color = half; },
         [&](pc_frame& f) { f.color = up; },
+        [&](pc_frame& f) { f.mask = mask; },
+        [&](pc_frame& f) { f.before = &earlier.frame; },
+        [&](pc_frame& f) { f.after = &later.frame; },
+        [](pc_frame& f) { f.debug_view = "input.motion"; },
+        [&](pc_frame& f) { f.output = bytes; },
+        [&](pc_frame& f) { f.width = kAcross, f.height = kDown, f.output = large; },
+        [&](pc_frame& f) {
+            f.width = kAcross, f.height = kDown, f.output = large;
+            f.output.x = kAcross, f.output.y = 1;
+        },
         [](pc_frame& f) { f.width = f.color.width - 7; },
         [](pc_frame& f) { f.height = f.color.height - 7, f.color.y = 3; }};
     const auto made = chain("motion_blur,depth_of_field,fxaa");
@@ -498,9 +543,10 @@ TEST_F(Pixels, NothingOfAFrameBeforeStays) {
         pc_texture result = {}, expected = {};
         const pc_result code = pc_prepare(guest.get(), made.get(), &frame, 1);
         ASSERT_EQ(pc_prepare(fresh.get(), made.get(), &frame, 1), code);
-        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, &result),
-                  pc_run(fresh.get(), made.get(), &frame, &expected));
-        expect_equal(read(result, width, height), read(expected, width, height));
+        const pc_result ran = pc_run(guest.get(), made.get(), &frame, &result);
+        const ImageF found = read(result, width, height);  // the output, before it is written again
+        ASSERT_EQ(pc_run(fresh.get(), made.get(), &frame, &expected), ran);
+        expect_equal(found, read(expected, width, height));
         EXPECT_EQ(pc::explain(guest.get()), pc::explain(fresh.get()));
         expect_equal(read(run(guest, made, host.frame), kAcross, kDown), plain);
     }

@@ -56,9 +56,12 @@ TEST(Layers, PatchesOfColorSumToIt) {
     for (const Neighbor neighbor : kNeighbors)
         split(neighbored, role_of(neighbor, Role::color), role_of(neighbor, Role::layers),
               5 + int(neighbor));
+    TestFrame defocused = alone;  // at its borders too
+    defocused.description.camera.focus_distance = *alone.description.camera.focus_distance / 4;
     for (const Variant& one : one_of_each_kind()) {
         SCOPED_TRACE(one.name);
         expect_sum(one.chain(), alone);
+        if (one.name == "gilham") expect_sum(one.chain(), defocused);
         if (one.chain().optional().has(Role::color_before)) expect_sum(one.chain(), neighbored);
     }
 }

@@ -101,6 +101,20 @@ TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
     }
 }
 
+// Forth or back: the blur is left out if both are short, however fast the object is.
+TEST(Unmoved, EitherSpeedBesideTheObjectCounts) {
+    TestFrame frame = bright_frame(16, 8);
+    add_motion_back(frame);
+    add_matte(frame, square_matte(16, 8), 1);
+    const Chain chain = unmoved(chain_of("motion_blur"));
+    for (const auto& [px, back_px] : {std::pair(0.01, 0.01), {9.0, 0.01}, {0.01, 9.0}}) {
+        frame.description.speeds_beside[0] = {px, back_px};
+        const auto plan = make_plan(chain, frame.description);
+        ASSERT_TRUE(plan.ok()) << plan.status().message();
+        EXPECT_EQ(plan->passes[0].elided, px + back_px < 1) << px << " " << back_px;
+    }
+}
+
 // At one depth, object and ground cannot be told apart: vectors count by what the matte leaves. So
 // they do over a wide ramp.
 TEST(Unmoved, SoftMattesScaleVectors) {

@@ -66,6 +66,11 @@ TEST(Gather, BorderSkipsOrClamps) {
             // The bright pixel: skip loses the outer tap, clamp moves it to the pixel itself.
             expect(skipped, 0, 1 - 3 / 7.01875);
             expect(clamped, 0, 1 - 3 / 10.01875);
+            for (const char* border : {"skip", "clamp"})
+                expect_reference(plain_blur({{"samples", int64_t(3)},
+                                             {"max_blur_px", int64_t(16)},
+                                             {"border", border}}),
+                                 frame, 0);
         }
 }
 

@@ -86,8 +86,10 @@ TEST(Noise, ShiftsWithSeedAndFrame) {
     p.animate_noise = true;
     EXPECT_NE(noise::shift_of(p, 7), noise::shift_of(p, 8));
     EXPECT_EQ(noise::shift_of(p, 0), (std::array<int, 2>{0, 0}));
-    p.animate_noise = false;
+    const auto seventh = noise::shift_of(p, 7);
     p.seed = 1;
+    EXPECT_NE(noise::shift_of(p, 7), seventh) << "renders of two seeds are averaged";
+    p.animate_noise = false;
     EXPECT_NE(noise::shift_of(p, 7), (std::array<int, 2>{0, 0}));
     EXPECT_EQ(noise::shift_of(p, 7), noise::shift_of(p, 8));
 }

@@ -175,8 +175,9 @@ TEST(Flight, BandsOfOneStepWaitForEachOther) {
 // of its launch, with other launches after it. A group of its gather has 127 x 4 and more fetches a
 // pixel.
 TEST(Flight, LongDispatchesAreCutIntoBands) {
-    const auto made = chain("depth_of_field");
+    const auto made = chain("depth_of_field,depth_of_field");
     set(made, 0, "samples", 127);
+    set(made, 1, "samples", 5);
     const int width = 3136, height = 16;
     ASSERT_GT(width * height * 127.0 * 8, kBandTaps);
     const auto canonical = canonical_frame(width, height);

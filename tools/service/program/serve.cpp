@@ -249,7 +249,7 @@ Status read_config(const CLI::App& subcommand, ServeOptions& serve, Options& opt
             for (const ServeList& list : kServeLists)
                 if (key.text == list.key) option = list.option;
             const CLI::Option* given = subcommand.get_option_no_throw(option);
-            if (given && given->count() > 0) continue;
+            if (given && given->count() > 0 && !is_action(key.text)) continue;
             if (const Status status = set_key(key.text, value, serve, options); !status.ok())
                 reporter.error(value, key.text, status.message());
         }

@@ -88,8 +88,8 @@ Result<int> finish(const report::Report& report, const Options& options, const s
         print_line(report::report_json(report));
     } else {
         if (report.comparison)
-            std::printf("%s\n%s\n", printable(report.comparison->verdict).c_str(),
-                        printable(report.comparison->claims).c_str());
+            for (const auto* line : {&report.comparison->verdict, &report.comparison->claims})
+                if (!line->empty()) std::printf("%s\n", printable(*line).c_str());
         if (report.kind == report::Kind::bench) print_curve(report);
         for (const auto& line : report.under) std::printf("%s\n", printable(line).c_str());
         std::printf("%s\n", printable(experiment::page_path(report)).c_str());

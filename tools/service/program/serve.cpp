@@ -438,6 +438,11 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
     settings.version = kVersion;
     settings.max_connections = size_t(serve.max_connections);
     settings.max_connections_per_address = size_t(serve.max_connections_per_address);
+    for (const std::string& host : serve.hosts)
+        if (host.empty() || host.find_first_of("/:[] ") != std::string::npos)
+            return Status(StatusCode::usage, concat("--host: '", host,
+                                                    "' is not the name of a host; expected a form "
+                                                    "like farm.example"));
     settings.guard.hosts = serve.hosts;
     settings.guard.base = serve.base_path;
     while (settings.guard.base.ends_with("/")) settings.guard.base.pop_back();

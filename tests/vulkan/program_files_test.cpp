@@ -113,6 +113,24 @@ TEST(ProgramFiles, AreBoundAsTheIndexSays) {
 
     const Transcript whole(kExpected);
     for (const fs::path& folder : {hlsl, msl}) say(in_order(folder, "common/keep.comp"));
+    std::set<std::string> lines;  // keys are in another order with each change of a shader
+    for (const json& program : of_msl.at("programs")) {
+        std::string line = concat(program.at("shader").get<std::string>(), ": group_size ",
+                                  program.at("group_size").dump(), ", shared_bytes ",
+                                  program.at("shared_bytes").dump());
+        for (const json& note : program.at("notes"))
+            if (note.dump().find("precise") == std::string::npos) line += ", " + note.dump();
+        std::set<std::string> units;
+        for (const json& unit : program.at("units")) {
+            std::string text = "\n ";
+            for (const char* key : {"argument", "name", "access", "type"})
+                text += " " + unit.at(key).get<std::string>();
+            units.insert(text);
+        }
+        for (const std::string& unit : units) line += unit;
+        lines.insert(line);
+    }
+    for (const std::string& line : lines) Transcript::say(line);
     const json gather = program_of(of_hlsl, "inverse_warp/gather.comp");
     const json list = {
         {"kind", "list"},    {"unit", 0},  {"name", "work_list"},        {"access", "read"},

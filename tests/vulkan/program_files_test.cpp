@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -184,6 +185,33 @@ TEST(ProgramFiles, TheIndexHasTheLayoutOfTheUniformBlock) {
     EXPECT_EQ(import.at("uniforms").at("bytes"), sizeof(GuestUniforms));
     EXPECT_THAT(import.at("uniforms").at("members"),
                 Contains(member("sky_y", "vec4", offsetof(GuestUniforms, sky_y))));
+}
+
+// What its frames need that others do not.
+TEST(ProgramFiles, EachOptionAddsItsPrograms) {
+    struct Case {
+        const char *option, *chain, *program;
+    };
+    constexpr Case kCases[] = {
+        {"mask", "fxaa", "guest/import_mask.comp "},
+        {"exposure", "fxaa", "guest/export.comp EXPOSURE=1"},
+        {"before", "motion_blur", "gather.comp ADAPTIVE=0 AFTER=0 BARREL=0 BEFORE=1"},
+        {"after", "motion_blur", "gather.comp ADAPTIVE=0 AFTER=1 BARREL=0 BEFORE=0"},
+        {"half-resolution", "motion_blur", "guest/export_half.comp "},
+        {"fast-math", "fxaa", " precise="}};
+    const TempFolder temp;
+    for (const Case& one : kCases) {
+        const fs::path folder = temp.path(one.option);
+        write_programs("glsl", folder, concat("--", one.option, " ", one.chain));
+        for (const Case& other : kCases) {
+            const json index = index_of(folder);
+            const bool has = std::ranges::any_of(index.at("programs"), [&](const json& program) {
+                return program.at("name").get<std::string>().find(other.program) !=
+                       std::string::npos;
+            });
+            EXPECT_EQ(has, other.option == one.option) << one.option << ", " << other.option;
+        }
+    }
 }
 
 TEST(ProgramFiles, HaveTheProgramsOfTheSet) {

@@ -139,6 +139,26 @@ TEST(Regions, FramesAndRegions) {
     EXPECT_THAT(fxaa.frames_needed(5), ElementsAre(Pair("Source", ElementsAre(5, 5))));
 }
 
+// Regions are in canonical coordinates, whatever the size of the render and of its pixels.
+TEST(Regions, OfProxiesAndWidePixels) {
+    Host host;
+    for (const double aspect : {1.0, 2.0}) {
+        Node node(host, "postchain.motion_blur", 48, 40);
+        node.object().properties.set("OfxImageEffectPropProjectSize", {aspect * 48, 40.0});
+        node.object().scale_x = 0.5, node.object().scale_y = 0.25;
+        node.connect("Source", Picture{.pixels = ImageF(5, 2, 4, 1), .x = 10, .y = 2});
+        for (auto& [name, clip] : node.object().clips)
+            clip.properties.set("OfxImagePropPixelAspectRatio", {aspect});
+        std::array<double, 4> region;
+        EXPECT_EQ(node.region_of_definition(5, region), kStatOK);
+        EXPECT_THAT(region, ElementsAre(0, 0, aspect * 48, 40));
+        EXPECT_THAT(node.regions_of_interest(5)["Depth"], ElementsAre(0, 0, aspect * 48, 40));
+        node.choose("frame_size", "source");
+        EXPECT_EQ(node.region_of_definition(5, region), kStatOK);
+        EXPECT_THAT(region, ElementsAre(aspect * 20, 8, aspect * 30, 16));
+    }
+}
+
 // Each cause is a message on the node, and the message goes with it.
 TEST(Messages, GoWithTheirCause) {
     Host host;
@@ -380,6 +400,54 @@ TEST(Signs, AreCheckedOnceAndDismissed) {
     node.set("motion_scale", 1, 1);
     EXPECT_EQ(node.render(2), kStatOK);
     EXPECT_EQ(node.message(), "");
+}
+
+// Each value that changes the vectors makes what was found of the others void.
+TEST(Signs, AreCheckedAgainForOtherVectors) {
+    Host host;
+    Node node(host, "postchain.motion_blur", kWidth, kHeight);
+    connect_scene(node);
+    // Backward vectors of the wrong signs: forward in their place, they contradict the next frame.
+    node.connect("Motion", [](double time) -> std::optional<Picture> {
+        const ImageF motion = make_planes(kWidth, kHeight, int(time)).motion;
+        ImageF back = motion;
+        for (float& value : back.data) value = -value;
+        return Picture{.pixels = joined(motion, back)};
+    });
+    const auto verdict = [&](const std::string& change) {
+        EXPECT_EQ(node.changed("check", 2), kStatOK);
+        const std::string status = node.status();
+        const size_t from = status.find("vectors: ") + 9;
+        const std::string found = status.substr(from, status.find_first_of(",:", from) - from);
+        EXPECT_EQ(node.message().empty(), found != "contradicted") << change << ": " << status;
+        return found;
+    };
+    const auto channels = [&](const char* names) {
+        node.choose("motion_channels", names);
+        return verdict(names);
+    };
+    EXPECT_EQ(verdict("generic"), "confirmed");
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_EQ(channels("BA forward, RG backward"), "contradicted");
+        EXPECT_EQ(channels("RG forward, BA backward"), "confirmed");
+        EXPECT_EQ(channels("BA forward"), "contradicted");
+        EXPECT_EQ(channels("RG forward"), "confirmed");
+    }
+    for (const auto& [x, y] : {std::pair(-1, 1), {1, -1}}) {
+        node.set("motion_scale", x, y);
+        EXPECT_EQ(verdict("motion_scale"), "contradicted") << x << " " << y;
+        node.set("motion_scale", 1, 1);
+        EXPECT_EQ(verdict("motion_scale"), "confirmed");
+    }
+    node.set("motion_scale", 1, -1);
+    for (const auto& [meaning, found] : {std::pair("to_next", "confirmed"),
+                                         {"to_previous", "contradicted"},
+                                         {"from_previous", "confirmed"},
+                                         {"uv", "not checked"},
+                                         {"to_next", "confirmed"}}) {
+        node.choose("motion_meaning", meaning);
+        EXPECT_EQ(verdict(meaning), found) << meaning;
+    }
 }
 
 // Frames without motion say nothing about its signs, and the next one is checked.

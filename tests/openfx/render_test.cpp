@@ -56,10 +56,13 @@ ImageF cycles_vectors(const Planes& planes) {
     return joined(scaled(planes.back, -1, 1), scaled(planes.motion, -1, 1));
 }
 
-void connect_scene(Node& node, int width = kWidth, int height = kHeight) {
+// `left`, `bottom`: of the images, pixels.
+void connect_scene(Node& node, int width = kWidth, int height = kHeight, int left = 0,
+                   int bottom = 0) {
     const auto feed = [=](auto plane) {
         return [=](double time) -> std::optional<Picture> {
-            return Picture{.pixels = plane(uneven_planes(width, height, int(time)))};
+            return Picture{
+                .pixels = plane(uneven_planes(width, height, int(time))), .x = left, .y = bottom};
         };
     };
     node.connect("Source", feed([](const Planes& p) { return p.color; }), 1, 3);
@@ -85,10 +88,10 @@ class OpenFx : public sequence::SequenceTest {
         EXPECT_TRUE(file.status().ok()) << file.status().message();
         settings_.source.camera = std::move(file);
     }
-    void write_frames(float pixel_aspect) {
+    void write_frames(float pixel_aspect, postchain::test::FrameFile file = {}) {
+        file.attributes = {{"pixelAspectRatio", pixel_aspect}};
         for (const int frame : {1, 2, 3})
-            postchain::test::write_frame(in(frame), uneven_planes(kWidth, kHeight, frame),
-                                         {.attributes = {{"pixelAspectRatio", pixel_aspect}}});
+            postchain::test::write_frame(in(frame), uneven_planes(kWidth, kHeight, frame), file);
     }
     // Frame 2 by the command's own functions.
     ImageF of_command(Chain chain) {
@@ -186,6 +189,30 @@ TEST_F(OpenFx, AnEffectHasTheBitsOfItsPass) {
         EXPECT_NE(colors.back(), uneven_planes(kWidth, kHeight, 2).color);
     }
     EXPECT_NE(colors[0], colors[1]);
+    // Overscan of another width on each side: 5 pixels at the left, 7 at the top. The place in
+    // focus is at the upper left corner of the square, whose pixels are most of those around it.
+    constexpr int kLeft = 5, kTop = 7, kBottom = 2,
+                  kDisplay[] = {kWidth - kLeft - 3, kHeight - kTop - kBottom};
+    write_frames(2, {.origin_x = -kLeft,
+                     .origin_y = -kTop,
+                     .display = io::Window{0, 0, kDisplay[0] - 1, kDisplay[1] - 1}});
+    node.object().properties.set("OfxImageEffectPropProjectSize",
+                                 {2.0 * kDisplay[0], double(kDisplay[1])});
+    connect_scene(node, kWidth, kHeight, -kLeft, -kBottom);
+    for (auto& [name, clip] : node.object().clips)
+        clip.properties.set("OfxImagePropPixelAspectRatio", {2.0});
+    const auto planes = uneven_planes(kWidth, kHeight, 2);
+    const int x = 22, y = 14;
+    ASSERT_TRUE(planes.depth.at(x - 1, y - 1) == 2 && planes.depth.at(x - 2, y) == 6 &&
+                planes.depth.at(x, y - 2) == 6);
+    const std::array<double, 2> place = {(x + 0.5 - kLeft) / kDisplay[0],
+                                         (y + 0.5 - kTop) / kDisplay[1]};
+    node.use("focus_at", 2 * (x + 0.5 - kLeft), kDisplay[1] - (y + 0.5 - kTop));
+    node.object().output = {.pixels = ImageF(kWidth, kHeight, 4), .x = -kLeft, .y = -kBottom};
+    EXPECT_EQ(
+        node.rendered(2),
+        of_command(postchain::test::chain_of(
+            "joint_blur", {{"samples", int64_t(9)}, {"seed", int64_t(5)}, {"focus_at", place}})));
 }
 
 // Where the image is, how its rows lie, and which part of it is asked for change no bit.
@@ -307,6 +334,8 @@ TEST(Pixels, Unpremultiplied) {
     node.object().output.premultiplication = "OfxImageAlphaUnPremultiplied";
     ImageF found = node.rendered(2);
     EXPECT_NE(found, expected);
+    node.object().output.premultiplication = "OfxImageAlphaPremultiplied";
+    EXPECT_LE(postchain::test::largest_difference(node.rendered(2), expected), 1e-6);
     for (size_t i = 0; i < found.pixels(); ++i)
         for (size_t c = 0; c < 3; ++c) found.data[4 * i + c] *= found.data[4 * i + 3];
     EXPECT_LE(postchain::test::largest_difference(found, expected), 1e-6);
@@ -334,33 +363,70 @@ double rms(const ImageF& a, const ImageF& b) {
 
 // A proxy looks as the whole frame does, far closer than with vectors or limits of another size.
 TEST(Pixels, ProxiesAreBlurredAlike) {
-    constexpr int kWide = 160, kHigh = 32;
-    ImageF color(kWide, kHigh, 4, 1), motion(kWide, kHigh, 4);
-    for (size_t i = 0; i < color.pixels(); ++i) {
-        color.data[4 * i] = float(0.5 + 0.4 * std::sin(0.05 * double(i % kWide)));
-        motion.data[4 * i] = 80;
-    }
+    constexpr int kLong = 160, kShort = 32;
     Host host;
-    for (const bool limited : {false, true}) {
-        Node node(host, "postchain.motion_blur", kWide, kHigh);
-        node.choose("neighbors", "none");
-        if (limited) node.use("max_blur_px", 16);
-        const auto render = [&](int side, double factor) {
-            node.object().scale_x = node.object().scale_y = 1.0 / side;
-            node.connect("Source", Picture{.pixels = reduced(color, side)});
-            node.connect("Depth", Picture{.pixels = ImageF(kWide / side, kHigh / side, 1, 5)});
-            node.connect("Motion", Picture{.pixels = reduced(motion, side)});
-            node.object().output.pixels = ImageF(kWide / side, kHigh / side, 4);
-            node.set("motion_scale", factor, 1);
-            return node.rendered(2);
-        };
-        const ImageF whole = render(1, 1);
-        EXPECT_GT(rms(whole, color), 0.01);
-        for (const int side : {2, 4}) {
-            const double alike = rms(render(side, 1), reduced(whole, side));
-            EXPECT_LT(alike, 0.25 * rms(reduced(color, side), reduced(whole, side))) << side;
+    for (const bool upright : {false, true}) {
+        const int wide = upright ? kShort : kLong, high = upright ? kLong : kShort;
+        ImageF color(wide, high, 4, 1), motion(wide, high, 4);
+        for (size_t i = 0; i < color.pixels(); ++i) {
+            const size_t along = upright ? i / size_t(wide) : i % size_t(wide);
+            color.data[4 * i] = float(0.5 + 0.4 * std::sin(0.05 * double(along)));
+            motion.data[4 * i + size_t(upright)] = 80;
+        }
+        for (const bool limited : {false, true}) {
+            Node node(host, "postchain.motion_blur", wide, high);
+            node.choose("neighbors", "none");
+            if (limited) node.use("max_blur_px", 16);
+            const auto render = [&](int side) {
+                node.object().scale_x = node.object().scale_y = 1.0 / side;
+                node.connect("Source", Picture{.pixels = reduced(color, side)});
+                node.connect("Depth", Picture{.pixels = ImageF(wide / side, high / side, 1, 5)});
+                node.connect("Motion", Picture{.pixels = reduced(motion, side)});
+                node.object().output.pixels = ImageF(wide / side, high / side, 4);
+                return node.rendered(2);
+            };
+            const ImageF whole = render(1);
+            EXPECT_GT(rms(whole, color), 0.01);
+            for (const int side : {2, 4}) {
+                const double alike = rms(render(side), reduced(whole, side));
+                EXPECT_LT(alike, 0.25 * rms(reduced(color, side), reduced(whole, side))) << side;
+            }
         }
     }
+}
+
+// A part of the frame is filtered as the whole that is clear and far away elsewhere.
+TEST(Pixels, ACropIsClearAround) {
+    constexpr int kLeft = 9, kBottom = 5, kWide = 31, kHigh = 27;
+    Host host;
+    Node node(host, "postchain.joint_blur", kWidth, kHeight);
+    set_lens(node);
+    node.choose("neighbors", "none");
+    node.choose("motion_meaning", "cycles");
+    node.set("samples", 9);
+    const Planes planes = uneven_planes(kWidth, kHeight, 2);
+    const auto render = [&](bool whole) {
+        const auto connect = [&](const char* clip, const ImageF& plane, float outside) {
+            const int width = whole ? kWidth : kWide, height = whole ? kHeight : kHigh;
+            ImageF image(width, height, plane.channels, outside);
+            const int top = kHeight - kBottom - kHigh;  // rows go down
+            for (int y = 0; y < kHigh; ++y)
+                std::copy_n(plane.pixel(kLeft, top + y), kWide * plane.channels,
+                            whole ? image.pixel(kLeft, top + y) : image.pixel(0, y));
+            node.connect(clip, Picture{.pixels = std::move(image),
+                                       .x = whole ? 0 : kLeft,
+                                       .y = whole ? 0 : kBottom});
+        };
+        connect("Source", planes.color, 0);
+        connect("Depth", planes.depth, 1e10f);
+        connect("Motion", cycles_vectors(planes), 0);
+        return node.rendered(2);
+    };
+    const ImageF expected = render(true);
+    EXPECT_EQ(render(false), expected);
+    EXPECT_NE(expected, planes.color);
+    EXPECT_EQ(node.changed("samples", 2), kStatOK);
+    EXPECT_THAT(node.status(), testing::Not(HasSubstr("pixels with"))) << "no fault of its depth";
 }
 
 // The same vectors and depths in each meaning give the same frame.

@@ -652,10 +652,11 @@ std::string Node::identity(double time) {
     arguments.set("OfxImageEffectPropRenderWindow",
                   {0, 0, object_->output.pixels.width, object_->output.pixels.height});
     out.set("OfxPropName", {std::string()});
-    out.set("OfxPropTime", {time});
+    out.set("OfxPropTime", {-1.0});
     const int status =
         host_.act(plugin_, "OfxImageEffectActionIsIdentity", object_.get(), &arguments, &out);
     EXPECT_TRUE(status == kStatOK || status == kStatReplyDefault) << status;
+    EXPECT_EQ(out.number("OfxPropTime"), status == kStatOK ? time : -1);
     return status == kStatOK ? out.text("OfxPropName") : "";
 }
 

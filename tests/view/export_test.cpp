@@ -6,6 +6,8 @@
 #include <cstdlib>
 
 #include "tests/view/session_fixture.h"
+#include "tools/sequence/image/contact_sheet.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain::view {
 namespace {
@@ -30,13 +32,13 @@ class ExportTest : public SessionTest {
         return run_export(job, stop_, [&](int done) { done_ = done; });
     }
     // With a script in the place of ffmpeg.
-    Status write_movie(const std::string& name, const std::string& script) {
+    Status write_movie(const ExportJob& job, const std::string& script) {
         const std::string path_before = std::getenv("PATH");
         fs::create_directories(path("bin"));
         write_text(path("bin/ffmpeg"), "#!/bin/sh\n" + script);
         chmod(path("bin/ffmpeg").c_str(), 0755);
         setenv("PATH", (path("bin") + ":" + path_before).c_str(), 1);
-        const Status status = write(job_of(ExportKind::movie, name));
+        const Status status = write(job);
         setenv("PATH", path_before.c_str(), 1);
         return status;
     }
@@ -145,6 +147,44 @@ TEST_F(ExportTest, InTheBackgroundOneAtATime) {
     EXPECT_TRUE(fs::exists(path("out/o.png")));
 }
 
+// Frames as they are shown, each by its chain, in the order of the job.
+TEST_F(ExportTest, ImagesAreThoseOnScreen) {
+    open();
+    settle();
+    std::map<int, Image<uint8_t>> shown;
+    const auto job_of = [&](ExportKind kind, const std::string& name) {
+        ExportJob job = ExportTest::job_of(kind, name);
+        job.frames = {3, 1};
+        job.display.exposure_stops = 1;
+        job.fps = 12.5;
+        return job;
+    };
+    EXPECT_TRUE(document().set_focus_key(1, 2).ok());
+    EXPECT_TRUE(document().set_focus_key(3, 6).ok());
+    const io::PreviewOptions display = job_of(ExportKind::png, "").display;
+    for (const int frame : {1, 3}) shown[frame] = *io::shown_image(as_run(frame), display);
+    ASSERT_TRUE(write(job_of(ExportKind::png, "one.png")).ok());
+    EXPECT_TRUE(test::read_text(path("one.png")) == *io::encode_png(shown[3]));
+    ASSERT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
+    io::ContactSheet sheet({.cells = 2, .columns = 2, .width = 64, .height = 48});
+    for (const int cell : {0, 1}) {
+        sheet.put(cell, 0, shown[cell ? 1 : 3]);
+        sheet.label(cell, cell ? "1" : "3");
+    }
+    sheet.footer("2 of 2 frames");
+    EXPECT_TRUE(test::read_text(path("sheet.png")) == *io::encode_png(sheet.picture()));
+    EXPECT_EQ(done_, 2);
+    ASSERT_TRUE(write_movie(job_of(ExportKind::movie, "all.mp4"), "cat\n").ok());
+    std::string frames;
+    for (const int frame : {3, 1})
+        frames.append(shown[frame].data.begin(), shown[frame].data.end());
+    EXPECT_TRUE(test::read_text(path("all.mp4")) == frames);
+    ASSERT_TRUE(
+        write_movie(job_of(ExportKind::movie, "words.mp4"), "echo \"$@\"\ncat >/dev/null\n").ok());
+    EXPECT_THAT(test::read_text(path("words.mp4")),
+                testing::HasSubstr("-pixel_format rgb24 -video_size 64x48 -framerate 12.5 "));
+}
+
 // A sheet says so in the frame's place; a movie has one size.
 TEST_F(ExportTest, AFrameOfAnotherSize) {
     test::write_sequence(folder_.path(), {4}, 48, 64);
@@ -153,7 +193,7 @@ TEST_F(ExportTest, AFrameOfAnotherSize) {
     ASSERT_EQ(session_->playback().frames().size(), 4u);
     EXPECT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
     EXPECT_EQ(done_, 4);
-    const Status movie = write_movie("movie.mp4", "cat\n");
+    const Status movie = write_movie(job_of(ExportKind::movie, "movie.mp4"), "cat\n");
     EXPECT_THAT(movie.message(), testing::HasSubstr("a frame of 48x64 pixels in a movie of 64x48"));
     EXPECT_FALSE(fs::exists(path("movie.mp4")));
 }
@@ -171,8 +211,10 @@ TEST_F(ExportTest, AMovieIsWrittenByFfmpeg) {
     EXPECT_THAT(missing.message(), testing::HasSubstr("install ffmpeg"));
     EXPECT_FALSE(fs::exists(path("movie.mp4")));
 
-    const Status written = write_movie("movie.mp4", "echo \"$@\"\nwc -c\n");
-    const Status failed = write_movie("other.mp4", "cat >/dev/null\nexit 1\n");
+    const Status written =
+        write_movie(job_of(ExportKind::movie, "movie.mp4"), "echo \"$@\"\nwc -c\n");
+    const Status failed =
+        write_movie(job_of(ExportKind::movie, "other.mp4"), "cat >/dev/null\nexit 1\n");
     ASSERT_TRUE(written.ok()) << written.message();
     const std::string text = test::read_text(path("movie.mp4"));
     EXPECT_NE(text.find("-video_size 64x48 -framerate 24"), std::string::npos) << text;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <set>
 #include <thread>
+#include <tuple>
 
 #include "config/chain_file.h"
 #include "passes/registry.h"
@@ -15,6 +16,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 #include "tools/apps/view/frame_store.h"
+#include "tools/apps/view/result_store.h"
 
 namespace postchain::view {
 namespace {
@@ -103,6 +105,159 @@ TEST(FrameStores, KeepWhatIsNearAndFits) {
     expect_kept(5, 1, {5, 6, 1});  // from the end to the beginning
     expect_kept(2, -1, {2, 1, 6});
     expect_kept(4, -1, {4, 3, 2});
+}
+
+// Results of 4 x 2 pixels in memory that holds three.
+TEST(ResultStores, KeepWhatWasUsedLast) {
+    constexpr uint64_t kEach = 4 * 2 * 4 * sizeof(float);
+    ResultStore store(3 * kEach);
+    const auto keep = [&](const ResultKey& key, int width = 4) {
+        Shown shown;
+        shown.color = std::make_shared<const ImageF>(width, 2, 4);
+        shown.texture = shown.color;
+        shown.texture_name = "fill";
+        shown.frame = key.frame;
+        shown.draft = false;
+        store.keep(key, shown);
+    };
+    using Keys = std::vector<ResultKey>;
+    const ResultKey one{1, 7, 11, 13}, two{2, 7, 11, 13}, three{3, 7, 11, 13}, four{4, 7, 11, 13};
+    for (const ResultKey& key : {two, one, one, three}) keep(key);
+    EXPECT_EQ(store.keys(), (Keys{one, two, three}));
+    EXPECT_EQ(store.bytes(), 3 * kEach);
+    ASSERT_TRUE(store.find(two));
+    EXPECT_EQ(store.find(two)->frame, 2);
+    EXPECT_FALSE(store.find(two)->draft);
+    EXPECT_FALSE(store.find(two)->texture);
+    EXPECT_EQ(store.find(two)->texture_name, "");
+    for (const ResultKey& other :
+         {ResultKey{5, 7, 11, 13}, {1, 8, 11, 13}, {1, 7, 12, 13}, {1, 7, 11, 14}})
+        EXPECT_FALSE(store.find(other));
+    EXPECT_TRUE(store.find(one));
+    keep(four);  // in place of `three`, which was used longest ago
+    EXPECT_EQ(store.keys(), (Keys{one, two, four}));
+    keep({6, 7, 11, 13}, 13);  // larger than all memory
+    EXPECT_EQ(store.keys(), (Keys{one, two, four}));
+    // Another chain's result of a frame is kept beside it, those of former files and shaders not.
+    const ResultKey chain{4, 7, 12, 13}, file{4, 8, 12, 13}, shaders{1, 7, 11, 14};
+    keep(chain);
+    EXPECT_EQ(store.keys(), (Keys{one, four, chain}));
+    keep(file);
+    EXPECT_EQ(store.keys(), (Keys{one, file}));
+    keep(shaders);
+    EXPECT_EQ(store.keys(), (Keys{shaders, file}));
+    EXPECT_EQ(store.bytes(), 2 * kEach);
+}
+
+class PlaybackTest : public testing::Test {
+  protected:
+    PlaybackTest() {
+        for (const char* frame : {"3", "4", "6", "9"})
+            test::write_text(folder_.path(std::string("in.000") + frame + ".exr"), "");
+        settings_.input = *io::InputSpec::parse(folder_.path("in.####.exr"));
+    }
+    // Later than when play() was called.
+    static Clock::time_point later(double seconds) {
+        return Clock::now() +
+               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    }
+    test::TempFolder folder_;
+    sequence::RunSettings settings_;
+};
+using Frames = std::vector<int>;
+
+TEST_F(PlaybackTest, StepsAndRanges) {
+    const FrameStore store(settings_, 1, [] {});
+    EXPECT_EQ(Playback(store, 6).frame(), 6);
+    Playback playback(store, {});
+    EXPECT_EQ(playback.frame(), 3);
+    EXPECT_EQ(playback.direction(), 1);
+    EXPECT_EQ(playback.missing_frames(), (Frames{5, 7, 8}));
+    for (const auto& [to, frame, direction] :
+         {std::tuple(8, 9, 1), {9, 9, 1}, {-5, 3, -1}, {2, 3, -1}, {7, 6, 1}, {5, 4, -1}}) {
+        playback.go_to(to);
+        EXPECT_EQ(playback.frame(), frame) << to;
+        EXPECT_EQ(playback.direction(), direction) << to;
+    }
+    for (const auto& [by, frame, direction] :
+         {std::tuple(1, 6, 1), {2, 3, 1}, {-1, 9, -1}, {-2, 4, -1}, {-7, 6, -1}, {9, 9, 1}}) {
+        playback.step(by);
+        EXPECT_EQ(playback.frame(), frame) << by;
+        EXPECT_EQ(playback.direction(), direction) << by;
+    }
+    EXPECT_EQ(playback.frames_in_range(), (Frames{3, 4, 6, 9}));
+    playback.set_range({{6, 4}});
+    EXPECT_EQ(playback.range(), (std::array<int, 2>{4, 6}));
+    EXPECT_EQ(playback.frames_in_range(), (Frames{4, 6}));
+    playback.set_range({});
+    EXPECT_EQ(playback.frames_in_range(), (Frames{3, 4, 6, 9}));
+    playback.set_fps(0);
+    EXPECT_EQ(playback.fps(), 1);
+}
+
+TEST_F(PlaybackTest, PlaysAtItsRate) {
+    const FrameStore store(settings_, 1, [] {});
+    Playback playback(store, 6);
+    EXPECT_EQ(playback.fps(), 24);
+    playback.set_fps(2);
+    playback.play_on(later(9));
+    EXPECT_EQ(playback.frame(), 6) << "stopped";
+    const auto plays = [&](int direction) {
+        playback.play(direction);
+        Frames frames;
+        double at = 0;
+        for (int i = 0; i < 4; ++i) {
+            playback.play_on(later(at += 0.25));  // less than half a second after the last
+            frames.push_back(playback.frame());
+            playback.play_on(later(at += 0.5));
+            EXPECT_EQ(playback.direction(), direction);
+        }
+        return frames;
+    };
+    EXPECT_EQ(plays(1), (Frames{6, 9, 3, 4}));
+    EXPECT_EQ(playback.frame(), 6);
+    EXPECT_EQ(plays(-1), (Frames{6, 4, 3, 9}));
+    EXPECT_EQ(playback.frames_played(), 8);
+    playback.set_range({{4, 6}});
+    playback.go_to(9);
+    EXPECT_EQ(plays(1), (Frames{9, 4, 6, 4}));
+    playback.go_to(3);
+    EXPECT_EQ(plays(-1), (Frames{3, 6, 4, 6}));
+}
+
+TEST_F(PlaybackTest, FillsTheRangeAndComesBack) {
+    const FrameStore store(settings_, 1, [] {});
+    Playback playback(store, 9);
+    // From each frame, also the second time.
+    for (const int from : {9, 3}) {
+        playback.go_to(from);
+        playback.set_range({{4, 8}});
+        playback.play(-1);
+        playback.fill_results(true);
+        EXPECT_TRUE(playback.filling());
+        EXPECT_EQ(playback.playing(), 0);
+        EXPECT_EQ(playback.frame(), 4);
+        EXPECT_TRUE(playback.fill_on({4}, true));
+        EXPECT_EQ(playback.frame(), 6);
+        EXPECT_TRUE(playback.filling());
+        EXPECT_TRUE(playback.fill_on({4, 6}, false)) << "no room is needed any more";
+        EXPECT_FALSE(playback.filling());
+        EXPECT_EQ(playback.frame(), from);
+    }
+    playback.set_range({});
+    playback.fill_results(true);
+    EXPECT_TRUE(playback.fill_on({3, 4}, true));
+    EXPECT_EQ(playback.frame(), 6) << "4 is kept";
+    EXPECT_EQ(playback.direction(), 1);
+    EXPECT_FALSE(playback.fill_on({3, 4, 6}, false)) << "no room";
+    EXPECT_FALSE(playback.filling());
+    EXPECT_EQ(playback.frame(), 3);
+    playback.fill_results(true);
+    playback.play(1);
+    EXPECT_FALSE(playback.filling()) << "play ends it";
+    playback.set_range({{7, 8}});
+    playback.fill_results(true);
+    EXPECT_FALSE(playback.filling()) << "no frame in the range";
 }
 
 }  // namespace

@@ -282,9 +282,59 @@ TEST_F(SessionTest, AnyPlaneIsShown) {
     EXPECT_EQ(session_->painted().image->data, paint(job).image->data);
 }
 
+// A draft is of its own frame and scale.
+TEST_F(SessionTest, TheWorkerFiltersWhatIsAskedFor) {
+    const std::string fxaa = "postchain: 1\npasses: [fxaa]\n";
+    settings_.open.chain = parse_chain(fxaa, "", builtin_passes()).chain.clone();
+    open();
+    SharedFrame sources[2];
+    for (const int frame : {1, 2}) {
+        session_->playback().go_to(frame);
+        settle();
+        sources[frame - 1] = session_->source();
+    }
+    const auto worker = FilterWorker::start(session_->settings().context, {}, [] {});
+    ASSERT_TRUE(worker.ok());
+    const auto chain = std::make_shared<const Chain>(document().chain_at(1));
+    uint64_t id = 0;
+    const auto filtered = [&](int source, double scale, const std::string& texture = "") {
+        FilterRequest request;
+        request.id = ++id;
+        request.source = sources[source];
+        request.chain = chain;
+        request.scale = scale;
+        request.texture = texture;
+        (*worker)->submit(std::move(request));
+        std::vector<FilterResult> results;
+        EXPECT_TRUE(wait_for([&] {
+            results = (*worker)->take();
+            return !results.empty();
+        }));
+        EXPECT_EQ(results.size(), 1u);
+        EXPECT_TRUE(results[0].status.ok()) << results[0].status.message();
+        EXPECT_EQ(results[0].request.id, id);
+        EXPECT_EQ(results[0].texture != nullptr, !texture.empty());
+        EXPECT_EQ(results[0].color->width, int(64 * scale));
+        EXPECT_EQ(results[0].color->height, int(48 * scale));
+        return std::move(results[0]);
+    };
+    const ImageF first = *filtered(0, 0.5).color, second = *filtered(1, 0.5).color;
+    filtered(1, 0.25);
+    EXPECT_NE(first.data, second.data);
+    EXPECT_EQ(filtered(0, 0.5).color->data, first.data);
+    EXPECT_EQ(filtered(1, 1).color->data, session_->shown().color->data);
+    const auto luma = filtered(1, 0.25, "0.fxaa.luma").texture;
+    ASSERT_TRUE(luma);
+    EXPECT_EQ(luma->width, 16);
+    EXPECT_EQ(luma->channels, 1);
+    EXPECT_TRUE((*worker)->idle());
+}
+
 TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {
     fs::create_directory(path("truth"));
-    fs::copy_file(path("in.0002.exr"), path("truth/in.0001.exr"));
+    for (const int frame : {1, 2})
+        fs::copy_file(path(concat("in.000", frame + 1, ".exr")),
+                      path(concat("truth/in.000", frame, ".exr")));
     settings_.truth = settings_.run;
     settings_.truth->input = frames_of("truth/in.####.exr");
     open();
@@ -297,16 +347,40 @@ TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {
         {CompareTarget::before, test::read_color(path("in.0001.exr"))},
         {CompareTarget::other_chain, as_held},
         {CompareTarget::truth, test::read_color(path("in.0002.exr"))}};
-    for (const auto& [target, other] : cases) {
+    const auto compares_with = [&](CompareTarget target, const ImageF& other) {
         session_->view().target = target;
         const Rgba expected = *painted(other, Look::color, session_->view().display);
-        ASSERT_TRUE(wait_for([&] {
-            const auto& shown = session_->painted().other;
-            return shown && shown->data == expected.data && session_->at_rest();
-        })) << int(target);
+        settle();
+        ASSERT_TRUE(wait_for([&] { return session_->painted().other && session_->at_rest(); }));
+        EXPECT_EQ(session_->painted().other->data, expected.data) << int(target);
         EXPECT_FALSE(session_->painted().metrics.empty());
         EXPECT_TRUE(session_->painted().map) << int(target);
-    }
+    };
+    for (const auto& [target, other] : cases) compares_with(target, other);
+    // On another frame, and with another chain B on the same one.
+    const auto kept = [&](int64_t samples) {
+        EXPECT_TRUE(document().set(0, "samples", samples).ok());
+        const ImageF color = as_run(session_->playback().frame());
+        session_->keep_as_other_chain();
+        EXPECT_TRUE(document().set(0, "samples", int64_t(2)).ok());
+        return color;
+    };
+    session_->playback().go_to(2);
+    compares_with(CompareTarget::before, test::read_color(path("in.0002.exr")));
+    compares_with(CompareTarget::truth, test::read_color(path("in.0003.exr")));
+    EXPECT_TRUE(document().set(0, "samples", int64_t(8)).ok());
+    const ImageF as_at_first = as_run(2);
+    EXPECT_TRUE(document().set(0, "samples", int64_t(2)).ok());
+    compares_with(CompareTarget::other_chain, as_at_first);
+    compares_with(CompareTarget::other_chain, kept(4));
+    compares_with(CompareTarget::other_chain, kept(6));
+    ASSERT_FALSE(HasFailure());
+    // One that fails says so, and the next one is compared again.
+    EXPECT_TRUE(document().set_camera("focal_length_mm", ParameterValue()).ok());
+    session_->keep_as_other_chain();
+    EXPECT_TRUE(document().set_camera("focal_length_mm", 50.0).ok());
+    ASSERT_TRUE(wait_for([&] { return says("chain B: "); }));
+    compares_with(CompareTarget::other_chain, kept(4));
 }
 
 TEST_F(SessionTest, AGroundTruthOfAnotherSizeIsNotCompared) {
@@ -471,6 +545,38 @@ TEST_F(SessionTest, EditsOfAViewerThatWasKilledComeBack) {
     session_.reset();
     open_again();
     EXPECT_FALSE(says("restored")) << "all is saved";
+}
+
+TEST_F(SessionTest, ADamagedRecoveryFileIsTold) {
+    const auto open_with = [&](const std::string& left) {
+        settings_ = given_settings();
+        settings_.open.recovery_folder = path("state");
+        session_.reset();
+        for (const auto& entry : fs::directory_iterator(path("state")))
+            if (entry.path().extension() == ".json") write_text(entry.path().string(), left);
+        open();
+        EXPECT_FALSE(document().can_undo() && says("damaged")) << left;
+        return says("the recovery file is damaged; its edits are lost");
+    };
+    fs::create_directory(path("state"));
+    EXPECT_FALSE(open_with(""));
+    EXPECT_TRUE(document().set_camera("f_stop", 4.0).ok());
+    const auto file = [&]() -> fs::path {
+        for (const auto& entry : fs::directory_iterator(path("state")))
+            if (entry.path().extension() == ".json") return entry.path();
+        return {};
+    };
+    ASSERT_TRUE(wait_for([&] { return !file().empty(); }));
+    const std::string whole = test::read_text(file().string());
+    const std::string chain = whole.substr(0, whole.find("\"off\""));
+    EXPECT_FALSE(open_with(whole));
+    EXPECT_EQ(document().chain().camera.f_stop, 4.0);
+    for (const std::string& left :
+         {whole.substr(0, whole.size() / 2), std::string("{}"), std::string("[]"),
+          chain + R"("off": [false], "focus_keys": {}})", chain + R"("off": 1, "focus_keys": {}})",
+          chain + R"("off": [false, false], "focus_keys": {"x": 1}})",
+          chain + R"("off": [false, false], "focus_keys": {"1": "near"}})"})
+        EXPECT_TRUE(open_with(left)) << left;
 }
 
 TEST_F(SessionTest, OnlyTheirOwnFilesAreReplaced) {

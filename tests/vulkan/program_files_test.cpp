@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -113,6 +114,24 @@ TEST(ProgramFiles, AreBoundAsTheIndexSays) {
 
     const Transcript whole(kExpected);
     for (const fs::path& folder : {hlsl, msl}) say(in_order(folder, "common/keep.comp"));
+    std::set<std::string> lines;  // keys are in another order with each change of a shader
+    for (const json& program : of_msl.at("programs")) {
+        std::string line = concat(program.at("shader").get<std::string>(), ": group_size ",
+                                  program.at("group_size").dump(), ", shared_bytes ",
+                                  program.at("shared_bytes").dump());
+        for (const json& note : program.at("notes"))
+            if (note.dump().find("precise") == std::string::npos) line += ", " + note.dump();
+        std::set<std::string> units;
+        for (const json& unit : program.at("units")) {
+            std::string text = "\n ";
+            for (const char* key : {"argument", "name", "access", "type"})
+                text += " " + unit.at(key).get<std::string>();
+            units.insert(text);
+        }
+        for (const std::string& unit : units) line += unit;
+        lines.insert(line);
+    }
+    for (const std::string& line : lines) Transcript::say(line);
     const json gather = program_of(of_hlsl, "inverse_warp/gather.comp");
     const json list = {
         {"kind", "list"},    {"unit", 0},  {"name", "work_list"},        {"access", "read"},
@@ -166,6 +185,33 @@ TEST(ProgramFiles, TheIndexHasTheLayoutOfTheUniformBlock) {
     EXPECT_EQ(import.at("uniforms").at("bytes"), sizeof(GuestUniforms));
     EXPECT_THAT(import.at("uniforms").at("members"),
                 Contains(member("sky_y", "vec4", offsetof(GuestUniforms, sky_y))));
+}
+
+// What its frames need that others do not.
+TEST(ProgramFiles, EachOptionAddsItsPrograms) {
+    struct Case {
+        const char *option, *chain, *program;
+    };
+    constexpr Case kCases[] = {
+        {"mask", "fxaa", "guest/import_mask.comp "},
+        {"exposure", "fxaa", "guest/export.comp EXPOSURE=1"},
+        {"before", "motion_blur", "gather.comp ADAPTIVE=0 AFTER=0 BARREL=0 BEFORE=1"},
+        {"after", "motion_blur", "gather.comp ADAPTIVE=0 AFTER=1 BARREL=0 BEFORE=0"},
+        {"half-resolution", "motion_blur", "guest/export_half.comp "},
+        {"fast-math", "fxaa", " precise="}};
+    const TempFolder temp;
+    for (const Case& one : kCases) {
+        const fs::path folder = temp.path(one.option);
+        write_programs("glsl", folder, concat("--", one.option, " ", one.chain));
+        for (const Case& other : kCases) {
+            const json index = index_of(folder);
+            const bool has = std::ranges::any_of(index.at("programs"), [&](const json& program) {
+                return program.at("name").get<std::string>().find(other.program) !=
+                       std::string::npos;
+            });
+            EXPECT_EQ(has, other.option == one.option) << one.option << ", " << other.option;
+        }
+    }
 }
 
 TEST(ProgramFiles, HaveTheProgramsOfTheSet) {

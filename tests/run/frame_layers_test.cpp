@@ -194,6 +194,53 @@ TEST_F(FrameLayersTest, AMatteOfIdsNamesItsCryptomatte) {
     EXPECT_THAT(message("first:hero", many + "}"), HasSubstr("id138, id139, ..."));
 }
 
+// The ball, in the left half, and a cube are in one cryptomatte, the glass is in another.
+TEST_F(FrameLayersTest, AMatteSumsItsIdsInAllCryptomattes) {
+    test::FrameFile file;
+    const auto add = [&](const std::string& name, const char* manifest, float id, float coverage,
+                         float other, float of_other) {
+        std::map<std::string, ImageF> ranks;
+        for (const auto& [channel, value] : {std::pair("R", id), {"B", other}, {"A", of_other}})
+            ranks[channel] = ImageF(8, 8, 1, value);
+        ranks["G"] = ImageF(8, 8, 1);
+        for (int y = 0; y < 8; ++y)
+            for (int x = 0; x < 4; ++x) ranks["G"].at(x, y) = coverage;
+        for (auto& [channel, plane] : ranks) file.mattes[name + "00." + channel] = plane;
+        const std::string key = concat("cryptomatte/", name, "/");
+        file.attributes[key + "name"] = name;
+        file.attributes[key + "hash"] = std::string("MurmurHash3_32");
+        file.attributes[key + "manifest"] = std::string(manifest);
+    };
+    add("first", R"({"ball": "40000000", "cube": "40400000"})", 2, 0.25f, 3, 0.125f);
+    add("second", R"({"glass": "40800000"})", 0, 0, 4, 0.5f);
+    ImageF& mask = file.mattes["mask"] = ImageF(8, 8, 1, 0.75f);
+    mask.at(0, 0) = NAN;
+    mask.at(1, 0) = INFINITY;
+    mask.at(2, 0) = -1;
+    mask.at(3, 0) = 2;
+    test::write_frame(path_, test::make_planes(8, 8), file);
+    settings_.mattes = {"cryptomatte:ball,glass", "mask", "first:cube,ball"};
+    const FrameLayers layers = must(found());
+    const auto pixels = must(io::open_pixels(path_));
+    io::StoredFrame read;
+    read.window = pixels->parts()[0].data_window;
+    MatteFindings findings;
+    const ImageF mattes = must(read_mattes(layers, *pixels, read, findings));
+    ImageF expected(8, 24, 1);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x) {
+            const float ball = x < 4 ? 0.25f : 0;
+            expected.at(x, y) = ball + 0.5f;
+            expected.at(x, 8 + y) = 0.75f;
+            expected.at(x, 16 + y) = ball + 0.125f;
+        }
+    expected.at(0, 8) = expected.at(2, 8) = 0;
+    expected.at(1, 8) = expected.at(3, 8) = 1;
+    EXPECT_EQ(mattes, expected);
+    EXPECT_EQ(findings.faulty, 2u);
+    EXPECT_EQ(findings.warnings.size(), 2u) << "not finite, above 1";
+}
+
 TEST(FillMask, IsAboveTheLayersOfEachFrame) {
     const auto image = [](float value, int rows = 1) {
         return std::make_shared<const ImageF>(2, rows, 4, value);

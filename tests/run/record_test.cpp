@@ -238,6 +238,43 @@ TEST_F(SequenceTest, OutputsAreToldApartByWhatMadeThem) {
     EXPECT_EQ((*checked)[4].settings, "postchain test chain 1 strict");
 }
 
+// A setting that decides pixels or the file, and one that decides neither.
+TEST_F(SequenceTest, OutputsOfOtherSettingsAreToldApart) {
+    test::write_sequence(at(""), {1, 2, 3});
+    settings_.on_existing = io::OnExisting::overwrite;
+    ASSERT_TRUE(last_frame().status.ok());
+    const auto state_with = [&](const char* key) {
+        settings_.given = {{key, std::string("x")}};
+        frames("2");
+        EXPECT_TRUE(last_frame().status.ok());
+        const auto checked = check_outputs(settings_.output, {}, "");
+        EXPECT_TRUE(checked.ok()) << checked.status().message();
+        for (const size_t other : {0, 2}) EXPECT_EQ((*checked)[other].state, OutputState::whole);
+        return (*checked)[1].state;
+    };
+    for (const char* key :
+         {"input", "output", "frames", "chunk", "on_existing", "on_error", "missing", "sidecar",
+          "png", "max_memory", "mkdir", "watch", "idle", "dump_stages", "camera"})
+        EXPECT_EQ(state_with(key), OutputState::whole) << key;
+    for (const char* key : {"precision", "half", "overflow", "compression", "channels", "profile",
+                            "view_layer", "nonfinite", "aovs", "cryptomatte", "cuts"})
+        EXPECT_EQ(state_with(key), OutputState::other) << key;
+    // The text of a camera file counts, not its name.
+    for (const char* name : {"camera.json", "copy.json"})
+        test::write_text(at(name), R"({"f_stop": 2.5})");
+    test::write_text(at("other.json"), R"({"f_stop": 2})");
+    const auto state_by = [&](const char* camera) {
+        settings_.source.camera = test::must(load_camera(at(camera)));
+        return state_with("camera");
+    };
+    EXPECT_EQ(state_by("camera.json"), OutputState::other);
+    settings_.given = {};
+    frames("1-3");
+    ASSERT_TRUE(last_frame().status.ok());
+    EXPECT_EQ(state_by("copy.json"), OutputState::whole);
+    EXPECT_EQ(state_by("other.json"), OutputState::other);
+}
+
 TEST(ExitCode, OfAStatus) {
     const std::pair<StatusCode, int> codes[] = {
         {StatusCode::ok, 0},       {StatusCode::usage, 2},  {StatusCode::chain, 3},

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 
 #include "chain/frame/behind.h"
 #include "config/profile.h"
@@ -450,6 +451,61 @@ TEST_F(SequenceTest, ALayerIsWrittenInTheConventionOfColor) {
         EXPECT_LT(test::largest_difference(*layer, *color), 1e-6) << unassociated;
         const auto before = must(io::ExrFile::open(in(1))).read_channels(0, {"R", "G", "B"});
         EXPECT_GT(test::largest_difference(*color, *before), 0.01) << unassociated;
+    }
+}
+
+// The text is part of the fingerprint: what is not in it is not made again.
+TEST(FrameLayersText, NamesWhatDecidesPixels) {
+    FrameLayers plain;
+    for (const char* name : {"first", "second"}) plain.cryptomattes.emplace_back().name = name;
+    plain.filtered.resize(1);
+    plain.filtered[0].channels = {1, {"R", "G"}};
+    plain.mattes.resize(1);
+    plain.mattes[0].channel = {0, {"mask"}};
+    const std::pair<const char*, std::function<void(FrameLayers&)>> changes[] = {
+        {"nothing", [](FrameLayers&) {}},
+        {"part of a layer", [](FrameLayers& l) { l.filtered[0].channels.part = 2; }},
+        {"channel of a layer", [](FrameLayers& l) { l.filtered[0].channels.channels[1] = "B"; }},
+        {"a layer more", [](FrameLayers& l) { l.filtered.push_back(l.filtered[0]); }},
+        {"a filtered cryptomatte", [](FrameLayers& l) { l.filtered_cryptomattes = 1; }},
+        {"both", [](FrameLayers& l) { l.filtered_cryptomattes = 2; }},
+        {"some ids",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.filtered_ids[0] = {7};
+         }},
+        {"ids of the second",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.filtered_ids[1] = {7};
+         }},
+        {"other ids",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.filtered_ids[0] = {7, 8};
+         }},
+        {"no id",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.cryptomattes[0].name = "third";
+         }},
+        {"channel of a matte", [](FrameLayers& l) { l.mattes[0].channel.channels = {"other"}; }},
+        {"part of a matte", [](FrameLayers& l) { l.mattes[0].channel.part = 1; }},
+        {"ids of a matte", [](FrameLayers& l) { l.mattes[0].ids[0] = {7}; }},
+        {"cryptomatte of a matte", [](FrameLayers& l) { l.mattes[0].ids[1] = {7}; }},
+        {"two ids of a matte",
+         [](FrameLayers& l) {
+             l.mattes[0].ids[0] = {7, 8};
+         }},
+        {"no matte", [](FrameLayers& l) { l.mattes.clear(); }},
+        {"fill mask", [](FrameLayers& l) { l.fill_mask = "fill"; }},
+        {"another fill mask", [](FrameLayers& l) { l.fill_mask = "fill2"; }}};
+    std::map<std::string, std::string> names;
+    for (const auto& [name, change] : changes) {
+        FrameLayers layers = plain;
+        change(layers);
+        const auto [same, is_new] = names.try_emplace(layers.text(), name);
+        EXPECT_TRUE(is_new) << name << " has the text of " << same->second;
     }
 }
 

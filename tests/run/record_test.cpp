@@ -76,6 +76,36 @@ TEST_F(Fingerprint, DependsOnEverySettingThatChangesTheOutput) {
     EXPECT_TRUE(made_by.try_emplace(of_frame(1), "another chain").second);
 }
 
+TEST_F(Fingerprint, DependsOnEveryFileThatTheFrameReads) {
+    test::write_sequence(at(""), {1, 2, 3});
+    const std::string behind = at("behind.exr");
+    fs::copy_file(in(2), behind);
+    settings_.input.patterns.emplace(Role::behind, *io::PathPattern::parse(behind));
+    RoleSet wanted = {Role::color_before, Role::color_after, Role::behind};
+    const auto made = [&] {
+        SequenceReader reader(settings_.source, settings_.input,
+                              [&](const FrameHeader&) { return wanted; });
+        auto opened = reader.open(2, {{Role::color, in(2)}, {Role::behind, behind}});
+        EXPECT_TRUE(opened.ok()) << opened.status().message();
+        return opened.ok() ? fingerprint_of(chain_, settings_, *opened) : "";
+    };
+    std::set<std::string> all = {made()};
+    EXPECT_EQ(made(), *all.begin());
+    for (const std::string& path : {in(1), in(2), in(3), behind}) {
+        fs::last_write_time(path, fs::last_write_time(path) + std::chrono::seconds(7));
+        EXPECT_TRUE(all.insert(made()).second) << path;
+    }
+    for (const Role role : {Role::color_before, Role::color_after, Role::behind}) {
+        const RoleSet whole = std::exchange(wanted, wanted - RoleSet{role});
+        EXPECT_TRUE(all.insert(made()).second) << name_of(role);
+        wanted = whole;
+    }
+    for (const int cut : {1, 2}) {
+        settings_.source.cuts = {cut};
+        EXPECT_TRUE(all.insert(made()).second) << "cut " << cut;
+    }
+}
+
 TEST_F(Fingerprint, DependsOnNothingElse) {
     const std::string base = of_frame(1);
     settings_.strict = settings_.preview = true;

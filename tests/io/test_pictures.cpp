@@ -276,6 +276,26 @@ TEST(ImageFile, DecodesFloatsAndHasLimits) {
                 testing::HasSubstr("more than are read"));
 }
 
+// A DPX without one holds zeros, as a quotient 0, infinity or NaN.
+TEST(ImageFile, APixelAspectThatIsNoneIsOne) {
+    const TempFolder folder;
+    const std::string path = folder.path("i.dpx");
+    test::must(
+        write_picture(path, ImageF(3, 4, 4, 0.5f), {.format = image_format_of(path)}, "", 0, {}));
+    std::string bytes = read_text(path);
+    constexpr size_t kAt = 1628;  // of two numbers: across, down
+    const size_t low = bytes.starts_with("SDPX") ? 3 : 0;
+    for (const auto& [across, down, aspect] :
+         {std::tuple(2, 1, 2.0), {1, 2, 0.5}, {0, 0, 1.0}, {0, 1, 1.0}, {1, 0, 1.0}}) {
+        bytes.replace(kAt, 8, std::string(8, '\0'));
+        bytes[kAt + low] = char(across);
+        bytes[kAt + 4 + low] = char(down);
+        test::write_text(path, bytes);
+        EXPECT_EQ(test::must(ImageFile::open(path)).parts()[0].pixel_aspect, aspect)
+            << across << ":" << down;
+    }
+}
+
 // Its pixels are kept until the whole image has been read.
 TEST(ImageFile, KeepsItsPixelsOnlyBetweenReadsOfRows) {
     const TempFolder folder;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 
 #include "chain/frame/behind.h"
 #include "config/profile.h"
@@ -192,6 +193,53 @@ TEST_F(FrameLayersTest, AMatteOfIdsNamesItsCryptomatte) {
     std::string many = "{";
     for (int i = 100; i < 141; ++i) many += concat(i > 100 ? ", " : "", "\"id", i, "\": \"7\"");
     EXPECT_THAT(message("first:hero", many + "}"), HasSubstr("id138, id139, ..."));
+}
+
+// The ball, in the left half, and a cube are in one cryptomatte, the glass is in another.
+TEST_F(FrameLayersTest, AMatteSumsItsIdsInAllCryptomattes) {
+    test::FrameFile file;
+    const auto add = [&](const std::string& name, const char* manifest, float id, float coverage,
+                         float other, float of_other) {
+        std::map<std::string, ImageF> ranks;
+        for (const auto& [channel, value] : {std::pair("R", id), {"B", other}, {"A", of_other}})
+            ranks[channel] = ImageF(8, 8, 1, value);
+        ranks["G"] = ImageF(8, 8, 1);
+        for (int y = 0; y < 8; ++y)
+            for (int x = 0; x < 4; ++x) ranks["G"].at(x, y) = coverage;
+        for (auto& [channel, plane] : ranks) file.mattes[name + "00." + channel] = plane;
+        const std::string key = concat("cryptomatte/", name, "/");
+        file.attributes[key + "name"] = name;
+        file.attributes[key + "hash"] = std::string("MurmurHash3_32");
+        file.attributes[key + "manifest"] = std::string(manifest);
+    };
+    add("first", R"({"ball": "40000000", "cube": "40400000"})", 2, 0.25f, 3, 0.125f);
+    add("second", R"({"glass": "40800000"})", 0, 0, 4, 0.5f);
+    ImageF& mask = file.mattes["mask"] = ImageF(8, 8, 1, 0.75f);
+    mask.at(0, 0) = NAN;
+    mask.at(1, 0) = INFINITY;
+    mask.at(2, 0) = -1;
+    mask.at(3, 0) = 2;
+    test::write_frame(path_, test::make_planes(8, 8), file);
+    settings_.mattes = {"cryptomatte:ball,glass", "mask", "first:cube,ball"};
+    const FrameLayers layers = must(found());
+    const auto pixels = must(io::open_pixels(path_));
+    io::StoredFrame read;
+    read.window = pixels->parts()[0].data_window;
+    MatteFindings findings;
+    const ImageF mattes = must(read_mattes(layers, *pixels, read, findings));
+    ImageF expected(8, 24, 1);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x) {
+            const float ball = x < 4 ? 0.25f : 0;
+            expected.at(x, y) = ball + 0.5f;
+            expected.at(x, 8 + y) = 0.75f;
+            expected.at(x, 16 + y) = ball + 0.125f;
+        }
+    expected.at(0, 8) = expected.at(2, 8) = 0;
+    expected.at(1, 8) = expected.at(3, 8) = 1;
+    EXPECT_EQ(mattes, expected);
+    EXPECT_EQ(findings.faulty, 2u);
+    EXPECT_EQ(findings.warnings.size(), 2u) << "not finite, above 1";
 }
 
 TEST(FillMask, IsAboveTheLayersOfEachFrame) {
@@ -403,6 +451,61 @@ TEST_F(SequenceTest, ALayerIsWrittenInTheConventionOfColor) {
         EXPECT_LT(test::largest_difference(*layer, *color), 1e-6) << unassociated;
         const auto before = must(io::ExrFile::open(in(1))).read_channels(0, {"R", "G", "B"});
         EXPECT_GT(test::largest_difference(*color, *before), 0.01) << unassociated;
+    }
+}
+
+// The text is part of the fingerprint: what is not in it is not made again.
+TEST(FrameLayersText, NamesWhatDecidesPixels) {
+    FrameLayers plain;
+    for (const char* name : {"first", "second"}) plain.cryptomattes.emplace_back().name = name;
+    plain.filtered.resize(1);
+    plain.filtered[0].channels = {1, {"R", "G"}};
+    plain.mattes.resize(1);
+    plain.mattes[0].channel = {0, {"mask"}};
+    const std::pair<const char*, std::function<void(FrameLayers&)>> changes[] = {
+        {"nothing", [](FrameLayers&) {}},
+        {"part of a layer", [](FrameLayers& l) { l.filtered[0].channels.part = 2; }},
+        {"channel of a layer", [](FrameLayers& l) { l.filtered[0].channels.channels[1] = "B"; }},
+        {"a layer more", [](FrameLayers& l) { l.filtered.push_back(l.filtered[0]); }},
+        {"a filtered cryptomatte", [](FrameLayers& l) { l.filtered_cryptomattes = 1; }},
+        {"both", [](FrameLayers& l) { l.filtered_cryptomattes = 2; }},
+        {"some ids",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.filtered_ids[0] = {7};
+         }},
+        {"ids of the second",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.filtered_ids[1] = {7};
+         }},
+        {"other ids",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.filtered_ids[0] = {7, 8};
+         }},
+        {"no id",
+         [](FrameLayers& l) {
+             l.filtered_cryptomattes = 2;
+             l.cryptomattes[0].name = "third";
+         }},
+        {"channel of a matte", [](FrameLayers& l) { l.mattes[0].channel.channels = {"other"}; }},
+        {"part of a matte", [](FrameLayers& l) { l.mattes[0].channel.part = 1; }},
+        {"ids of a matte", [](FrameLayers& l) { l.mattes[0].ids[0] = {7}; }},
+        {"cryptomatte of a matte", [](FrameLayers& l) { l.mattes[0].ids[1] = {7}; }},
+        {"two ids of a matte",
+         [](FrameLayers& l) {
+             l.mattes[0].ids[0] = {7, 8};
+         }},
+        {"no matte", [](FrameLayers& l) { l.mattes.clear(); }},
+        {"fill mask", [](FrameLayers& l) { l.fill_mask = "fill"; }},
+        {"another fill mask", [](FrameLayers& l) { l.fill_mask = "fill2"; }}};
+    std::map<std::string, std::string> names;
+    for (const auto& [name, change] : changes) {
+        FrameLayers layers = plain;
+        change(layers);
+        const auto [same, is_new] = names.try_emplace(layers.text(), name);
+        EXPECT_TRUE(is_new) << name << " has the text of " << same->second;
     }
 }
 

@@ -73,6 +73,7 @@ class OcioTest : public FormatsTest {
 };
 
 TEST_F(OcioTest, StoredValuesOfAColorSpaceAreReadAsItsTransformSays) {
+    set_variable("OCIO", at("none.ocio"));  // the option counts
     const Kind kind{"c.png", kByte, 8, 3, true};
     const Stored picture = noise_of(kind);
     write_picture(at("c.png"), kind, picture);
@@ -105,6 +106,7 @@ TEST_F(OcioTest, StoredValuesOfAColorSpaceAreReadAsItsTransformSays) {
 }
 
 TEST_F(OcioTest, LightIsStoredInAColorSpaceOrAsAViewShowsIt) {
+    set_variable("OCIO", at("none.ocio"));  // the option counts
     std::vector<std::array<float, 4>> pixels;
     std::vector<Triple> codes;
     for (int i = 0; i < 64; ++i) {
@@ -263,6 +265,8 @@ TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
     EXPECT_EQ(preview(with_config({"--ocio-display", "wall"})), (Codes{255, 255, 0, 255, 128, 0}));
     set_variable("OCIO", config());
     EXPECT_EQ(preview({}), plain);
+    set_variable("OCIO", at("none.ocio"));
+    EXPECT_EQ(preview(with_config({})), plain) << "the option counts";
     set_variable("OCIO", "");
     EXPECT_EQ(preview({})[0], 155);  // (0.5 / 1.5)^(1/2.2)
 }

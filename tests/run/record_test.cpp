@@ -76,6 +76,36 @@ TEST_F(Fingerprint, DependsOnEverySettingThatChangesTheOutput) {
     EXPECT_TRUE(made_by.try_emplace(of_frame(1), "another chain").second);
 }
 
+TEST_F(Fingerprint, DependsOnEveryFileThatTheFrameReads) {
+    test::write_sequence(at(""), {1, 2, 3});
+    const std::string behind = at("behind.exr");
+    fs::copy_file(in(2), behind);
+    settings_.input.patterns.emplace(Role::behind, *io::PathPattern::parse(behind));
+    RoleSet wanted = {Role::color_before, Role::color_after, Role::behind};
+    const auto made = [&] {
+        SequenceReader reader(settings_.source, settings_.input,
+                              [&](const FrameHeader&) { return wanted; });
+        auto opened = reader.open(2, {{Role::color, in(2)}, {Role::behind, behind}});
+        EXPECT_TRUE(opened.ok()) << opened.status().message();
+        return opened.ok() ? fingerprint_of(chain_, settings_, *opened) : "";
+    };
+    std::set<std::string> all = {made()};
+    EXPECT_EQ(made(), *all.begin());
+    for (const std::string& path : {in(1), in(2), in(3), behind}) {
+        fs::last_write_time(path, fs::last_write_time(path) + std::chrono::seconds(7));
+        EXPECT_TRUE(all.insert(made()).second) << path;
+    }
+    for (const Role role : {Role::color_before, Role::color_after, Role::behind}) {
+        const RoleSet whole = std::exchange(wanted, wanted - RoleSet{role});
+        EXPECT_TRUE(all.insert(made()).second) << name_of(role);
+        wanted = whole;
+    }
+    for (const int cut : {1, 2}) {
+        settings_.source.cuts = {cut};
+        EXPECT_TRUE(all.insert(made()).second) << "cut " << cut;
+    }
+}
+
 TEST_F(Fingerprint, DependsOnNothingElse) {
     const std::string base = of_frame(1);
     settings_.strict = settings_.preview = true;
@@ -236,6 +266,43 @@ TEST_F(SequenceTest, OutputsAreToldApartByWhatMadeThem) {
         EXPECT_EQ((*checked)[i].state, states[i]) << (*checked)[i].why << i;
     EXPECT_TRUE((*checked)[2].settings.find(" strict") != std::string::npos);
     EXPECT_EQ((*checked)[4].settings, "postchain test chain 1 strict");
+}
+
+// A setting that decides pixels or the file, and one that decides neither.
+TEST_F(SequenceTest, OutputsOfOtherSettingsAreToldApart) {
+    test::write_sequence(at(""), {1, 2, 3});
+    settings_.on_existing = io::OnExisting::overwrite;
+    ASSERT_TRUE(last_frame().status.ok());
+    const auto state_with = [&](const char* key) {
+        settings_.given = {{key, std::string("x")}};
+        frames("2");
+        EXPECT_TRUE(last_frame().status.ok());
+        const auto checked = check_outputs(settings_.output, {}, "");
+        EXPECT_TRUE(checked.ok()) << checked.status().message();
+        for (const size_t other : {0, 2}) EXPECT_EQ((*checked)[other].state, OutputState::whole);
+        return (*checked)[1].state;
+    };
+    for (const char* key :
+         {"input", "output", "frames", "chunk", "on_existing", "on_error", "missing", "sidecar",
+          "png", "max_memory", "mkdir", "watch", "idle", "dump_stages", "camera"})
+        EXPECT_EQ(state_with(key), OutputState::whole) << key;
+    for (const char* key : {"precision", "half", "overflow", "compression", "channels", "profile",
+                            "view_layer", "nonfinite", "aovs", "cryptomatte", "cuts"})
+        EXPECT_EQ(state_with(key), OutputState::other) << key;
+    // The text of a camera file counts, not its name.
+    for (const char* name : {"camera.json", "copy.json"})
+        test::write_text(at(name), R"({"f_stop": 2.5})");
+    test::write_text(at("other.json"), R"({"f_stop": 2})");
+    const auto state_by = [&](const char* camera) {
+        settings_.source.camera = test::must(load_camera(at(camera)));
+        return state_with("camera");
+    };
+    EXPECT_EQ(state_by("camera.json"), OutputState::other);
+    settings_.given = {};
+    frames("1-3");
+    ASSERT_TRUE(last_frame().status.ok());
+    EXPECT_EQ(state_by("copy.json"), OutputState::whole);
+    EXPECT_EQ(state_by("other.json"), OutputState::other);
 }
 
 TEST(ExitCode, OfAStatus) {

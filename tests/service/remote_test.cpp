@@ -346,6 +346,32 @@ TEST_F(Remote, FilesMayComeLateOverNfs) {
     EXPECT_EQ(queue_->count(), 1u);
 }
 
+// With the wait for files in each attempt, and as many attempts after a retry.
+TEST_F(Remote, AttemptsAreAlike) {
+    remote_.lag = std::chrono::milliseconds(120);
+    open();
+    size_t tasks = 0;
+    for (const std::string& request :
+         {body(R"(, "frames": "1")"),
+          std::string(R"({"kind": "ab", "chain": "fast", "chain_b": "paper", "frames": "1",
+                          "input": "in.####.exr", "output": "report"})")}) {
+        const std::string id = submit(request);
+        for (int attempt = 1; attempt <= 2 * attempts_; ++attempt) {
+            ASSERT_TRUE(holds(++tasks)) << attempt;
+            const auto end = std::chrono::steady_clock::now();
+            queue_->end(tasks - 1, 0, 1, "task 1: FAILED");
+            if (attempt % attempts_ == 0) {
+                EXPECT_EQ(ended(id).state, JobState::failed);
+                if (attempt == attempts_) retry(id);
+            } else {
+                ASSERT_TRUE(holds(tasks + 1)) << attempt;
+            }
+            EXPECT_GE(std::chrono::steady_clock::now() - end, remote_.lag) << attempt;
+        }
+        EXPECT_EQ(queue_->count(), tasks);
+    }
+}
+
 // What a task writes: a report, and its exit code.
 void write_report(const std::string& folder, const std::string& codes, int code,
                   const std::string& variants = "[]",
@@ -383,8 +409,10 @@ TEST_F(Remote, AnExperimentIsOneTask) {
     EXPECT_TRUE(says(id, "3/6 frame 2, fast"));
     EXPECT_EQ(test::count_of(types_of(id), "progress"), 2) << "it says each once";
     // A node dies: another attempt. Then the task exceeds a limit, and has written its report.
+    std::ofstream(handed.log_folder + "/1.exit") << 1;
     queue_->end(0, 0, 1, "task 1: NODE_FAIL");
     ASSERT_TRUE(holds(2));
+    EXPECT_FALSE(fs::exists(handed.log_folder + "/1.exit")) << "a code of the first attempt";
     write_report(root("report"), handed.log_folder, 8);
     queue_->end(1, 0, 1, "task 1: FAILED");
     const Job done = ended(id);
@@ -437,8 +465,10 @@ TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {
                                          "  - {name: two, input: in.####.exr, truth: in.####.exr, "
                                          "frames: 3-4}\nchains: {x: fast, y: paper}\n";
     open();
-    const std::string id = submit(R"({"kind": "study", "study": "study.yaml", "output": "made"})");
+    const std::string id = submit(
+        R"({"kind": "study", "study": "study.yaml", "output": "made", "on_existing": "overwrite"})");
     ASSERT_TRUE(holds(2));
+    EXPECT_THAT(queue_->jobs[0].command, testing::Contains("--on-existing=skip"));
     using Words = std::vector<std::vector<std::string>>;
     EXPECT_EQ(queue_->jobs[0].tasks, (Words{{"--chunk=1/2"}, {"--chunk=2/2"}}));
     EXPECT_EQ(queue_->jobs[1].tasks, Words(1));
@@ -454,8 +484,12 @@ TEST_F(Remote, AStudyIsAnArrayWithAReportAfterIt) {
     queue_->end(0, 2, 0);
     usleep(100'000);
     EXPECT_EQ(job(id).state, JobState::running) << "the report is not there";
+    const std::string code = queue_->jobs[1].log_folder + "/1.exit";
+    std::ofstream(code) << 1;
     queue_->end(1, 0, 1, "task 1: FAILED");
     ASSERT_TRUE(holds(4)) << "both again";
+    EXPECT_FALSE(fs::exists(code)) << "of the first attempt";
+    EXPECT_TRUE(fs::exists(root("made/tasks/one.x_vs_y.json"))) << "it need not be made again";
     EXPECT_THAT(test::problem_of(service_->forget(user(), id)).detail,
                 HasSubstr("cancel it first, and wait until its tasks are canceled too"));
     test::got(service_->cancel(user(), id));

@@ -404,9 +404,11 @@ TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
 class MakesWay : public Jobs {
   protected:
     // A job of HeldPass ends behind one of a larger priority that comes while it is under way.
-    std::string made_way(const std::string& slow_body) {
+    std::string made_way(
+        const std::string& slow_body, const std::function<void()>& then = [] {}) {
         const std::string slow = submit(slow_body);
         EXPECT_TRUE(waits());
+        then();
         const std::string urgent = submit(in_folder(body(R"(, "frames": "1-3")"), "first"));
         EXPECT_EQ(got(service_->change(user(), urgent, R"({"priority": 9})")).priority, 9);
         HeldPass::held = false;
@@ -452,9 +454,19 @@ TEST_F(MakesWay, AStudy) {
                         {"settings", {{"repeats", 1}}},
                         {"scenes", scenes}};
     hold();
-    const std::string slow = made_way(
-        json({{"kind", "study"}, {"study", study}, {"output", "study"}, {"priority", -1}}).dump());
+    fs::create_directories(root("study/tasks"));
+    std::ofstream(root("study/.postchain-study")) << "This folder is a study of postchain.\n";
+    const std::string result = root("study/tasks/s0.held_vs_plain.json"), first = outside("first");
+    std::ofstream(result) << "of an earlier study";
+    const std::string slow = made_way(json({{"kind", "study"},
+                                            {"study", study},
+                                            {"output", "study"},
+                                            {"on_existing", "overwrite"},
+                                            {"priority", -1}})
+                                          .dump(),
+                                      [&] { fs::create_hard_link(result, first); });
     EXPECT_EQ(job(slow).exit_code, 1);
+    EXPECT_TRUE(fs::equivalent(result, first)) << "it is not measured again";
     EXPECT_THAT(job(slow).message, HasSubstr("scene s2: "));
     const std::string report = test::read_text(root("study/report.json"));
     EXPECT_EQ(json::parse(report)["scenes"].size(), 4u);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <functional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -441,6 +442,62 @@ TEST_F(StoreTest, ARetryIsOfOneJob) {
         EXPECT_EQ(frame(other, 1).state, FrameState::quarantined);
         EXPECT_EQ(frame(other, 1).message, "why");
         EXPECT_EQ(job(other).failed, 1);
+    }
+}
+
+TEST_F(StoreTest, ARetriedJobIsAsOneThatHasNotEnded) {
+    const std::string id = running(4);
+    write(id, 1, 70);
+    ASSERT_TRUE(store_->frame_ends(id, {2, FrameState::missing, "is not there"}).ok());
+    for (int attempt = 1; attempt <= 3; ++attempt) {
+        begin(id, 3);
+        ASSERT_TRUE(store_->frame_fails(id, 3, "why").ok());
+    }
+    Job ended = job(id);
+    const int64_t started = ended.started_ms;
+    std::tie(ended.state, ended.message, ended.exit_code, ended.verdict) =
+        std::tuple(JobState::failed, "why", 4, "B is closer");
+    ASSERT_TRUE(store_->end(ended).ok());
+    EXPECT_EQ(job(id).failed, 2);
+    ASSERT_TRUE(store_->retry(id)->done);
+    const Job again = job(id);
+    EXPECT_EQ(std::tuple(again.state, again.message, again.exit_code, again.verdict, again.ended_ms,
+                         again.started_ms),
+              std::tuple(JobState::queued, "", 0, "", 0, started));
+    EXPECT_EQ(std::tuple(again.frames, again.done, again.failed, again.bytes),
+              std::tuple(4, 1, 0, 70));
+    for (int number : {2, 3, 4}) {
+        const JobFrame one = frame(id, number);
+        EXPECT_EQ(std::tuple(one.state, one.attempts, one.message),
+                  std::tuple(FrameState::waiting, 0, ""))
+            << number;
+    }
+    EXPECT_EQ(*store_->start(id), 1) << "its first attempt";
+}
+
+// Of a job: those since its last progress.
+TEST_F(StoreTest, DeathsCountUntilAFrameHasEnded) {
+    const std::pair<std::function<Status(const std::string&)>, int> cases[] = {
+        {[](const std::string&) { return Status(); }, 3},
+        {[&](const std::string& id) {
+             return store_->frame_ends(id, {1, FrameState::written});
+         },
+         1},
+        {[&](const std::string& id) {
+             return store_->frame_ends(id, {1, FrameState::missing});
+         },
+         1},
+        {[&](const std::string& id) { return store_->frame_fails(id, 1, "why"); }, 1},
+        {[&](const std::string& id) { return store_->requeue(id, "why", true); }, 3},
+        {[&](const std::string& id) { return store_->requeue(id, "why", false); }, 1}};
+    for (size_t i = 0; i < std::size(cases); ++i) {
+        const std::string id = running(2);
+        open();
+        ASSERT_EQ(*store_->start(id), 2) << i;
+        ASSERT_TRUE(cases[i].first(id).ok()) << i;
+        open();
+        EXPECT_EQ(*store_->start(id), cases[i].second) << i;
+        ASSERT_TRUE(*store_->cancel(id));
     }
 }
 

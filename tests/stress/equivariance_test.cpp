@@ -125,6 +125,18 @@ TEST_F(Equivariance, NonFiniteResultsAreCounted) {
     EXPECT_EQ(finite.value, double(cell.planes[Role::color].data.size()));
 }
 
+// Otherwise a driver whose results differ from run to run would pass.
+TEST_F(Equivariance, RepeatRunsTheCellOnceMore) {
+    const Subject copies{"faulty", chain_with(Fault::none)};
+    const MatrixCell& cell = find_cell("object 40 px, ground still");
+    for (const auto& [check, runs] :
+         {std::pair("finite", 1u), {"repeat", 2u}, {"constant", 2u}, {"mirror", 2u}}) {
+        const uint64_t before = executor_->counters().dispatches;
+        test::must(measure(*executor_, copies, cell, Precision::fp32, nullptr, {check}));
+        EXPECT_EQ(executor_->counters().dispatches - before, runs) << check;
+    }
+}
+
 // Behind a steep lens the depth changes by 1e-5, not 1e-4: f-stop and focus distance make R change
 // by 25,000 px. At inverse depth 1 the result changes by |noise|, whose mean is a half, times that.
 TEST_F(Equivariance, ContinuityIsRelativeToTheChangeThatWasMade) {

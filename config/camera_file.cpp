@@ -140,6 +140,7 @@ class CameraParser {
         const Status status = angle ? shutter_angle(*row, node, camera)
                                     : set_row(camera_parameters(), &camera, *row, value);
         if (!status.ok()) reporter_.error(node, path, status.message());
+        if (row->get(&camera) == ParameterValue()) return true;  // null
         const Origin origin = {kFromCameraFile, concat(file_.file_name, ":", name.line)};
         if (!origins.emplace(row->key, origin).second)
             reporter_.error(

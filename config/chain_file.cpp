@@ -122,10 +122,10 @@ class ChainParser {
             const Status status = row ? set_row(table, parameters, *row, value)
                                       : table.set(parameters, key.text, ParameterValue());
             if (!status.ok()) reporter_.error(row ? value : key, at, status.message());
-            if (row) chain_.origins[at] = {kFromChain, concat(file_name_, ":", key.line)};
             good = good && status.ok();
-            if (status.ok() && !of_link && *value_of(value) != ParameterValue())
-                stated.emplace_back(row, &key);
+            if (!status.ok() || *value_of(value) == ParameterValue()) continue;
+            chain_.origins[at] = {kFromChain, concat(file_name_, ":", key.line)};
+            if (!of_link) stated.emplace_back(row, &key);
         }
         if (!good) return;
         if (Status status = own.check(of_own); !status.ok())

@@ -180,7 +180,7 @@ class ProfileParser {
             else if (key.text == "bias")
                 number(value, at, motion.bias);
             else if (number(value, at, motion.sentinel) && !(motion.sentinel > 0))
-                reporter_.error(value, at, node.describe() + " is not a number > 0");
+                reporter_.error(value, at, value.describe() + " is not a number > 0");
         }
         if (!node.find("channels")) reporter_.error(node, path, "channels are missing");
         profile_.roles[role].push_back(std::move(result));

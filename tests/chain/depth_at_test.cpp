@@ -33,10 +33,17 @@ TEST(DepthAt, IsThatOfThePlaceInTheDataWindow) {
                 {100, 30, {0.5, 0.5}, 21},
                 {100, -30, {0, 0.5}, 31},
                 {100, 80, {0, 0}, 2}};  // beyond the planes the nearest pixels
-    for (const auto& [display_width, origin_x, place, column] : rows)
+    const ImageF down =
+        test::make_image(20, 40, 1, [](int, int y, int) { return 1.0f / float(y + 1); });
+    for (const auto& [display_width, origin_x, place, column] : rows) {
         EXPECT_FLOAT_EQ(
             float(inverse_depth_at(depth, frame_of(depth, display_width, origin_x), place)),
             1 / column);
+        FrameDescription frame = frame_of(down, 20);  // likewise of rows
+        frame.display_height = display_width;
+        frame.origin_y = origin_x;
+        EXPECT_FLOAT_EQ(float(inverse_depth_at(down, frame, {place[1], place[0]})), 1 / column);
+    }
 }
 
 // A thin thing across the window, and a pixel that is no number, do not move it.

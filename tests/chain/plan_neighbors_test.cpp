@@ -33,6 +33,7 @@ TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
                   {Neighbor::before,
                    "before stands after blur, which that frame's color has not been through"}}));
     EXPECT_TRUE(plan_of(chain_of({"blur_before"}), {}, f).missing_neighbors.empty());
+    EXPECT_TRUE(plan_of(chain_of({"blur", "before"})).missing_neighbors.empty());
     EXPECT_EQ(
         plan_of(chain_of({"blur_before", "before"}), {}, f).missing_neighbors[Neighbor::before],
         "before stands after blur_before, which that frame's color has not been through");

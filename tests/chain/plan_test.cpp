@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "chain/base/text.h"
+#include "chain/frame/behind.h"
 #include "chain/pass/resolved_chain.h"
 #include "chain/plan/plan_print.h"
 #include "tests/chain/plan_support.h"
@@ -361,6 +362,51 @@ TEST(Plan, FormatsOfPlanes) {
     EXPECT_EQ((Storage{Format::r16f, 7, 5, 3}.text()), "7x5x3 r16f");
     EXPECT_EQ((Storage{Format::r16f, 7, 5, 3}.bytes()), 7u * 5 * 3 * 2);
     EXPECT_EQ((Storage{Format::r16f, 7, 5, 0}.text()), "7x5 r16f");
+}
+
+TEST(Plan, PlanesOfAStack) {
+    FrameDescription f = frame();
+    f.layers = 2;
+    f.mattes = {-1, 2, 0};  // of each pass
+    EXPECT_EQ(stacked_planes(Role::color, f), 0);
+    for (const Role role : {Role::layers, Role::layers_before, Role::layers_after})
+        EXPECT_EQ(stacked_planes(role, f), 2);
+    for (const Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
+        EXPECT_EQ(stacked_planes(role, f), 3);
+    EXPECT_EQ(stacked_planes(Role::behind, f), 3 + 2);
+}
+
+// The second surface keeps both of its motions; without the one from before, the other counts.
+TEST(Plan, TheFrameBehindIsOneStack) {
+    FramePlanes planes;
+    float value = 0;
+    for (const Role role : {Role::color, Role::inverse_depth, Role::motion, Role::motion_back})
+        for (float& one : (planes[role] = ImageF(2, 1, channels_of(role))).data) one = ++value;
+    planes[Role::layers] = ImageF(2, 2, 4, 99);
+    ImageF stack = stack_behind(planes);
+    EXPECT_EQ(stack.height, 5);
+    stack.data.resize(3 * 8);
+    EXPECT_THAT(stack.data, ElementsAre(1, 2, 3, 4, 5, 6, 7, 8,   // color
+                                        9, 0, 0, 0, 10, 0, 0, 0,  // inverse depth
+                                        11, 12, 15, 16, 13, 14, 17, 18));
+    planes.erase(Role::motion_back);
+    EXPECT_EQ(stack_behind(planes).at(1, 2, 3), 14);
+    planes.erase(Role::motion);
+    EXPECT_EQ(stack_behind(planes).at(1, 2, 3), 0);
+}
+
+TEST(Chain, ACopyHasAllOfIt) {
+    Chain chain = chain_of({"makes", "copy"});
+    chain.links[0].matte = "hero";
+    chain.links[0].matte_effect = MatteEffect::unmoved;
+    chain.camera.f_stop = 2;
+    chain.origins["camera.f_stop"] = {kFromOption, "--set camera.f_stop=2"};
+    EXPECT_NE(chain.text(), chain_of({"makes", "copy"}).text());
+    const Chain copy = chain.clone();
+    EXPECT_EQ(copy.text(), chain.text());
+    EXPECT_EQ(copy.origins, chain.origins);
+    EXPECT_EQ(chain.that_guarantees([](const Guarantees&) { return true; })->text(), chain.text());
+    EXPECT_FALSE(chain.that_guarantees([](const Guarantees&) { return false; }));
 }
 
 TEST(Planner, LifetimesAndPeakByHand) {

@@ -219,6 +219,14 @@ TEST(CameraFile, TakesTheShutterAsAnAngle) {
                 ElementsAre(HasSubstr("-180 degrees are -0.5 frames: -0.5 is out of range")));
 }
 
+// What is not given is another's: it has no place in this file.
+TEST(CameraFile, NullIsNoValue) {
+    const CameraFile file = parse_good(
+        "{\"f_stop\": 2, \"near_clip\": null,\n \"frames\": {\"3\": {\"f_stop\": null}}}");
+    EXPECT_EQ(file.camera_for(3, kHd).f_stop, 2.0);
+    EXPECT_EQ(file.origins_for(3), (Origins{{"f_stop", {kFromCameraFile, "camera.json:1"}}}));
+}
+
 TEST(CameraFile, PlacesBadValues) {
     EXPECT_THAT(places_of("{\"f_stop\": 0,\n \"focus_distance\": \"4\", \"fps\": 0}"),
                 ElementsAre("1:12 error f_stop", "2:20 error focus_distance", "2:32 error fps"));

@@ -166,6 +166,11 @@ TEST(Layers, TwoOfOneName) {
     EXPECT_THAT(layers_of("R G B key.R key.G key.B key.r key.g key.b").error("key"),
                 HasSubstr("several layers are named 'key'"));
     EXPECT_THAT(layers_of("R G B key.R key.G key.B key.Z").chosen("key"), ElementsAre("key"));
+    // A part may have the name of another one's layer.
+    const Layers nested = layers_of("beauty: R G B|a: b.R b.G b.B|a.b: R G B");
+    EXPECT_THAT(nested.chosen("all"), ElementsAre("a.b", "a.b"));
+    EXPECT_EQ(nested.all.at(0).channels, (RoleChannels{1, {"b.R", "b.G", "b.B"}}));
+    EXPECT_EQ(nested.all.at(1).channels, (RoleChannels{2, {"R", "G", "B"}}));
     // Each has two names, and none is more likely meant.
     std::string channels = "part:";
     for (const char* layer : {"A", "B", "C"})

@@ -158,6 +158,9 @@ TEST(Override, AnInvalidFileStaysAnInvalidFile) {
                                  {"passes[1].gain=1", "blur.x=1"});
     EXPECT_EQ(file.status().code(), StatusCode::chain);
     EXPECT_EQ(file.diagnostics.size(), 2u) << text_of(file.diagnostics);
+    // Passes are counted as in the file.
+    EXPECT_THAT(said("postchain: 1\npasses: [blur, tint]\n", {"tint.gain=0"}),
+                testing::Contains(HasSubstr("error: passes[1].gain: ")));
 }
 
 TEST(Override, MakesExcludedValuesOfTheFileGiveWay) {
@@ -205,6 +208,22 @@ TEST(Precedence, ASetCameraValueBeatsAPassesOwn) {
     const ChainFile own =
         parse(kTwice, {"passes[0].shutter_frames=2", "camera.shutter_frames=0.25"});
     EXPECT_EQ(first_smear(own).shutter_frames, 2.0);
+}
+
+// A null says that another's value counts; a value that is dropped is no longer stated.
+TEST(Precedence, OnlyValuesAreStated) {
+    EXPECT_EQ(parse("postchain: 1\ncamera: {f_stop: null, near_clip: 1}\n"
+                    "passes: [smear: {shutter_frames: null}]\n",
+                    {})
+                  .chain.origins,
+              (Origins{{"camera.near_clip", {kFromChain, "c.yaml:2"}}}));
+    EXPECT_THAT(parse(kChain, {"camera.f_stop=null", "smear.samples=33"}).chain.origins,
+                (Origins{{"passes[0].samples", {kFromOption, "--set smear.samples=33"}}}));
+    EXPECT_EQ(
+        parse(kTwice, {"camera.shutter_frames=0.25"}).chain.origins,
+        (Origins{{"camera.shutter_frames", {kFromOption, "--set camera.shutter_frames=0.25"}}}));
+    // A null drops no value of a pass.
+    EXPECT_EQ(first_smear(parse(kTwice, {"camera.shutter_frames=null"})).shutter_frames, 0.5);
 }
 
 // The aperture has one shape: an image, or blades with a curvature.

@@ -249,6 +249,7 @@ TEST(Profiles, FindsLayersViewsAndParts) {
          "nuke: color 1 R G B A, motion 2 forward.u forward.v"},
         {parts_of_views, "", "left", "cycles, view left: color 0 R G B A, inverse_depth 2 Z"},
         {parts_of_views, "", "right", "cycles, view right: color 1 R G B A, inverse_depth 3 Z"},
+        {parts_of_views, "", kAllViews, "cycles, view left: color 0 R G B A, inverse_depth 2 Z"},
         // A dot before everything is no view.
         {file_of("R G B .right", {"left", "right"}), "", "", "generic, view left: color 0 R G B"},
         // A layer without color beside one with it.
@@ -373,7 +374,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {head + "motion: [{channels: [[x, y]], scale: [0, 1]}]", "would remove all motion"},
         {head + "motion: [{channels: [[x, y]], scale: [a, 1]}]", "a number"},
         {head + "motion: [{channels: [[x, y]], bias: .nan}]", "finite"},
-        {head + "motion: [{channels: [[x, y]], sentinel: 0}]", "a number > 0"},
+        {head + "motion: [{channels: [[x, y]], sentinel: 0}]", ": '0' is not a number > 0"},
         {head + "priority: high" + color, "not an integer in 0..1000"},
         {head + "priority: -1" + color, "not an integer in 0..1000"},
         {head + "detect: [[]]" + color, "channel names"},

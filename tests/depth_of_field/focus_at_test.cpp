@@ -38,7 +38,12 @@ TEST(FocusAt, WhatLiesThereIsInFocus) {
                                                 {"max_radius_px", 12.0},
                                                 {"focus_at", Place{left ? 0.2 : 0.8, 0.5}}});
                 FrameDescription frame = describe_halves(planes);
+                frame.bounds.inverse_depth_at[{0.5, 0.5}] = 7;  // of another chain
                 find_depths(chain, planes, frame);
+                EXPECT_EQ(must(make_plan(chain, frame)).inverse_depth_at,
+                          (std::map<Place, double>{
+                              {{left ? 0.2 : 0.8, 0.5},
+                               double(planes.at(Role::inverse_depth).at(left ? 8 : 56, 16))}}));
                 const ImageF out = filter(chain, frame, planes).at(Role::color);
                 // Columns 8 and 56 are far from the center.
                 EXPECT_EQ(out.at(8, 16) == color.at(8, 16), left);

@@ -156,11 +156,6 @@ class PlaybackTest : public testing::Test {
             test::write_text(folder_.path(std::string("in.000") + frame + ".exr"), "");
         settings_.input = *io::InputSpec::parse(folder_.path("in.####.exr"));
     }
-    // Later than when play() was called.
-    static Clock::time_point later(double seconds) {
-        return Clock::now() +
-               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-    }
     test::TempFolder folder_;
     sequence::RunSettings settings_;
 };
@@ -200,16 +195,16 @@ TEST_F(PlaybackTest, PlaysAtItsRate) {
     Playback playback(store, 6);
     EXPECT_EQ(playback.fps(), 24);
     playback.set_fps(2);
-    playback.play_on(later(9));
+    playback.play_on(Clock::now() + std::chrono::seconds(9));
     EXPECT_EQ(playback.frame(), 6) << "stopped";
     const auto plays = [&](int direction) {
         playback.play(direction);
         Frames frames;
-        double at = 0;
+        auto now = Clock::now();
         for (int i = 0; i < 4; ++i) {
-            playback.play_on(later(at += 0.25));  // less than half a second after the last
+            playback.play_on(now += std::chrono::milliseconds(250));  // too early
             frames.push_back(playback.frame());
-            playback.play_on(later(at += 0.5));
+            playback.play_on(now += std::chrono::milliseconds(500));
             EXPECT_EQ(playback.direction(), direction);
         }
         return frames;

@@ -350,7 +350,6 @@ TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {
     const auto compares_with = [&](CompareTarget target, const ImageF& other) {
         session_->view().target = target;
         const Rgba expected = *painted(other, Look::color, session_->view().display);
-        settle();
         ASSERT_TRUE(wait_for([&] { return session_->painted().other && session_->at_rest(); }));
         EXPECT_EQ(session_->painted().other->data, expected.data) << int(target);
         EXPECT_FALSE(session_->painted().metrics.empty());

@@ -119,6 +119,12 @@ TEST(TemporalError, TakesTheClassOfEitherFrame) {
                     .ok());
         EXPECT_FALSE(last(error, "temporal_error_still"));
         EXPECT_EQ(last(error, "temporal_error_moving"), 0);
+        // Of the frame before alone, not of an earlier one.
+        for (int i = 0; i < 2; ++i)
+            ASSERT_TRUE(
+                error.add(pair(image, image), Image<PixelClass>(3, 2, 1, PixelClass::still)).ok());
+        EXPECT_EQ(last(error, "temporal_error_still"), 0);
+        EXPECT_FALSE(last(error, "temporal_error_moving"));
     }
 }
 

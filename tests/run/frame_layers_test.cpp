@@ -419,6 +419,40 @@ TEST_F(SequenceTest, TwoCryptomattesAreFilteredEachByItself) {
     }
 }
 
+// A layer that a neighbor lacks is filtered apart, and written in its place.
+TEST_F(SequenceTest, ALayerThatNeighborsLackStaysInItsPlace) {
+    settings_.on_existing = io::OnExisting::overwrite;
+    chain_ = test::chain_of("motion_blur", {{"mode", "inverse_warp"}, {"shutter_frames", 0.5}});
+    const std::vector<std::string> names = {"a", "b", "c"};
+    for (const int frame : {1, 2, 3}) {
+        test::FrameFile file;
+        for (size_t i = 0; i < names.size(); ++i)
+            for (const char* channel : {"R", "G", "B"}) {
+                if (i == 1 && frame != 2) continue;
+                ImageF& plane = file.mattes[names[i] + "." + channel] = ImageF(48, 32, 1);
+                for (int y = 0; y < 32; ++y)
+                    for (int x = 0; x < 48; ++x)
+                        plane.at(x, y) = float((x + 3 * frame) / 4 % (i + 2)) + float(i * 10);
+            }
+        test::write_frame(in(frame), test::make_planes(48, 32, frame), file);
+    }
+    frames("2");
+    const auto filtered = [&](const std::string& aovs) {
+        settings_.source.layers.aovs = aovs;
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        std::map<std::string, ImageF> layers;
+        for (const std::string& name : names)
+            layers[name] = must(must(io::ExrFile::open(out(2))).read_channels(0, {name + ".R"}));
+        return layers;
+    };
+    const auto rendered = filtered("none"), all = filtered("a,b,c");
+    for (const std::string& name : names) {
+        EXPECT_GT(test::largest_difference(all.at(name), rendered.at(name)), 0.1) << name;
+        EXPECT_LT(test::largest_difference(all.at(name), filtered(name).at(name)), 1e-9) << name;
+    }
+}
+
 // A layer is stored like color, premultiplied or not: one that equals color equals it afterwards.
 TEST_F(SequenceTest, ALayerIsWrittenInTheConventionOfColor) {
     ImageF stored(24, 16, 7);

@@ -1,4 +1,5 @@
 // Runs over non-EXR images: metadata of the input that is still true is in the output.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -19,8 +20,8 @@ class ImageMetadataTest : public FormatsTest {
         spec.extra_attribs = more.extra_attribs;
         spec.x = more.x;
         spec.y = more.y;
-        spec.full_width = 48;
-        spec.full_height = 32;
+        spec.full_width = std::max(48, more.full_width);
+        spec.full_height = std::max(32, more.full_height);
         auto out = OIIO::ImageOutput::create(at(name));
         EXPECT_TRUE(out && out->open(at(name), spec)) << OIIO::geterror();
         EXPECT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, picture.values.data()) && out->close());
@@ -112,6 +113,26 @@ TEST_F(ImageMetadataTest, ThePixelAspectStays) {
             EXPECT_EQ(aspect_of("out/" + to), 2) << from << " " << to;
         }
     }
+}
+
+TEST_F(ImageMetadataTest, APlaceInTheDisplayWindowStays) {
+    OIIO::ImageSpec placed;
+    placed.x = 5;
+    placed.y = 3;
+    placed.full_width = 64;
+    placed.full_height = 40;
+    write_noise("c.tif", placed);
+    const io::ExrPart in = must(io::ImageFile::open(at("c.tif"))).parts()[0];
+    EXPECT_EQ(in.data_window, (io::Window{5, 3, 52, 34}));
+    EXPECT_EQ(in.display_window, (io::Window{0, 0, 63, 39}));
+    ASSERT_EQ(through("c.tif", "o.exr").code, 0);
+    const io::ExrPart out = must(io::ExrFile::open(at("out/o.exr"))).parts()[0];
+    EXPECT_EQ(out.data_window, in.display_window) << "it grows, as those of cropped frames do";
+    EXPECT_EQ(out.display_window, in.display_window);
+    ASSERT_EQ(through("c.tif", "o.exr", {"--data-window", "keep"}).code, 0);
+    const io::ExrPart kept = must(io::ExrFile::open(at("out/o.exr"))).parts()[0];
+    EXPECT_EQ(kept.data_window, in.data_window);
+    EXPECT_EQ(kept.display_window, in.display_window);
 }
 
 TEST_F(ImageMetadataTest, NoTimeIsInvented) {

@@ -44,6 +44,50 @@ ImageF echo_of(int n, bool before, bool after, bool vectors = true, int sides = 
     return sum;
 }
 
+// Their files may have them in another order, and some not at all.
+TEST(AddNeighbors, LayersAreInTheOrderOfTheFrame) {
+    const auto planes = [](std::initializer_list<float> values) {
+        ImageF stack(1, int(values.size()), 4);
+        int y = 0;
+        for (const float value : values) std::fill_n(stack.pixel(0, y++), 4, value);
+        return SharedPlanes{{Role::layers, std::make_shared<const ImageF>(std::move(stack))}};
+    };
+    const auto header_of = [](std::initializer_list<const char*> names) {
+        FrameHeader header;
+        header.window = {0, 0, 0, 0};
+        for (const char* name : names) header.layers.filtered.emplace_back().name = name;
+        return header;
+    };
+    SourceFrame frame;
+    frame.header = header_of({"a", "b", "c"});
+    frame.header.to_read = {Role::layers, Role::layers_before, Role::layers_after};
+    frame.planes = planes({1, 2, 3});
+    frame.description.width = frame.description.height = 1;
+    const FrameHeader before = header_of({"c", "a", "b"}), after = header_of({"b", "a"});
+    const SharedPlanes of_before = planes({6, 4, 5}), of_after = planes({8, 7});
+    add_neighbors({{Neighbor::before, {&before, &of_before, nullptr}},
+                   {Neighbor::after, {&after, &of_after, nullptr}}},
+                  frame);
+    const auto values = [](const SharedPlanes& of, Role role) {
+        std::vector<float> found;
+        if (const auto plane = of.find(role); plane != of.end())
+            for (int y = 0; y < plane->second->height; ++y)
+                found.push_back(plane->second->at(0, y));
+        return found;
+    };
+    using Values = std::vector<float>;
+    EXPECT_EQ(frame.description.layers, 2);
+    EXPECT_EQ(values(frame.planes, Role::layers), (Values{1, 2}));
+    EXPECT_EQ(values(frame.planes, Role::layers_before), (Values{4, 5}));
+    EXPECT_EQ(values(frame.planes, Role::layers_after), (Values{7, 8}));
+    ASSERT_EQ(frame.separate_layers.size(), 1u);
+    const auto& [layers, apart] = frame.separate_layers[0];
+    EXPECT_EQ(layers, std::vector<size_t>{2});
+    EXPECT_EQ(values(apart, Role::layers), Values{3});
+    EXPECT_EQ(values(apart, Role::layers_before), Values{6});
+    EXPECT_EQ(values(apart, Role::layers_after), Values{});
+}
+
 class NeighborsTest : public SequenceTest {
   protected:
     void SetUp() override {

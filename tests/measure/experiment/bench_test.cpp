@@ -26,6 +26,46 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
+// A result of other conditions is not used again.
+TEST(Conditions, NameWhatDecidesAResult) {
+    using Change = std::function<void(Report&, ExperimentSettings&, RuleNames&)>;
+    const std::pair<const char*, Change> changes[] = {
+        {"nothing", [](Report&, ExperimentSettings&, RuleNames&) {}},
+        {"version", [](Report& r, ExperimentSettings&, RuleNames&) { r.version = "x"; }},
+        {"renderer", [](Report& r, ExperimentSettings&, RuleNames&) { r.renderer = "x"; }},
+        {"threads", [](Report& r, ExperimentSettings&, RuleNames&) { r.threads = 3; }},
+        {"precision", [](Report& r, ExperimentSettings&, RuleNames&) { r.precision = "x"; }},
+        {"tone mapper", [](Report& r, ExperimentSettings&, RuleNames&) { r.tone_mapper = "x"; }},
+        {"start", [](Report& r, ExperimentSettings&, RuleNames&) { r.exposure_start = 3; }},
+        {"stop", [](Report& r, ExperimentSettings&, RuleNames&) { r.exposure_stop = 3; }},
+        {"reference", [](Report& r, ExperimentSettings&, RuleNames&) { r.reference = "x"; }},
+        {"row",
+         [](Report& r, ExperimentSettings&, RuleNames&) {
+             r.slice = Slice{3, 1, 1};
+         }},
+        {"left",
+         [](Report& r, ExperimentSettings&, RuleNames&) {
+             r.slice = Slice{1, 3, 1};
+         }},
+        {"width",
+         [](Report& r, ExperimentSettings&, RuleNames&) {
+             r.slice = Slice{1, 1, 3};
+         }},
+        {"repeats", [](Report&, ExperimentSettings& s, RuleNames&) { s.repeats = 3; }},
+        {"ppd", [](Report&, ExperimentSettings& s, RuleNames&) { s.flip.pixels_per_degree = 3; }},
+        {"rule", [](Report&, ExperimentSettings&, RuleNames& rules) { rules.insert("x"); }},
+    };
+    std::map<std::string, std::string> names;
+    for (const auto& [name, change] : changes) {
+        Report report;
+        ExperimentSettings settings;
+        RuleNames rules = {"facts"};
+        change(report, settings, rules);
+        const auto [same, is_new] = names.try_emplace(conditions_of(report, settings, rules), name);
+        EXPECT_TRUE(is_new) << name << " has the conditions of " << same->second;
+    }
+}
+
 class Bench : public ::testing::Test {
   protected:
     void SetUp() override {

@@ -355,10 +355,14 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     result.filtered_cryptomattes = result.cryptomattes.size();
     std::move(kept.begin(), kept.end(), std::back_inserter(result.cryptomattes));
 
+    std::vector<std::string> words = words_of_list(settings.aovs);
+    if (settings.only_present)
+        std::erase_if(words, [&](const std::string& word) {
+            return !choose_layers(layers, word, match.view_layer).ok();
+        });
     ASSIGN_OR_RETURN(
         const auto chosen,
-        choose_layers(layers, settings.aovs, match.view_layer).at(file.path() + ": --aovs"));
-    const std::vector<std::string> words = words_of_list(settings.aovs);
+        choose_layers(layers, joined(words), match.view_layer).at(file.path() + ": --aovs"));
     const bool all = std::find(words.begin(), words.end(), "all") != words.end();
     for (size_t i = 0; i < layers.size(); ++i) {
         FileLayer& layer = layers[i];
@@ -377,7 +381,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         const std::string why = obstacle(file, layer.channels, match);
         if (why.empty())
             result.filtered.push_back(std::move(layer));
-        else if (all)
+        else if (all || settings.only_present)
             result.left.push_back({layer.name, why});
         else
             return Status(StatusCode::input,

@@ -26,6 +26,7 @@ enum class CryptomatteChoice {
 
 struct LayerSettings {
     std::string aovs = "none";  // choose_layers()
+    bool only_present = false;  // of them: names without a layer that can be filtered are left out
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
     std::vector<std::string> ids;     // to filter: names and patterns; empty = all
     std::vector<std::string> mattes;  // mattes_of() the chains

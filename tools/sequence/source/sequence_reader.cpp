@@ -142,9 +142,9 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameToRead& opened) {
     auto other = enter(number, on_disk_->at(number));
     if (other.status().code() == StatusCode::usage) {
         // Read for its color, with whichever layers it has.
-        const std::string asked = std::exchange(settings_.layers.aovs, "all");
+        settings_.layers.only_present = true;
         other = enter(number, on_disk_->at(number));
-        settings_.layers.aovs = asked;
+        settings_.layers.only_present = false;
         if (other.ok()) (*other)->is_neighbor_only = true;
     }
     if (!other.ok()) {

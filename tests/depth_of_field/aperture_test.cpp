@@ -154,6 +154,12 @@ TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {
     const double moved = 0.5 * 0.8 * kNearPx;
     EXPECT_NEAR(m.x, moved * 16 / std::hypot(16, 9), 1);
     EXPECT_NEAR(m.y, moved * 9 / std::hypot(16, 9), 1);
+    // Pixels twice as high as wide: on the display the corner lies elsewhere.
+    const Moments high =
+        moments_of(dot(1, {{"cats_eye", 0.8}}, 6400 - 48, 3600 - 48, {}, 0.5), 48, 48);
+    EXPECT_NEAR(high.light, 1, 0.05);
+    EXPECT_NEAR(high.x, moved * 8 / std::hypot(8, 9), 1);
+    EXPECT_NEAR(high.y, moved * 9 / std::hypot(8, 9) / 2, 0.5);
     // In the center nothing is cut.
     const Moments middle = moments_of(dot(1, {{"cats_eye", 0.8}}, 3200 - 48, 1800 - 48), 48, 48);
     EXPECT_NEAR(middle.x, 0, 0.2);

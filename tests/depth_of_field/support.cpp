@@ -43,7 +43,8 @@ ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings) {
     return reference(chain_with(settings), describe_round(planes), planes, {.elide = false});
 }
 
-ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKernel& image) {
+ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKernel& image,
+           double pixel_aspect) {
     ImageF color = constant_image(97, 97, {0, 0, 0, 1});
     color.at(48, 48) = 1;
     const FramePlanes planes = flat_planes(std::move(color), inverse_depth);
@@ -54,6 +55,7 @@ ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKern
     frame.camera.aperture_image = image;
     frame.origin_x = x;
     frame.origin_y = y;
+    frame.pixel_aspect = pixel_aspect;
     const Chain chain = chain_with(
         settings,
         {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});

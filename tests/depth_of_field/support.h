@@ -40,7 +40,7 @@ ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings);
 // A point light at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a 6400 x 3600
 // display, with 1023 lens samples. R = 32 (1/4 - w) px.
 ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0,
-           const BokehKernel& image = {});
+           const BokehKernel& image = {}, double pixel_aspect = 1);
 
 // "0.depth_of_field." + name
 std::string stage(const std::string& name);

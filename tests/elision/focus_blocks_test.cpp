@@ -106,6 +106,22 @@ TEST(FocusTiles, RadiiAroundTheLimits) {
     EXPECT_GT(mixed, 100u);
 }
 
+// The Gaussian has other taps along x than along y: 9 and 36 pixels, or 36 and 9.
+TEST(FocusTiles, PixelsOfAnotherShape) {
+    FramePlanes planes = focused(117, 131, 8);
+    planes[Role::inverse_depth].at(60, 66) = 0.02f;
+    FrameDescription frame = describe(planes);
+    for (const double aspect : {4.0, 0.25}) {
+        SCOPED_TRACE(aspect);
+        frame.pixel_aspect = aspect;
+        const Elided elided =
+            expect_same_bits(focus_chain(30, 12, 1, "none"), frame, planes,
+                             only({depth_of_field::kRuleFocusBlocks}, Precision::fp32));
+        EXPECT_EQ(elided.blocks("mixed_blocks"), 1u);
+        EXPECT_EQ(elided.blocks("blur_x_blocks"), aspect > 1 ? 3 * 9u : 3 * 5u);
+    }
+}
+
 // A largest radius of exactly full_blur_px, and a little above: what is clamped to it is wholly
 // blurred.
 TEST(FocusTiles, ClampedToFullBlur) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "chain/guest/followed_depths.h"
@@ -71,6 +72,47 @@ TEST(Focus, FirstFrameIsInFocus) {
     const auto made = focused(0.5, 0.9);
     prepare(guest, made, up);
     expect_focus(filtered(guest, made, up), at_distance(guest, up, 0.25));
+    const HostTexture output(GL_RGBA32F, kWidth, kHeight);
+    pc_frame half = scene.frame;
+    half.flags |= PC_HALF_RESOLUTION;
+    half.output = output;
+    const auto right = focused(0.8, 0.5);
+    prepare(guest, right, half);
+    expect_focus(filtered(guest, right, half), at_distance(guest, half, double(0.05f)));
+}
+
+// Of 5 x 5 pixels only those that have a depth count.
+TEST(Focus, WhatIsNoDepthDoesNotCount) {
+    const Scene scene;
+    const auto guest = instance();
+    const auto made = focused(0.2, 0.5);
+    for (const float none : {NAN, INFINITY}) {
+        ImageF pixels = read(scene.depth, kWidth, kHeight, 1);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 17; x < 20; ++x) pixels.at(x, y) = none;
+        const HostTexture holes(GL_R32F, pixels);
+        pc_frame frame = scene.frame;
+        frame.depth = holes;
+        frame.flags |= PC_CAMERA_CUT;
+        prepare(guest, made, frame);
+        expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    }
+}
+
+// Each pass has the depth of its own place.
+TEST(Focus, OfTwoPlacesInOneChain) {
+    const Scene scene;
+    const auto guest = instance();
+    const auto at_places = chain("depth_of_field,depth_of_field"),
+               at_distances = chain("depth_of_field,depth_of_field");
+    for (const uint32_t pass : {0u, 1u}) {
+        ASSERT_EQ(pc_chain_set_point(at_places.get(), pass, "focus_at", pass ? 0.8 : 0.2, 0.5),
+                  PC_OK);
+        set(at_distances, pass, "focus_distance", pass ? 20 : 4);
+    }
+    for (const auto* made : {&at_places, &at_distances}) prepare(guest, *made, scene.frame);
+    expect_focus(filtered(guest, at_places, scene.frame),
+                 filtered(guest, at_distances, scene.frame));
 }
 
 // The median of a disc: a thin near twig at the place itself does not count.
@@ -89,6 +131,26 @@ TEST(Focus, RegionsTakeTheMedian) {
     frame.focus_radius = 0.25f;
     frame.flags |= PC_CAMERA_CUT;
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    // The corners of the square around the disc do not count either.
+    const HostTexture disc(GL_R32F, make_image(kWidth, kHeight, 1, [](int x, int y, int) {
+                               return std::hypot(x - kWidth / 2, y - kHeight / 2) < 13 ? 0.25
+                                                                                       : 0.05;
+                           }));
+    frame.depth = disc;
+    const auto middle = focused(0.5, 0.5);
+    prepare(guest, middle, frame);
+    expect_focus(filtered(guest, middle, frame), at_distance(guest, frame, 0.25));
+    // In each corner, of the frame's part of a larger texture alone.
+    const HostTexture larger =
+        HostTexture::inside(GL_R32F, read(scene.depth, kWidth, kHeight, 1), 128, 92, 16, 16);
+    frame.depth = larger;
+    frame.width = kWidth;
+    frame.height = kHeight;
+    for (const auto& [x, y, w] : {std::tuple(0.0, 0.0, 0.25f), {1.0, 1.0, 0.05f}}) {
+        const auto corner = focused(x, y);
+        prepare(guest, corner, frame);
+        expect_focus(filtered(guest, corner, frame), at_distance(guest, frame, double(w)));
+    }
 }
 
 // Two chains on one instance keep their own focus, and a place that is set begins anew.

@@ -258,43 +258,41 @@ TEST_F(Inputs, SlicesThatAreNotThere) {
     refuses(host().color, {kArray, 0, 0}, "is a GL_TEXTURE_2D; set color_slice.target to it");
 }
 
-// Depth and motion of fewer texels, each for 3 x 2 pixels, are the planes that repeat these texels.
+// Depth and motion of fewer texels, each for 3 x 2 or 1.5 x 1.5 pixels, are the planes in which a
+// pixel has the texel at its center.
 TEST_F(Inputs, PlanesOfLowerResolution) {
-    auto host = canonical_frame(kWidth, kHeight);
-    const auto halved = [&](Role role, int across, int down) {
-        ImageF& plane = host.test.planes[role];
-        ImageF small(kWidth / across, kHeight / down, plane.channels);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x)
-                for (int c = 0; c < plane.channels; ++c) {
-                    small.at(x / across, y / down, c) =
-                        plane.at(x / across * across, y / down * down, c);
-                    plane.at(x, y, c) = small.at(x / across, y / down, c);
-                }
-        return small;
-    };
-    const HostTexture depth(GL_R32F, halved(Role::inverse_depth, 3, 2));
-    const ImageF vectors = halved(Role::motion, 3, 2);
-    const HostTexture motion(GL_RG32F, vectors);
-    const ImageF expected = by_executor(host.test, kPasses);
-    pc_frame frame = host.frame;
-    frame.depth = depth;
-    frame.motion = motion;
-    frame.depth_size[0] = kWidth / 3;
-    frame.depth_size[1] = kHeight / 2;
-    frame.motion_size[0] = kWidth / 3;
-    frame.motion_size[1] = kHeight / 2;
-    expect_equal(filtered(made(), frame), expected);
-    // Rows from the bottom.
-    const ImageF up = with_y_up(vectors);
-    const HostTexture color_up(GL_RGBA32F, host.test.planes.at(Role::color), true);
-    const HostTexture motion_up(GL_RG32F, up, true);
-    const HostTexture depth_up(GL_R32F, read(depth, kWidth / 3, kHeight / 2, 1), true);
-    frame.flags &= ~uint32_t(PC_TOP_LEFT);
-    frame.color = color_up;
-    frame.depth = depth_up;
-    frame.motion = motion_up;
-    expect_equal(upside_down(filtered(made(), frame)), expected);
+    for (const auto& [across, down] : {std::pair(kWidth / 3, kHeight / 2), {64, 40}}) {
+        auto host = canonical_frame(kWidth, kHeight);
+        const auto lowered = [&, width = across, height = down](Role role) {
+            ImageF& plane = host.test.planes[role];
+            const ImageF small =
+                make_image(width, height, plane.channels, [&](int x, int y, int c) {
+                    return plane.at(x * kWidth / width, y * kHeight / height, c);
+                });
+            plane = make_image(kWidth, kHeight, plane.channels, [&](int x, int y, int c) {
+                return small.at((2 * x + 1) * width / (2 * kWidth),
+                                (2 * y + 1) * height / (2 * kHeight), c);
+            });
+            return small;
+        };
+        const ImageF depths = lowered(Role::inverse_depth), vectors = lowered(Role::motion);
+        const HostTexture depth(GL_R32F, depths), motion(GL_RG32F, vectors);
+        const ImageF expected = by_executor(host.test, kPasses);
+        pc_frame frame = host.frame;
+        frame.depth = depth;
+        frame.motion = motion;
+        frame.depth_size[0] = frame.motion_size[0] = across;
+        frame.depth_size[1] = frame.motion_size[1] = down;
+        expect_equal(filtered(made(), frame), expected);
+        // Rows from the bottom.
+        const HostTexture color_up(GL_RGBA32F, host.test.planes.at(Role::color), true),
+            depth_up(GL_R32F, depths, true), motion_up(GL_RG32F, with_y_up(vectors), true);
+        frame.flags &= ~uint32_t(PC_TOP_LEFT);
+        frame.color = color_up;
+        frame.depth = depth_up;
+        frame.motion = motion_up;
+        expect_equal(upside_down(filtered(made(), frame)), expected);
+    }
 }
 
 // Vectors of half the resolution, one of each 2 x 2 pixels, beside depth of the full resolution.
@@ -362,7 +360,8 @@ TEST_F(Inputs, DepthRange) {
 TEST_F(Inputs, OutputsThatHoldLess) {
     auto host = canonical_frame(kWidth, kHeight);
     ImageF bright = host.test.planes.at(Role::color);
-    for (float& value : bright.data) value *= 1e6f;
+    for (size_t i = 0; i < bright.data.size(); ++i)
+        bright.data[i] *= i / 4 % kWidth < kWidth / 2 ? 1e6f : -1e6f;
     const HostTexture color(GL_RGBA32F, bright);
     for (const char* passes : {"motion_blur,fxaa", "fxaa"})
         for (const unsigned format : {GL_RGBA16F, GL_R11F_G11F_B10F}) {
@@ -371,9 +370,9 @@ TEST_F(Inputs, OutputsThatHoldLess) {
             frame.color = color;
             frame.output = output;
             const ImageF result = filtered(chain(passes), frame);
-            const float most = *std::max_element(result.data.begin(), result.data.end());
-            EXPECT_TRUE(std::isfinite(most)) << passes;
-            EXPECT_EQ(most, format == GL_RGBA16F ? 65504 : 64512) << passes;
+            const auto [least, most] = std::minmax_element(result.data.begin(), result.data.end());
+            EXPECT_EQ(*most, format == GL_RGBA16F ? 65504 : 64512) << passes;
+            EXPECT_EQ(*least, format == GL_RGBA16F ? -65504 : 0) << passes;
         }
 }
 
@@ -415,6 +414,154 @@ TEST_F(Inputs, HalfResolution) {
         for (int x = 32; x < 58; ++x)
             for (int c = 0; c < 4; ++c)
                 ASSERT_NEAR(masked.at(x, y, c), color.at(x, y, c), 1e-6) << x << ", " << y;
+}
+
+// PC_HALF_RESOLUTION by its definition: the chain filters means of 2 x 2 pixels, with the depth and
+// half the motion of the nearest of them. Where a layer of 1 and -1 in turn stays as it was,
+// nothing is blurred, and the frame's detail comes back.
+ImageF by_halves(const TestFrame& frame, const ImageF* mask) {
+    const ImageF& color = frame.planes.at(Role::color);
+    const int width = color.width, height = color.height;
+    const int across = (width + 1) / 2, down = (height + 1) / 2;
+    ImageF mean(across, down, 4), depth(across, down, 1), motion(across, down, 2),
+        matte(across, down, 1), start(across, down, 4);
+    for (int y = 0; y < down; ++y)
+        for (int x = 0; x < across; ++x) {
+            start.at(x, y, 0) = (x + y) % 2 ? -1.0f : 1.0f;
+            for (int i = 0; i < 4; ++i) {
+                const int from_x = std::min(2 * x + i % 2, width - 1);
+                const int from_y = std::min(2 * y + i / 2, height - 1);
+                for (int c = 0; c < 4; ++c) mean.at(x, y, c) += 0.25f * color.at(from_x, from_y, c);
+                if (mask) matte.at(x, y) += 0.25f * mask->at(from_x, from_y);
+                const float nearer = frame.planes.at(Role::inverse_depth).at(from_x, from_y);
+                if (i > 0 && nearer <= depth.at(x, y)) continue;
+                depth.at(x, y) = nearer;
+                for (int c = 0; c < 2; ++c)
+                    motion.at(x, y, c) = 0.5f * frame.planes.at(Role::motion).at(from_x, from_y, c);
+            }
+        }
+    TestFrame half = frame;
+    half.description.width = half.description.display_width = across;
+    half.description.height = half.description.display_height = down;
+    half.description.bounds = {};
+    half.planes = {{Role::color, mean},
+                   {Role::inverse_depth, depth},
+                   {Role::motion, motion},
+                   {Role::layers, start}};
+    half.description.planes.add(Role::layers);
+    half.description.layers = 1;
+    Chain blur = chain_of("motion_blur");
+    if (mask) {
+        half.planes[Role::mattes] = matte;
+        half.description.planes.add(Role::mattes);
+        half.description.mattes = {0};
+        blur.links[0].matte = "mask";
+    }
+    const ImageF filtered = by_executor(half, blur);
+    const ImageF layer = by_executor(half, blur, Precision::fp32, Role::layers);
+    ImageF result = color;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            double sharp = 0, up[4] = {}, up_mean[4] = {};
+            for (int i = 0; i < 4; ++i) {
+                const int from_x = std::clamp(x / 2 + i % 2 * (x % 2 ? 1 : -1), 0, across - 1);
+                const int from_y = std::clamp(y / 2 + i / 2 * (y % 2 ? 1 : -1), 0, down - 1);
+                const double weight = (i % 2 ? 0.25 : 0.75) * (i / 2 ? 0.25 : 0.75);
+                const float kept = start.at(from_x, from_y) * layer.at(from_x, from_y);
+                sharp += weight * std::clamp(double(kept), 0.0, 1.0);
+                for (int c = 0; c < 4; ++c) {
+                    up[c] += weight * double(filtered.at(from_x, from_y, c));
+                    up_mean[c] += weight * double(mean.at(from_x, from_y, c));
+                }
+            }
+            for (int c = 0; c < 4; ++c) {
+                const double own = double(color.at(x, y, c));
+                const double value = up[c] + sharp * (own - up_mean[c]);
+                result.at(x, y, c) = float(std::max(value, std::min({0.0, own, up[c]})));
+            }
+            result.at(x, y, 3) = std::min(result.at(x, y, 3), 1.0f);
+        }
+    return result;
+}
+
+// Odd sizes. Then rows from the bottom, in rectangles and a layer, with an exposure and a mask.
+TEST_F(Inputs, HalfResolutionByItsDefinition) {
+    constexpr int width = kWidth - 1, height = kHeight - 1;
+    auto host = canonical_frame(width, height);
+    const ImageF& color = host.test.planes.at(Role::color);
+    const HostTexture output(GL_RGBA32F, width, height);
+    pc_frame frame = host.frame;
+    frame.output = output;
+    frame.flags |= PC_HALF_RESOLUTION;
+    host.test.description.camera.shutter_frames = frame.shutter_frames = 2;  // at borders too
+    const auto made = chain("motion_blur");
+    const ImageF plain = by_halves(host.test, nullptr);
+    EXPECT_GT(compare(plain, color, 1e-2).fraction, 0.1);
+    expect_near(read(prepare_and_run(guest(), made, frame), width, height), plain, 1e-4);
+
+    ImageF mask(width, height, 1, 0);
+    for (int y = 11; y < 40; ++y)
+        for (int x = 31; x < 62; ++x) mask.at(x, y) = 1;
+    const auto inside = [](unsigned format, const ImageF& pixels, int x, int y) {
+        return HostTexture::inside(format, upside_down(pixels), 128, 80, x, y);
+    };
+    const HostTexture larger_color = inside(GL_RGBA32F, color, 5, 7);
+    pc_texture whole = larger_color;
+    whole.x = whole.y = 0;
+    const ArrayTexture color_up(GL_RGBA32F, read(whole, 128, 80));
+    const HostTexture depth_up = inside(GL_R32F, host.test.planes.at(Role::inverse_depth), 3, 11),
+                      motion_up =
+                          inside(GL_RG32F, with_y_up(host.test.planes.at(Role::motion)), 8, 5),
+                      mask_up = inside(GL_R32F, mask, 20, 1), larger(GL_RGBA32F, 128, 80),
+                      exposure = HostTexture::inside(GL_R32F, ImageF(1, 1, 1, 8), 3, 3, 1, 2);
+    frame.flags = PC_BOTTOM_LEFT | PC_MOTION_TO_NEXT | PC_HALF_RESOLUTION;
+    frame.width = width;
+    frame.height = height;
+    frame.color = color_up;
+    frame.color.x = 5;
+    frame.color.y = 7;
+    frame.color_slice = ArrayTexture::kSlice;
+    frame.depth = depth_up;
+    frame.motion = motion_up;
+    frame.mask = mask_up;
+    frame.exposure = exposure;
+    frame.pre_exposure = 2;
+    frame.output = larger;
+    frame.output.x = 13;
+    frame.output.y = 2;
+    const ImageF masked = by_halves(host.test, &mask);
+    EXPECT_GT(compare(masked, plain, 1e-2).fraction, 0.02);
+    expect_near(upside_down(read(prepare_and_run(guest(), made, frame), width, height)), masked,
+                1e-4);
+}
+
+// The camera's motion of a sky without vectors, in pixels of the halved planes: a lens that shifts
+// moves all of the sky by 6 px to the right and 3 px down.
+TEST_F(Inputs, HalfResolutionMovesTheSky) {
+    TestFrame moved = host().test;
+    for (int y = 0; y < 18; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            moved.planes.at(Role::inverse_depth).at(x, y) = 0;
+            moved.planes.at(Role::motion).at(x, y, 0) = 6;
+            moved.planes.at(Role::motion).at(x, y, 1) = 3;
+        }
+    ImageF stored = moved.planes.at(Role::motion);
+    std::fill_n(stored.data.begin(), 2 * 18 * kWidth, 0.0f);
+    const HostTexture depth(GL_R32F, moved.planes.at(Role::inverse_depth)),
+        motion(GL_RG32F, stored), output(GL_RGBA32F, kWidth, kHeight);
+    pc_frame frame = host().frame;
+    frame.depth = depth;
+    frame.motion = motion;
+    frame.output = output;
+    frame.flags |= PC_HALF_RESOLUTION;
+    frame.view_projection[0] = frame.view_projection[5] = 1;
+    frame.view_projection[11] = -1;
+    frame.view_projection[14] = 0.1f;
+    std::copy_n(frame.view_projection, 16, frame.other_view_projection);
+    frame.other_view_projection[8] = -6.0f / (kWidth / 2);
+    frame.other_view_projection[9] = 3.0f / (kHeight / 2);
+    // The last bit of a vector may move a tap.
+    expect_near(filtered(chain("motion_blur"), frame), by_halves(moved, nullptr), 1e-4, 2e-3);
 }
 
 // Negative color of wide gamuts, and alpha beyond 1, are no overshoot of the detail.

@@ -231,6 +231,39 @@ TEST_F(Pixels, ViewsShareAnOutput) {
     expect_equal(read(at(3).output, kWidth, kHeight), plane(Role::color));
 }
 
+// A vector's hue is its direction, as a color's on the wheel, from red along x; a number's sign is
+// warm or cool.
+TEST_F(Pixels, ViewsOfVectorsAndNumbers) {
+    const struct {
+        float x, y;
+        std::array<float, 3> color;
+    } vectors[] = {{0, 0, {0, 0, 0}},        {32, 0, {1, 0, 0}},        {-32, 0, {0, 1, 1}},
+                   {0, 8, {0.25f, 0.5f, 0}}, {0, -8, {0.25f, 0, 0.5f}}, {128, 0, {1, 1, 1}}};
+    const HostTexture motion(GL_RG32F, make_image(kWidth, kHeight, 2, [&](int x, int, int c) {
+                                 return c ? vectors[x / 16].y : vectors[x / 16].x;
+                             }));
+    pc_frame frame = host().frame;
+    frame.motion = motion;
+    frame.debug_view = "host.motion";
+    const ImageF view = filtered(made(), frame);
+    for (int x = 0; x < kWidth; ++x)
+        for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(view.at(x, 7, c), vectors[x / 16].color[size_t(c)], 1e-4) << x << " " << c;
+    // In front of the focus, the square, radii are below 0.
+    frame.motion = host().frame.motion;
+    frame.focus_distance = 4;
+    frame.debug_view = "1.depth_of_field.coc";
+    const ImageF radii = filtered(paper_chain("motion_blur,depth_of_field"), frame);
+    const float* near = radii.pixel(kWidth / 2, kHeight / 2);
+    EXPECT_GT(near[2], 0.1);
+    EXPECT_NEAR(near[0], 0.2f * near[2], 1e-4);
+    EXPECT_NEAR(near[1], 0.5f * near[2], 1e-4);
+    const float* far = radii.pixel(2, 2);
+    EXPECT_GT(far[0], 0.1);
+    EXPECT_NEAR(far[1], 0.6f * far[0], 1e-4);
+    EXPECT_NEAR(far[2], 0.2f * far[0], 1e-4);
+}
+
 TEST_F(Pixels, OutputsOfEveryKind) {
     const struct {
         unsigned format;
@@ -277,12 +310,17 @@ TEST_F(Pixels, AChainThatDoesNothingHandsColorThrough) {
     }
 }
 
-// Every encoding of depth, from its own formula.
+// Every encoding of depth, from its own formula. Those that have the sky's depth with a sky.
 TEST_F(Pixels, DepthEncodings) {
     const double n = 0.1, f = 400;
+    TestFrame below_sky = host().test;
+    std::fill_n(below_sky.planes.at(Role::inverse_depth).data.begin(), 6 * kWidth, 0.0f);
+    const ImageF with_sky = by_executor(below_sky, kPasses);
     for (const pc_depth encoding : {PC_DEPTH_LINEAR, PC_DEPTH_FORWARD, PC_DEPTH_FORWARD_INFINITE,
                                     PC_DEPTH_REVERSE, PC_DEPTH_REVERSE_INFINITE}) {
-        ImageF stored = plane(Role::inverse_depth);
+        const bool sky =
+            encoding != PC_DEPTH_FORWARD && encoding != PC_DEPTH_REVERSE;  // without a far end
+        ImageF stored = (sky ? below_sky.planes : host().test.planes).at(Role::inverse_depth);
         for (float& value : stored.data) {
             const double w = double(value);
             const double a = f / (f - n), b = -a * n;  // z = a + b w
@@ -303,7 +341,7 @@ TEST_F(Pixels, DepthEncodings) {
         frame.far_clip = float(f);
         const ImageF found = filtered(made(), frame);
         // Depth is coarse near 1, which changes a decision in a few pixels.
-        const Difference difference = compare(found, expected(), 2e-3);
+        const Difference difference = compare(found, sky ? with_sky : expected(), 2e-3);
         EXPECT_LT(difference.fraction, 2e-3) << "encoding " << encoding << ": " << difference.text;
     }
 }
@@ -362,8 +400,9 @@ TEST_F(Pixels, MotionConventions) {
     pc_frame frame = host().frame;
     frame.motion_scale[0] = 64;
     frame.motion_scale[1] = -32;
-    frame.motion_bias[0] = frame.motion_bias[1] = 0.5f;
-    expect_near(with([](float v, int c) { return (c ? -v / 32 : v / 64) + 0.5f; }, frame),
+    frame.motion_bias[0] = 0.5f;
+    frame.motion_bias[1] = -0.25f;
+    expect_near(with([](float v, int c) { return c ? -v / 32 - 0.25f : v / 64 + 0.5f; }, frame),
                 expected(), 1e-4);
     // Jitter in the vectors.
     frame = host().frame;
@@ -397,7 +436,8 @@ TEST_F(Pixels, ExposureDecidesWhatFxaaSees) {
     ImageF dark = host.test.planes.at(Role::color);
     for (size_t i = 0; i < dark.data.size(); ++i)
         if (i % 4 != 3) dark.data[i] /= 4096;
-    const HostTexture color(GL_RGBA32F, dark), exposure(GL_R32F, ImageF(1, 1, 1, 2048));
+    const HostTexture color(GL_RGBA32F, dark),
+        exposure = HostTexture::inside(GL_R32F, ImageF(1, 1, 1, 2048), 3, 4, 1, 2);
     pc_frame frame = host.frame;
     frame.color = color;
     frame.exposure = exposure;
@@ -406,6 +446,16 @@ TEST_F(Pixels, ExposureDecidesWhatFxaaSees) {
     for (size_t i = 0; i < found.data.size(); ++i)
         if (i % 4 != 3) found.data[i] *= 4096;
     expect_equal(found, expected);
+    // What is no exposure counts as 1.
+    frame.pre_exposure = 1 / 1024.0f;
+    frame.exposure = {};
+    const ImageF without = filtered(chain("fxaa"), frame);
+    EXPECT_FALSE(equal_bits(without, dark));
+    for (const float none : {0.0f, -2.0f, NAN, INFINITY}) {
+        const HostTexture invalid(GL_R32F, ImageF(1, 1, 1, none));
+        frame.exposure = invalid;
+        expect_equal(filtered(chain("fxaa"), frame), without);
+    }
 }
 
 TEST_F(Pixels, ValuesThatAreNotFiniteAreReplaced) {
@@ -480,7 +530,31 @@ TEST_F(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
     const ImageF found = filtered(made(), frame);
     const Difference difference = compare(found, expected, 2e-3);
     EXPECT_LT(difference.fraction, 2e-3) << difference.text;
+    // Rows from the bottom; a jitter is in vectors alone.
+    ImageF up = with_y_up(stored);
+    for (int y = 24; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            up.at(x, y, 0) -= 0.5f;
+            up.at(x, y, 1) += 0.25f;
+        }
+    const HostTexture color_up(GL_RGBA32F, host.test.planes.at(Role::color), true),
+        depth_up(GL_R32F, depth, true), motion_up(GL_RG32F, up, true);
+    pc_frame turned = frame;
+    turned.flags = PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
+    turned.jitter_px[0] = 0.5f;
+    turned.other_jitter_px[1] = 0.25f;
+    turned.color = color_up;
+    turned.depth = depth_up;
+    turned.motion = motion_up;
+    expect_near(upside_down(filtered(made(), turned)), expected, 2e-3, 2e-3);
+    // The other frame is the one before, and its motion continues.
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            for (int axis = 0; axis < 2; ++axis) motion.at(x, y, axis) *= -1;
+    frame.flags = PC_TOP_LEFT;
+    expect_near(filtered(made(), frame), by_executor(host.test, kPasses), 2e-3, 2e-3);
     // Without matrices the sky stands still.
+    frame.flags |= PC_MOTION_TO_NEXT;
     for (float& value : frame.other_view_projection) value = 0;
     EXPECT_GT(changed(filtered(made(), frame), expected), 0.1);
 }

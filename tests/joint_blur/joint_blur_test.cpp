@@ -10,6 +10,7 @@
 #include "shaders/shared/small_circles.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
+#include "tests/support/layers.h"
 #include "tests/support/moments.h"
 
 namespace postchain::test {
@@ -192,6 +193,28 @@ TEST(SmallCircles, AreThoseOfTheReference) {
             EXPECT_EQ(out(8).at(8, 8) == out(16).at(8, 8), blades != 5);
         }
     }
+}
+
+// Layers get the weights of color: from circles that change nothing, over those that come in, to
+// whole ones, and beside lamps, where negative weights are left out.
+TEST(SmallCircles, LayersSumToColor) {
+    TestFrame frame;
+    frame.planes = waves_with_circles(0, 1);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 80; ++x) {
+            frame.planes[Role::inverse_depth].at(x, y) = float(0.25 - (0.3 + x / 80.0) / 32);
+            if (x % 16 == 7 && y % 16 == 7)
+                for (int c = 0; c < 3; ++c) frame.planes[Role::color].at(x, y, c) = 50;
+        }
+    frame.description = describe_round(frame.planes);
+    add_lights(frame, 5);
+    const Chain chain = chain_of("depth_of_field", {{"samples", int64_t(8)}});
+    const auto out = filter(chain, frame.description, frame.planes, {.elide = false});
+    const ImageF &color = out.at(Role::color), &given = frame.planes.at(Role::color);
+    EXPECT_LE(relative_difference(sum_of_layers(out.at(Role::layers), 64), color), 1e-6);
+    EXPECT_EQ(color.at(0, 20), given.at(0, 20));
+    EXPECT_LT(color.at(71, 39), 25);
+    EXPECT_GT(color.at(72, 39), 2 * given.at(72, 39));
 }
 
 // The variance of a regular polygon of radius 1 is (2 + cos(2 pi / n)) / 12 along each axis, a

@@ -60,14 +60,23 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
 }
 
 // A pixel of an antialiased edge shows m of the object and 1 - m of the ground, and still does.
+// So it does where the object leaves the frame by a corner.
 TEST(Mattes, AntialiasedEdgesKeepWhatEachSideShows) {
-    const ImageF matte = square_matte(101, 67, 1);
-    const TestFrame frame = green_frame(matte, 8);
-    for (const Variant& one : one_of_each_kind()) {
-        const Difference difference =
-            compare(held_out(one, frame, matte), frame.planes.at(Role::color), 1e-5);
-        // At m of a half a part of 1/8 (1/2)^16 of the pixel's own color counts as ground.
-        EXPECT_LE(difference.max, 1e-4) << one.name << difference.text;
+    const ImageF square = square_matte(101, 67, 1);
+    const auto in_corner = [&](bool last) {
+        return make_image(101, 67, 1, [&](int x, int y, int) {
+            return square.at(std::min(last ? 140 - x : x + 40, 100),
+                             std::min(last ? 93 - y : y + 27, 66));
+        });
+    };
+    for (const ImageF& matte : {square, in_corner(false), in_corner(true)}) {
+        const TestFrame frame = green_frame(matte, 8);
+        for (const Variant& one : one_of_each_kind()) {
+            const Difference difference =
+                compare(held_out(one, frame, matte), frame.planes.at(Role::color), 1e-5);
+            // At m of a half a part of 1/8 (1/2)^16 of the pixel's own color counts as ground.
+            EXPECT_LE(difference.max, 1e-4) << one.name << difference.text;
+        }
     }
 }
 

@@ -62,7 +62,16 @@ TEST(Layers, PatchesOfColorSumToIt) {
         SCOPED_TRACE(one.name);
         expect_sum(one.chain(), alone);
         if (one.name == "gilham") expect_sum(one.chain(), defocused);
-        if (one.chain().optional().has(Role::color_before)) expect_sum(one.chain(), neighbored);
+        if (!one.chain().optional().has(Role::color_before)) continue;
+        expect_sum(one.chain(), neighbored);
+        for (const Neighbor absent : kNeighbors) {
+            TestFrame one_sided = neighbored;
+            for (const Role role : kNeighborRoles) {
+                one_sided.planes.erase(role_of(absent, role));
+                one_sided.description.planes.remove(role_of(absent, role));
+            }
+            expect_sum(one.chain(), one_sided);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 // Objects that a matte keeps still: as in a frame whose vectors say so.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "chain/pass/matte.h"
@@ -127,6 +128,31 @@ TEST(Unmoved, SoftMattesScaleVectors) {
     for (size_t i = 0; i < motion.data.size(); ++i) motion.data[i] *= 1.0f - soft.data[i / 2];
     scaled.description.bounds = describe(scaled.planes).bounds;
     expect_color_of(scaled, frame, soft);
+}
+
+// Nor can they where the object reaches a border softly: no ground is near.
+TEST(Unmoved, SoftMattesScaleVectorsAtEachBorder) {
+    const int width = 61, height = 45;
+    const std::function<int(int, int)> distances[] = {
+        [](int x, int) { return x; }, [&](int x, int) { return width - 1 - x; },
+        [](int, int y) { return y; }, [&](int, int y) { return height - 1 - y; }};
+    for (const auto& distance : distances) {
+        SCOPED_TRACE(&distance - distances);
+        TestFrame frame = bright_frame(width, height);
+        ImageF matte(width, height, 1);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const int px = distance(x, y);
+                matte.at(x, y) = px == 0 ? 0.5f : px < 20 ? 1.0f : 0.0f;
+                frame.planes.at(Role::inverse_depth).at(x, y) = px < 20 ? 0.5f : 0.1f;
+            }
+        frame.description.bounds = describe(frame.planes).bounds;
+        TestFrame scaled = frame;
+        ImageF& motion = scaled.planes.at(Role::motion);
+        for (size_t i = 0; i < motion.data.size(); ++i) motion.data[i] *= 1.0f - matte.data[i / 2];
+        scaled.description.bounds = describe(scaled.planes).bounds;
+        expect_color_of(scaled, frame, matte);
+    }
 }
 
 // The edge of an antialiased matte, a pixel wide: its pixels have the depth of object or ground,

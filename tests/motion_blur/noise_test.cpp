@@ -40,6 +40,18 @@ TEST(Noise, GradientNoiseByHand) {
         expect_pixel(table, x, y, {ign(x, y), 2 * ign(y + 37, x + 11) - 1}, 1e-5);
 }
 
+// Shifted differently along x and y.
+TEST(Noise, TablesOfGpuAndCpuAreEqual) {
+    for (const Kind kind : {Kind::halton, Kind::ign, Kind::blue}) {
+        noise::Parameters parameters;
+        parameters.noise = kind;
+        parameters.seed = 99;
+        const char* names[] = {"halton", "ign", "blue"};
+        const char* name = names[size_t(kind)];
+        EXPECT_LE(compare(gpu_table(name, 99), noise::table(parameters, 0), 0).max, 1e-6) << name;
+    }
+}
+
 // Averages over 4 x 4 pixels of white noise have variance 1/12/16; of blue noise far less, because
 // it lacks low frequencies. Measured 0.0003.
 TEST(Noise, BlueHasNoLowFrequencies) {

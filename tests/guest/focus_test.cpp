@@ -89,6 +89,15 @@ TEST(Focus, RegionsTakeTheMedian) {
     frame.focus_radius = 0.25f;
     frame.flags |= PC_CAMERA_CUT;
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    // Within a quarter of the height most pixels are near, within one of the width they are far.
+    const HostTexture disc(GL_R32F, make_image(kWidth, kHeight, 1, [](int x, int y, int) {
+                               return std::hypot(x - kWidth / 2, y - kHeight / 2) < 13 ? 0.25
+                                                                                       : 0.05;
+                           }));
+    frame.depth = disc;
+    const auto middle = focused(0.5, 0.5);
+    prepare(guest, middle, frame);
+    expect_focus(filtered(guest, middle, frame), at_distance(guest, frame, 0.25));
 }
 
 // Two chains on one instance keep their own focus, and a place that is set begins anew.

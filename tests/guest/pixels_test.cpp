@@ -400,12 +400,15 @@ TEST_F(Pixels, ExposureDecidesWhatFxaaSees) {
     const HostTexture color(GL_RGBA32F, dark), exposure(GL_R32F, ImageF(1, 1, 1, 2048));
     pc_frame frame = host.frame;
     frame.color = color;
-    frame.exposure = exposure;
     frame.pre_exposure = 0.5f;
-    ImageF found = filtered(chain("fxaa"), frame);
-    for (size_t i = 0; i < found.data.size(); ++i)
-        if (i % 4 != 3) found.data[i] *= 4096;
-    expect_equal(found, expected);
+    const auto part = HostTexture::inside(GL_R32F, ImageF(1, 1, 1, 2048), 6, 5, 1, 3);
+    for (const HostTexture* one : {&exposure, &part}) {
+        frame.exposure = *one;
+        ImageF found = filtered(chain("fxaa"), frame);
+        for (size_t i = 0; i < found.data.size(); ++i)
+            if (i % 4 != 3) found.data[i] *= 4096;
+        expect_equal(found, expected);
+    }
 }
 
 TEST_F(Pixels, ValuesThatAreNotFiniteAreReplaced) {
@@ -563,6 +566,7 @@ TEST_F(Pixels, TheFrameNumberTurnsAnimatedNoiseAlone) {
     set(made, 0, "animate_noise", 1);
     const ImageF three = at(3);
     EXPECT_GT(changed(three, at(4)), 0.01);
+    EXPECT_GT(changed(three, at(3 + (1 << 16))), 0.01);
     expect_equal(at(3), three);
 }
 

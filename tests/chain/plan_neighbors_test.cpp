@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "chain/pass/resolved_chain.h"
 #include "chain/plan/plan_print.h"
 #include "tests/chain/plan_support.h"
 
@@ -45,6 +46,12 @@ TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
             EXPECT_EQ(texture.format, plane_format(channels_of(texture.role), Precision::fp32))
                 << texture.name;
         }
+}
+
+TEST(Planner, WhatIsOfAnotherColorIsNoPlaneAfterASpread) {
+    EXPECT_EQ(without_neighbors(kEveryRole),
+              (RoleSet{Role::color, Role::inverse_depth, Role::motion, Role::motion_back,
+                       Role::hint, Role::layers, Role::mattes}));
 }
 
 TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {

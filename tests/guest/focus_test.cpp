@@ -131,7 +131,8 @@ TEST(Focus, RegionsTakeTheMedian) {
     frame.focus_radius = 0.25f;
     frame.flags |= PC_CAMERA_CUT;
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
-    // The corners of the square around the disc do not count either.
+    // Neither the corners of the square around the disc count, nor what is within a quarter of the
+    // width.
     const HostTexture disc(GL_R32F, make_image(kWidth, kHeight, 1, [](int x, int y, int) {
                                return std::hypot(x - kWidth / 2, y - kHeight / 2) < 13 ? 0.25
                                                                                        : 0.05;

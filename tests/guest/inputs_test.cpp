@@ -119,6 +119,13 @@ TEST_F(Inputs, ViewsOfLayers) {
                                    {GL_R32F, plane(Role::inverse_depth)},
                                    {GL_RG32F, plane(Role::motion)},
                                    {GL_R32F, covered}};
+    // And parts of larger textures.
+    constexpr int kAcross = kWidth + 20, kDown = kHeight + 20;
+    const HostTexture parts[] = {
+        HostTexture::inside(GL_RGBA32F, plane(Role::color), kAcross, kDown, 3, 11),
+        HostTexture::inside(GL_R32F, plane(Role::inverse_depth), kAcross, kDown, 13, 1),
+        HostTexture::inside(GL_RG32F, plane(Role::motion), kAcross, kDown, 5, 17),
+        HostTexture::inside(GL_R32F, covered, kAcross, kDown, 2, 19)};
     const std::tuple<const char*, pc_texture pc_frame::*, pc_slice pc_frame::*> views[] = {
         {"host.color", &pc_frame::color, &pc_frame::color_slice},
         {"host.depth", &pc_frame::depth, &pc_frame::depth_slice},
@@ -132,6 +139,11 @@ TEST_F(Inputs, ViewsOfLayers) {
         const ImageF expected = filtered(made(), frame);
         frame.*of = layers[i];
         frame.*slice = ArrayTexture::kSlice;
+        expect_equal(filtered(made(), frame), expected);
+        frame.*slice = {};
+        frame.width = kWidth;
+        frame.height = kHeight;
+        frame.*of = parts[i];
         expect_equal(filtered(made(), frame), expected);
     }
 }
@@ -172,16 +184,19 @@ TEST_F(Inputs, NeighborsOfEveryFormInTurn) {
             [&](F f, F) { f.depth = depth, f.depth_slice = ArrayTexture::kSlice; },
             [&](F f, F) { f.motion = motion, f.motion_slice = ArrayTexture::kSlice; },
             [](F f, F) { f.motion_size[0] = kWidth / 2, f.motion_size[1] = kHeight / 2; }};
-        ImageF last;
+        std::vector<ImageF> all = {{}};
         for (const auto& change : forms) {
             pc_frame other = beside.frame, frame = host().frame;
             change(other, frame);
             (neighbor == Neighbor::before ? frame.before : frame.after) = &other;
             const ImageF expected = filtered(chain("motion_blur"), frame);
             expect_equal(filtered(shared, frame), expected);
-            different += !equal_bits(expected, last);
-            last = expected;
+            different += !equal_bits(expected, all.back());
+            all.push_back(expected);
         }
+        // Layers of an array have the values of the textures.
+        for (const auto& [array, texture] : {std::pair(8, 7), {9, 7}, {10, 1}, {11, 1}})
+            expect_equal(all.at(size_t(array)), all.at(size_t(texture)));
     }
     EXPECT_GE(different, 10u);
 }
@@ -203,6 +218,20 @@ TEST_F(Inputs, OneTextureInAndOut) {
         prepare_and_run(guest(), chain("motion_blur"), frame);
         expect_equal(both.layer(1, layer), plane(Role::color));
     }
+    // The first layer and level after others, by the same plan.
+    const ArrayTexture output(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 9));
+    pc_frame frame = host().frame;
+    frame.output = output;
+    frame.output_slice = ArrayTexture::kSlice;
+    prepare_and_run(guest(), made(), frame);
+    frame.output.width *= 2;
+    frame.output.height *= 2;
+    frame.output_slice = {GL_TEXTURE_2D_ARRAY, 0, 0};
+    prepare_and_run(guest(), made(), frame);
+    const ImageF all = output.layer(0, 0);
+    expect_equal(
+        make_image(kWidth, kHeight, 4, [&](int x, int y, int c) { return all.at(x, y, c); }),
+        expected());
 }
 
 // Another rectangle of color's texture, which overlaps it: also where the chain has nothing to do.
@@ -210,7 +239,10 @@ TEST_F(Inputs, OutputThatOverlapsColor) {
     auto host = canonical_frame(kWidth, kHeight);
     const ImageF& picture = host.test.planes.at(Role::color);
     const auto made = chain("motion_blur");
-    for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
+    for (const auto& [cut, x, y] : {std::tuple(0u, 9, 11),
+                                    {uint32_t(PC_CAMERA_CUT), 9, 11},
+                                    {uint32_t(PC_CAMERA_CUT), 4, 11},
+                                    {uint32_t(PC_CAMERA_CUT), 9, 5}}) {
         pc_frame frame = host.frame;
         frame.flags |= cut;
         const ImageF expected = cut ? picture : by_executor(host.test, "motion_blur");
@@ -221,8 +253,8 @@ TEST_F(Inputs, OutputThatOverlapsColor) {
         pc_frame closed = frame;
         closed.flags |= PC_GIVEN_SHUTTER;
         prepare_and_run(guest(), made, closed);  // stays where it is
-        frame.output.x = 9;
-        frame.output.y = 11;
+        frame.output.x = x;
+        frame.output.y = y;
         const pc_texture result = prepare_and_run(guest(), made, frame);
         expect_equal(read(result, kWidth, kHeight), expected);
         frame.debug_view = "host.color";

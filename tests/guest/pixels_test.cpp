@@ -637,6 +637,7 @@ TEST_F(Pixels, TheFrameNumberTurnsAnimatedNoiseAlone) {
     set(made, 0, "animate_noise", 1);
     const ImageF three = at(3);
     EXPECT_GT(changed(three, at(4)), 0.01);
+    EXPECT_GT(changed(three, at(3 + (1 << 16))), 0.01);
     expect_equal(at(3), three);
 }
 

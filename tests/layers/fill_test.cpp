@@ -104,6 +104,14 @@ TEST(FillMask, IsWhatAMovingBarUncovers) {
     }
 }
 
+// Beside an object that is held out, it stands after the layers that hold it out.
+TEST(FillMask, IsFoundBesideAMatte) {
+    TestFrame frame = bar_frame({});
+    const ImageF plain = mask_of(plain_motion_blur(), frame);
+    add_matte(frame, ImageF(kWidth, kHeight, 1), 1);
+    EXPECT_LT(relative_difference(mask_of(plain_motion_blur(), frame), plain), 1e-5);
+}
+
 // The area that two circles share. https://mathworld.wolfram.com/Circle-CircleIntersection.html
 double shared_area(double r, double s, double apart) {
     if (apart >= r + s) return 0;

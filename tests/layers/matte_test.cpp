@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "chain/pass/matte.h"
 #include "tests/support/layers.h"
 #include "tests/support/variants.h"
 
@@ -92,6 +93,52 @@ TEST(Mattes, HoldForThePassThatHasThem) {
     const TestFrame plain = bright_frame(67, 45);
     const FramePlanes alone = filter(chain_of("motion_blur"), plain.description, plain.planes);
     EXPECT_TRUE(equal_bits(out.at(Role::color), alone.at(Role::color)));
+}
+
+// Of the frame and of its neighbors. The surfaces behind may show the object, and are not read.
+TEST(Mattes, OneOfSeveralIsThatOneAlone) {
+    TestFrame frame = bright_frame(67, 45);
+    add_motion_back(frame);
+    add_neighbors(frame);
+    add_matte(frame, square_matte(67, 45, 2), 1);
+    TestFrame several = frame;
+    add_behind(several);
+    for (const Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
+        several.planes[role] = stack_planes({ImageF(67, 45, 1, 0.75f), several.planes.at(role)});
+    several.description.mattes = {1};
+    for (const char* pass : {"motion_blur", "joint_blur"})
+        for (const MatteEffect effect : {MatteEffect::unblurred, MatteEffect::unmoved}) {
+            Chain chain = chain_of(pass, {{"samples", int64_t(9)}});
+            chain.links[0].matte = "object";
+            chain.links[0].matte_effect = effect;
+            const auto color_of = [&](TestFrame held) {
+                find_speeds(chain, held.planes, held.description);
+                return filter(chain, held.description, held.planes).at(Role::color);
+            };
+            EXPECT_TRUE(equal_bits(color_of(several), color_of(frame))) << pass << int(effect);
+            TestFrame alone = frame;
+            for (const Role role : {Role::color_before, Role::color_after})
+                alone.description.planes.remove(role);
+            EXPECT_FALSE(equal_bits(color_of(alone), color_of(frame))) << "they are read";
+        }
+}
+
+// A later pass gets the layers of the frame and its neighbors, not those without the object.
+TEST(Mattes, LayersOfALaterPassAreTheFrames) {
+    TestFrame frame = bright_frame(67, 45);
+    add_motion_back(frame);
+    add_neighbors(frame);
+    add_lights(frame, 1);
+    TestFrame held = frame;
+    add_matte(held, ImageF(67, 45, 1, 1.0f), 1);  // FXAA leaves all as it is
+    held.description.mattes.push_back(-1);
+    Chain chain = chain_of("fxaa");
+    append(chain, "motion_blur", {{"samples", int64_t(9)}});
+    const FramePlanes out = filter(chain, held.description, held.planes),
+                      expected = filter(chain_of("motion_blur", {{"samples", int64_t(9)}}),
+                                        frame.description, frame.planes);
+    for (const Role role : {Role::color, Role::layers})
+        EXPECT_TRUE(equal_bits(out.at(role), expected.at(role))) << name_of(role);
 }
 
 // A half holds each value of the frame, but no part of it.

@@ -338,6 +338,11 @@ TEST(Unmoved, SpeedsBesideTheObject) {
         EXPECT_EQ(speeds_of(ImageF(101, 67, 1, none)).px, 23);
     EXPECT_EQ(speeds_of(ImageF(101, 67, 1, 2)).px, 0);
     EXPECT_EQ(speeds_of(ImageF(101, 67, 1, 0.5f)).px, 11.5);
+    TestFrame second = with_matte(frame, stack_planes({ImageF(101, 67, 1, 0.5f), matte}));
+    second.description.mattes = {1};
+    find_speeds(chain, second.planes, second.description);
+    EXPECT_EQ(second.description.speeds_beside.size(), 1u);
+    EXPECT_EQ(second.description.speeds_beside.at(1).px, 8);
 }
 
 // A later pass gets the frame's own motion.

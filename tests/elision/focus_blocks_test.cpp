@@ -183,6 +183,25 @@ TEST(FocusTiles, TheHintIsCarried) {
     }
 }
 
+// Likewise of the lens, whose blocks in focus are copied.
+TEST(FocusTiles, TheHintIsCarriedByTheLens) {
+    FramePlanes planes = focused(131, 67, 4);
+    planes[Role::hint] = noise_image(131, 67, 2, 12);
+    for (int y = 0; y < 67; ++y)
+        for (int x = 90; x < 131; ++x) planes[Role::inverse_depth].at(x, y) = 0.05f;
+    const Chain chain = chain_of("depth_of_field", {{"method", "inverse_warp"s},
+                                                    {"coc", "range"s},
+                                                    {"focus", 10.0},
+                                                    {"range", 10.0},
+                                                    {"max_radius_px", 8.0},
+                                                    {"samples", int64_t(8)}});
+    PlanOptions options = only({depth_of_field::kRuleFocusBlocks}, Precision::fp32);
+    options.outputs = {Role::color, Role::hint};
+    const Elided elided = expect_same_bits(chain, describe(planes), planes, options);
+    EXPECT_TRUE(elided.outputs.count(Role::hint));
+    EXPECT_GT(elided.blocks("still_blocks"), 10u);
+}
+
 // Values that no image should have, but a frame may: no value of the unneeded blocks must reach the
 // others, not even with weight 0.
 TEST(FocusTiles, LargeAndNonFiniteColors) {

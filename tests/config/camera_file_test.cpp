@@ -71,6 +71,12 @@ TEST(CameraFile, OverridesSingleFrames) {
     // 24 mm over the height of a 16:9 image: 24 * 16/9 = 42.67 mm over its width.
     EXPECT_NEAR(*file.camera_for(-1, kHd).sensor_width_mm, 42.0 + 2.0 / 3.0, 1e-12);
     EXPECT_EQ(*file.camera_for(0, kHd).sensor_width_mm, 36.0);
+    // Without a value of its own a frame has the file's.
+    const CameraFile high = parse_good(R"({"sensor_width_mm": 24, "sensor_fit": "vertical",
+        "frames": {"10": {"focus_distance": 4}, "11": {"sensor_fit": "horizontal"}}})");
+    for (const auto& [frame, width] :
+         {std::pair(9, 42.0 + 2.0 / 3.0), {10, 42.0 + 2.0 / 3.0}, {11, 24.0}})
+        EXPECT_NEAR(*high.camera_for(frame, kHd).sensor_width_mm, width, 1e-12) << frame;
 }
 
 TEST(CameraFile, TurnsTheSensorSizeIntoAWidth) {

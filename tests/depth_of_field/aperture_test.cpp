@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <set>
 
 #include "shaders/shared/lens_samples_uniforms.h"
 #include "tests/depth_of_field/support.h"
@@ -13,6 +15,23 @@ namespace postchain::test {
 namespace {
 
 using lens::Aperture;
+
+// Samples are kept by it.
+TEST(Aperture, EveryValueIsInItsHash) {
+    const Aperture plain = {.blades = 5};
+    std::set<uint64_t> hashes = {hash_of(plain)};
+    const std::function<void(Aperture&)> changes[] = {
+        [](Aperture& a) { a.blades = 6; },      [](Aperture& a) { a.rotation_deg = 0.5; },
+        [](Aperture& a) { a.curvature = 0.5; }, [](Aperture& a) { a.ratio = 0.5; },
+        [](Aperture& a) { a.cats_eye = 0.5; },  [](Aperture& a) { a.axes[0] = 0.5; },
+        [](Aperture& a) { a.axes[1] = 0.5; }};
+    for (const auto& change : changes) {
+        Aperture other = plain;
+        change(other);
+        hashes.insert(hash_of(other));
+    }
+    EXPECT_EQ(hashes.size(), 1 + std::size(changes));
+}
 
 // A regular polygon with its corners on the unit circle: mean of x^2 is (2 + cos(2 pi/n))/12.
 TEST(Aperture, PointsFillAPolygonEvenly) {

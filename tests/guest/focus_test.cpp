@@ -97,6 +97,12 @@ TEST(Focus, WhatIsNoDepthDoesNotCount) {
         prepare(guest, made, frame);
         expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
     }
+    // Sky alone is infinitely far, whatever was there before.
+    const HostTexture sky(GL_R32F, ImageF(kWidth, kHeight, 1, NAN));
+    pc_frame frame = scene.frame;
+    frame.depth = sky;
+    frame.flags |= PC_CAMERA_CUT;
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 1e-9));
 }
 
 // Each pass has the depth of its own place.

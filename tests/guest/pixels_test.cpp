@@ -81,6 +81,24 @@ TEST_F(Pixels, NeighborsGiveTheCommandsBits) {
     expect_equal(filtered(made, frame), with_both);
     EXPECT_THAT(pc::explain(guest().get()), ::testing::HasSubstr("import_after"));
 
+    // Each frame has an exposure of its own.
+    const auto times = [](ImageF image, float factor) {
+        for (size_t i = 0; i < image.data.size(); ++i)
+            if (i % 4 != 3) image.data[i] *= factor;
+        return image;
+    };
+    const HostTexture half(GL_RGBA32F, times(plane(Role::color), 0.5f)),
+        quarter(GL_RGBA32F, times(before.planes.at(Role::color), 0.25f)),
+        two(GL_R32F, ImageF(1, 1, 1, 2)), four(GL_R32F, ImageF(1, 1, 1, 4));
+    pc_frame earlier = before.frame;
+    earlier.color = quarter;
+    earlier.exposure = four;
+    frame = host().frame;
+    frame.color = half;
+    frame.exposure = two;
+    frame.before = &earlier;
+    expect_equal(times(filtered(made, frame), 2), with_before);
+
     // The output may be a plane of a neighbor, which is then read before. The last step of this
     // pass reads it.
     const HostNeighbor overwritten = neighbor_of(host(), Neighbor::before);
@@ -208,6 +226,21 @@ TEST_F(Pixels, RowsFromTheBottomAndRectangles) {
     EXPECT_EQ(all.at(10, 13), 55) << "beside the rectangle";
     EXPECT_EQ(all.at(11 + kWidth, 13 + kHeight - 1), 55);
     EXPECT_EQ(all.at(11, 12), 55);
+}
+
+// A window that is made wider, then higher. Its textures are made for the largest at once.
+TEST_F(Pixels, FramesOfOneChangedSide) {
+    auto info = pc::create_info();
+    info.max_width = 57;
+    info.max_height = 41;
+    const pc::Instance guest = pc::create(info);
+    const auto made = chain("fxaa");
+    for (const auto& [width, height] :
+         {std::pair(40, 24), {57, 24}, {57, 41}, {40, 41}, {40, 24}}) {
+        const auto host = canonical_frame(width, height);
+        expect_equal(read(prepare_and_run(guest, made, host.frame), width, height),
+                     by_executor(host.test, "fxaa"));
+    }
 }
 
 // Views in turn, beside and below each other in one texture, to which the last step writes: none

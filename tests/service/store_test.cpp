@@ -390,10 +390,14 @@ TEST_F(StoreTest, LimitsOfAUser) {
 TEST_F(StoreTest, LimitsAreOfOneUserAlone) {
     for (const auto& [name, other] : {std::pair("ann", "bob"), std::pair("dan", "cat")}) {
         for (int i = 0; i < 2; ++i) running(9, user_of(other));
-        const std::string removed = running(1, user_of(other));
-        write(removed, 1, 200);
-        end(removed, JobState::done);
-        ASSERT_TRUE(*store_->forget(removed));
+        User limited = user_of(other);
+        limited.max_bytes = 1000;
+        for (const int bytes : {200, 30}) {
+            const std::string removed = running(1, limited);
+            write(removed, 1, bytes);
+            end(removed, JobState::done);
+            ASSERT_TRUE(*store_->forget(removed));
+        }
         User user = user_of(name);
         user.max_jobs = 1;
         user.max_frames = 5;
@@ -403,7 +407,7 @@ TEST_F(StoreTest, LimitsAreOfOneUserAlone) {
         add(0, user_of(concat("friend of ", name)));
         ASSERT_TRUE(store_->settle(name, kWrites, 0).ok());
         ASSERT_EQ(store_->ledger(other)->size(), 1u);
-        EXPECT_EQ((*store_->ledger(other))[0].bytes, 200);
+        EXPECT_EQ((*store_->ledger(other))[0].bytes, 200 + 30);
     }
 }
 

@@ -450,8 +450,8 @@ Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
             json["settings"] = settings;
             print_line(json);
         } else {
-            std::printf("%s against %s, %zu frames\n", printable(diff.b).c_str(),
-                        printable(diff.a).c_str(), all.size());
+            std::printf("%s against %s, %zu frame%s\n", printable(diff.b).c_str(),
+                        printable(diff.a).c_str(), all.size(), all.size() == 1 ? "" : "s");
             print_table(summary, exposures);
         }
         exceeded |= exceeds(work, summary, diff.b);

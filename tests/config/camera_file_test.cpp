@@ -225,7 +225,7 @@ TEST(CameraFile, TakesTheShutterAsAnAngle) {
                 ElementsAre(HasSubstr("-180 degrees are -0.5 frames: -0.5 is out of range")));
 }
 
-// What is not given is another's: it has no place in this file.
+// A value that is not given is another's: it has no place in this file.
 TEST(CameraFile, NullIsNoValue) {
     const CameraFile file = parse_good(
         "{\"f_stop\": 2, \"near_clip\": null,\n \"frames\": {\"3\": {\"f_stop\": null}}}");

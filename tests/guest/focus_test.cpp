@@ -81,7 +81,7 @@ TEST(Focus, FirstFrameIsInFocus) {
     expect_focus(filtered(guest, right, half), at_distance(guest, half, double(0.05f)));
 }
 
-// Of 5 x 5 pixels only those that have a depth count.
+// Only pixels that have a depth count, among 5 x 5.
 TEST(Focus, WhatIsNoDepthDoesNotCount) {
     const Scene scene;
     const auto guest = instance();

@@ -479,7 +479,7 @@ TEST_F(Pixels, ExposureDecidesWhatFxaaSees) {
     for (size_t i = 0; i < found.data.size(); ++i)
         if (i % 4 != 3) found.data[i] *= 4096;
     expect_equal(found, expected);
-    // What is no exposure counts as 1.
+    // Values that are no exposure count as 1.
     frame.pre_exposure = 1 / 1024.0f;
     frame.exposure = {};
     const ImageF without = filtered(chain("fxaa"), frame);

@@ -95,7 +95,7 @@ TEST(Mattes, HoldForThePassThatHasThem) {
     EXPECT_TRUE(equal_bits(out.at(Role::color), alone.at(Role::color)));
 }
 
-// Of the frame and of its neighbors. The surfaces behind may show the object, and are not read.
+// The frame's own and its neighbors'. The surfaces behind may show the object, and are not read.
 TEST(Mattes, OneOfSeveralIsThatOneAlone) {
     TestFrame frame = bright_frame(67, 45);
     add_motion_back(frame);

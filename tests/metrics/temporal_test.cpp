@@ -119,7 +119,7 @@ TEST(TemporalError, TakesTheClassOfEitherFrame) {
                     .ok());
         EXPECT_FALSE(last(error, "temporal_error_still"));
         EXPECT_EQ(last(error, "temporal_error_moving"), 0);
-        // Of the frame before alone, not of an earlier one.
+        // The classes of the frame before count, not those of an earlier one.
         for (int i = 0; i < 2; ++i)
             ASSERT_TRUE(
                 error.add(pair(image, image), Image<PixelClass>(3, 2, 1, PixelClass::still)).ok());

@@ -187,7 +187,7 @@ TEST(ProgramFiles, TheIndexHasTheLayoutOfTheUniformBlock) {
                 Contains(member("sky_y", "vec4", offsetof(GuestUniforms, sky_y))));
 }
 
-// What its frames need that others do not.
+// Its frames need what others do not.
 TEST(ProgramFiles, EachOptionAddsItsPrograms) {
     struct Case {
         const char *option, *chain, *program;

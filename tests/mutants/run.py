@@ -99,7 +99,7 @@ def compile_tests(tests, build, wanted):
     files = set()
     for name in {word.partition(":")[0] for word in wanted}:
         for word in tests[name].command + list(tests[name].environment.values()):
-            path = pathlib.Path(word)
+            path = pathlib.Path(word.rpartition("=")[2])  # PYTHONPATH=FOLDER too
             if path.is_absolute() and path.is_relative_to(build) and path.suffix != ".zip":
                 files.add(str(path.relative_to(build)))
                 if path.name == "postchain":  # the programs that it starts
@@ -107,7 +107,8 @@ def compile_tests(tests, build, wanted):
     known = subprocess.run(["ninja", "-C", build, "-t", "targets", "all"], check=True, capture_output=True,
                            text=True).stdout
     known = {line.partition(":")[0] for line in known.splitlines()}
-    return subprocess.run(["ninja", "-C", build, *sorted(files & known)], capture_output=True).returncode == 0
+    targets = sorted(one for one in known if any(one == file or one.startswith(f"{file}/") for file in files))
+    return subprocess.run(["ninja", "-C", build, *targets], capture_output=True).returncode == 0
 
 
 def run(mutant, tests, build):

@@ -16,7 +16,7 @@ namespace {
 
 using lens::Aperture;
 
-// Samples are kept by it.
+// Lens samples are cached by this hash.
 TEST(Aperture, EveryValueIsInItsHash) {
     const Aperture plain = {.blades = 5};
     std::set<uint64_t> hashes = {hash_of(plain)};

@@ -183,7 +183,7 @@ TEST(FocusTiles, TheHintIsCarried) {
     }
 }
 
-// Likewise of the lens, whose blocks in focus are copied.
+// The lens copies its blocks in focus, with their hint.
 TEST(FocusTiles, TheHintIsCarriedByTheLens) {
     FramePlanes planes = focused(131, 67, 4);
     planes[Role::hint] = noise_image(131, 67, 2, 12);

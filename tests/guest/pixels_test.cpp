@@ -228,7 +228,7 @@ TEST_F(Pixels, RowsFromTheBottomAndRectangles) {
     EXPECT_EQ(all.at(11, 12), 55);
 }
 
-// A window that is made wider, then higher. Its textures are made for the largest at once.
+// A window that becomes wider, then higher. Textures have the largest size from the start.
 TEST_F(Pixels, FramesOfOneChangedSide) {
     auto info = pc::create_info();
     info.max_width = 57;
@@ -282,7 +282,7 @@ TEST_F(Pixels, ViewsOfVectorsAndNumbers) {
     for (int x = 0; x < kWidth; ++x)
         for (int c = 0; c < 3; ++c)
             ASSERT_NEAR(view.at(x, 7, c), vectors[x / 16].color[size_t(c)], 1e-4) << x << " " << c;
-    // In front of the focus, the square, radii are below 0.
+    // The square is in front of the focus: its radii are negative.
     frame.motion = host().frame.motion;
     frame.focus_distance = 4;
     frame.debug_view = "1.depth_of_field.coc";

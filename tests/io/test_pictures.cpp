@@ -276,7 +276,7 @@ TEST(ImageFile, DecodesFloatsAndHasLimits) {
                 testing::HasSubstr("more than are read"));
 }
 
-// A DPX without one holds zeros, as a quotient 0, infinity or NaN.
+// A DPX without a pixel aspect holds zeros, whose quotient is 0, infinity or NaN.
 TEST(ImageFile, APixelAspectThatIsNoneIsOne) {
     const TempFolder folder;
     const std::string path = folder.path("i.dpx");

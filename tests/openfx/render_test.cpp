@@ -395,7 +395,7 @@ TEST(Pixels, ProxiesAreBlurredAlike) {
     }
 }
 
-// A part of the frame is filtered as the whole that is clear and far away elsewhere.
+// A crop has the bits of a whole frame that is clear and far away outside of it.
 TEST(Pixels, ACropIsClearAround) {
     constexpr int kLeft = 9, kBottom = 5, kWide = 31, kHigh = 27;
     Host host;

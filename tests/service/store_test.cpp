@@ -479,7 +479,7 @@ TEST_F(StoreTest, ARetriedJobIsAsOneThatHasNotEnded) {
     EXPECT_EQ(*store_->start(id), 1) << "its first attempt";
 }
 
-// Those of a job since its last progress.
+// Deaths of a job count since its last progress.
 TEST_F(StoreTest, DeathsCountUntilAFrameHasEnded) {
     const std::pair<std::function<Status(const std::string&)>, int> cases[] = {
         {[](const std::string&) { return Status(); }, 3},

@@ -187,7 +187,7 @@ TEST(ProgramFiles, TheIndexHasTheLayoutOfTheUniformBlock) {
                 Contains(member("sky_y", "vec4", offsetof(GuestUniforms, sky_y))));
 }
 
-// Its frames need what others do not.
+// Each option adds the programs that its frames alone need.
 TEST(ProgramFiles, EachOptionAddsItsPrograms) {
     struct Case {
         const char *option, *chain, *program;

@@ -62,7 +62,7 @@ metrics() {
     ask GET metrics "$@" | LC_ALL=C sort | sed -E 's/^((process|postchain_(store|http_connections))[a-z_]*) .*/\1 N/
         s/^([a-z_]*seconds_(sum|bucket\{.*le="[0-9.]+"\}).*) .*/\1 N/; s/(seconds_sum) .*/\1 N/'
 }
-# raw TEXT: sends what printf makes of it, with a line \r\n at each end of line, and prints the replies.
+# raw TEXT: sends the text of this printf format, whose lines end with \r\n, and prints the replies.
 raw() {
     exec 3<>"/dev/tcp/127.0.0.1/$(sed -E 's#.*:([0-9]+)/.*#\1#' address)"
     # shellcheck disable=SC2059

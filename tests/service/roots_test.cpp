@@ -141,7 +141,8 @@ TEST_F(RootsTest, PathsOfAJobAreCheckedWhenItRuns) {
     for (const char* target : {"second/shots", "rootless"}) {
         fs::create_symlink(base_ + "/" + target, root("/shots"));
         EXPECT_EQ(check_folder(root("/shots"), roots_).code(), StatusCode::output) << target;
-        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("outside the folders")) << target;
+        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("outside the folders"))
+            << target;
         fs::remove(root("/shots"));
     }
 }

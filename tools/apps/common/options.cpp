@@ -7,6 +7,7 @@
 #include "config/chain_find.h"
 #include "config/scalar.h"
 #include "passes/registry.h"
+#include "tools/apps/common/checks.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/state.h"
 #include "tools/sequence/exr/pixel_file.h"
@@ -21,6 +22,15 @@ std::string option_names(const std::string& key) {
         {"input", "-i"}, {"output", "-o"}, {"truth", "-r"}};
     const auto letter = letters.find(key);
     return (letter == letters.end() ? "" : letter->second + ",") + sequence::option_name(key);
+}
+
+void add_words(CLI::App& subcommand, const std::string& name, const std::string& type,
+               std::vector<std::string>& words, const std::string& help) {
+    subcommand.add_option(name, words, help)
+        ->type_name(type)
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
 }
 
 }  // namespace
@@ -66,17 +76,24 @@ void add_progress(CLI::App& subcommand, Options& o) {
 }
 
 void add_confine(CLI::App& subcommand, Options& o) {
-    add_list(subcommand, "--confine-to", "DIR", o.confine_to,
-             "open no files but those in this folder and the system's, and no network; may be "
-             "repeated");
-    add_list(subcommand, "--also-read", "PATH", o.also_read,
-             "with --confine-to: read this file, or those in this folder, too; may be repeated");
+    add_words(subcommand, "--confine-to", "DIR", o.confine_to,
+              "open no files but those in this folder and the system's, and no network; may be "
+              "repeated");
+    add_words(subcommand, "--also-read", "PATH", o.also_read,
+              "with --confine-to: read this file, or those in this folder, too; may be repeated");
     subcommand.get_option("--also-read")->needs(subcommand.get_option("--confine-to"));
 }
 
+void add_chain_file(CLI::App& subcommand, const std::string& word, const std::string& key,
+                    std::string& chain) {
+    const char* help = "chain file, or the name of a shipped chain";
+    subcommand.add_option(word, chain, help)->required();
+    add_property(subcommand, key,
+                 {{"description", help}, {"type", "string"}, {"x-path", "profile"}});
+}
+
 void add_chain(CLI::App& subcommand, Options& o) {
-    subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
-        ->required();
+    add_chain_file(subcommand, "CHAIN", "chain", o.chain);
     add_list(subcommand, "--set", "KEY=VALUE", o.sets,
              "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2");
 }
@@ -87,6 +104,7 @@ const ParameterTable& job_parameters() {
 }
 
 void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settings) {
+    add_property(subcommand, row);
     const std::string name = option_names(row.key);
     // The row outlives the subcommand, like its table.
     const auto set = [&row, settings](const ParameterValue& value) { row.set(settings, value); };
@@ -153,11 +171,10 @@ void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisti
 
 void add_list(CLI::App& subcommand, const std::string& name, const std::string& type,
               std::vector<std::string>& words, const std::string& help) {
-    subcommand.add_option(name, words, help)
-        ->type_name(type)
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
+    add_property(
+        subcommand, key_of(name),
+        {{"description", type + ": " + help}, {"type", "array"}, {"items", {{"type", "string"}}}});
+    add_words(subcommand, name, type, words, help);
 }
 
 void add_displayed(CLI::App& subcommand, Options& o) {
@@ -198,26 +215,34 @@ void add_device(CLI::App& subcommand, Options& o) {
     add_threads(subcommand, o);
 }
 
+Result<ChainFile> read_chain_of(const Options& options) {
+    if (options.recorded_chain.empty())
+        return load_chain(options.chain, builtin_passes(), options.sets);
+    return parse_chain(options.recorded_chain, "the record of " + options.like, builtin_passes(),
+                       options.sets);
+}
+
 Result<ChainFile> load_chain_of(const Options& options) {
-    ASSIGN_OR_RETURN(ChainFile file,
-                     options.recorded_chain.empty()
-                         ? load_chain(options.chain, builtin_passes(), options.sets)
-                         : parse_chain(options.recorded_chain, "the record of " + options.like,
-                                       builtin_passes(), options.sets));
+    ASSIGN_OR_RETURN(ChainFile file, read_chain_of(options));
     RETURN_IF_ERROR(log::write(file.diagnostics, log::Level::info));
     io::ApertureFiles pictures;
     RETURN_IF_ERROR(pictures.read(file.chain.camera).at("camera.aperture_image"));
     return file;
 }
 
-Result<sequence::RunSettings> run_settings_of(const Options& options) {
-    Diagnostics notes;
+Result<sequence::RunSettings> read_settings(const Options& options, Diagnostics& notes) {
     auto settings = sequence::parse_job(options.job, builtin_passes(), notes);
-    RETURN_IF_ERROR(log::write(notes, log::Level::detail));
     if (settings.ok()) settings->version = kVersion;
     if (settings.ok() && !options.recorded_camera.empty())
         settings->source.camera =
             parse_camera(options.recorded_camera, "the record of " + options.like);
+    return settings;
+}
+
+Result<sequence::RunSettings> run_settings_of(const Options& options) {
+    Diagnostics notes;
+    auto settings = read_settings(options, notes);
+    RETURN_IF_ERROR(log::write(notes, log::Level::detail));
     return settings;
 }
 

@@ -34,12 +34,16 @@ struct Options {
     std::string log_format = "text";
     std::string progress = "terminal";
     bool json = false;
+    bool check = false;
     std::vector<std::string> confine_to;  // folders; none: not confined
     std::vector<std::string> also_read;   // files, of a confined process
     bool camera_metadata = false;         // of inspect: prints the table of attributes
 };
 
 void add_logging(CLI::App& subcommand, Options& options);
+// CHAIN, or another word; `key`: of its setting.
+void add_chain_file(CLI::App& subcommand, const std::string& word, const std::string& key,
+                    std::string& chain);
 void add_chain(CLI::App& subcommand, Options& options);  // CHAIN, --set
 void add_threads(CLI::App& subcommand, Options& options);
 void add_device(CLI::App& subcommand, Options& options);  // and --threads
@@ -76,9 +80,14 @@ void add_list(CLI::App& subcommand, const std::string& name, const std::string& 
 // --on-existing for subcommands without incremental results: fail, overwrite.
 void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisting& on_existing);
 
+// The chain with its diagnostics; the images that its camera names are not read. Errors: there is
+// no such file.
+Result<ChainFile> read_chain_of(const Options& options);
 // Prints every diagnostic; the returned error is already printed.
 Result<ChainFile> load_chain_of(const Options& options);
-// Settings of options.job; prints the diagnostics of its camera file.
+// Settings of options.job; `notes` gets the diagnostics of its camera file, errors too.
+Result<sequence::RunSettings> read_settings(const Options& options, Diagnostics& notes);
+// Prints the diagnostics of its camera file.
 Result<sequence::RunSettings> run_settings_of(const Options& options);
 // sequence::choose_device() with --device and --threads.
 Result<egl::ContextOptions> choose_device(const Options& options);

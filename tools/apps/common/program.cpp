@@ -18,6 +18,7 @@
 #include "chain/base/parameter.h"
 #include "chain/base/printable.h"
 #include "config/reporter.h"
+#include "tools/apps/common/checks.h"
 #include "tools/apps/common/confine.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/manual.h"
@@ -60,6 +61,18 @@ std::string unexpected(const CLI::App& subcommand) {
     return concat("unexpected argument '", words[0], "'");
 }
 
+bool has_word(std::string_view word, int argc, char** argv) {
+    return std::find(argv, argv + argc, word) != argv + argc;
+}
+
+// Prints the failure, as --check does if it is given.
+int failed(const Status& status, bool check) {
+    if (!check) return fail(status);
+    Checks checks;
+    checks.take("", status);
+    return checks.print({});
+}
+
 int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
     log::set_up(false, false, asks_for("--log-format", "json", argc, argv));
     if (asks_for("--progress", "openjd", argc, argv)) log::tell_openjd();
@@ -76,9 +89,11 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
         const std::string words = unexpected(given.empty() ? app : *given[0]);
         if (!words.empty()) text = words;
     }
-    log::error(concat(text, "; see postchain ", given.empty() ? "" : given[0]->get_name() + " ",
-                      "--help"));
-    return kExitUsage;
+    const bool check = has_word("--check", argc, argv);
+    if (!check)
+        text +=
+            concat("; see postchain ", given.empty() ? "" : given[0]->get_name() + " ", "--help");
+    return failed(Status(StatusCode::usage, text), check);
 }
 
 // Replaces this process by the part's program, with the same words. Returns only if that fails.
@@ -136,6 +151,13 @@ int parse_and_run(const Program& program, int argc, char** argv) {
         });
     }
 
+    if (has_word("--schema", argc, argv))
+        for (const auto& [subcommand, run] : added)
+            if (const auto schema = schema_of(*subcommand);
+                schema && subcommand->get_name() == argv[1]) {
+                print_line(*schema);
+                return kExitOk;
+            }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -147,9 +169,10 @@ int parse_and_run(const Program& program, int argc, char** argv) {
     if (options.progress == "openjd") log::tell_openjd();
     for (const auto& [subcommand, run] : added) {
         if (!subcommand->parsed()) continue;
-        if (const Status status = confine(options); !status.ok()) return fail(status);
+        if (const Status status = confine(options); !status.ok())
+            return failed(status, options.check);
         const Result<int> code = run();
-        return code.ok() ? *code : fail(code.status());
+        return code.ok() ? *code : failed(code.status(), options.check);
     }
     return kExitOk;
 }

@@ -12,6 +12,7 @@
 #include "chain/base/text.h"
 #include "chain/plan/plan_bytes.h"
 #include "chain/plan/plan_print.h"
+#include "tools/apps/common/checks.h"
 #include "tools/apps/common/log.h"
 #include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/device.h"
@@ -254,6 +255,7 @@ RunSubcommand add_plan(CLI::App& subcommand, Options& options) {
         .add_option("--calibration", plan->calibration,
                     "sidecar of a frame filtered on a similar machine, to estimate times")
         ->type_name("FILE");
+    add_schema(subcommand, {"chain"});
     return [&options, plan] { return plan_subcommand(options, *plan); };
 }
 

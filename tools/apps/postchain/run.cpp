@@ -11,6 +11,7 @@
 
 #include "chain/base/text.h"
 #include "config/camera_file.h"
+#include "tools/apps/common/checks.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/stop_on_signal.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -161,14 +162,58 @@ Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options&
 }
 
 // ---------------------------------------------------------------------------------------- run
+void add_other_inputs(const Options& options, const Chain& chain, sequence::RunSettings& settings) {
+    auto& files = settings.other_inputs;
+    if (!options.chain.empty()) files.push_back({options.chain, "the chain file"});
+    if (!options.like.empty()) files.push_back({options.like, "the output of --like"});
+    for (auto& picture : io::inputs_of(chain.camera)) files.push_back(std::move(picture));
+}
+
+// What --check prints of a run without faults.
+io::Json json_of(const sequence::RunCheck& found, const sequence::RunSettings& settings) {
+    io::Json json = {{"frames", io::Json::array()},
+                     {"writes", {whole_path(settings.output.text())}},
+                     {"files", io::Json::array()}};
+    for (const sequence::FrameTask& task : found.tasks) {
+        io::Json frame = {{"frame", task.frame},
+                          {"inputs", io::Json::object()},
+                          {"output", whole_path(task.output)}};
+        for (const auto& [role, path] : task.files)
+            frame["inputs"][name_of(role)] = whole_path(path);
+        if (task.files.empty())
+            frame["missing"] = sequence::absent_frame(task.frame, settings).message();
+        if (const auto refused = found.refused.find(task.frame); refused != found.refused.end())
+            frame["refused"] = refused->second;
+        json["frames"].push_back(std::move(frame));
+    }
+    if (!settings.dump_folder.empty()) json["writes"].push_back(whole_path(settings.dump_folder));
+    for (const io::InputFile& file : settings.other_inputs)
+        if (std::error_code error; std::filesystem::exists(file.path, error))
+            json["files"].push_back({{"path", whole_path(file.path)}, {"what", file.what}});
+    return json;
+}
+
+int check_subcommand(const Options& options) {
+    Checks checks;
+    const auto chain = checks.chain("chain", options);
+    auto settings = checks.settings(options);
+    if (!checks.ok()) return checks.print({});
+    add_other_inputs(options, chain->chain, *settings);
+    const sequence::RunCheck found = sequence::check_run(chain->chain, *settings);
+    for (const auto& [key, status] : found.faults) checks.take(key, status);
+    if (!options.confine_to.empty()) {
+        checks.reads("input", settings->input);
+        checks.writes("output", settings->output.folder());
+        if (!settings->dump_folder.empty()) checks.writes("dump_stages", settings->dump_folder);
+    }
+    return checks.print(json_of(found, *settings));
+}
+
 // `like`: the record to repeat, if any.
 Result<int> run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
     ASSIGN_OR_RETURN(auto chain, load_chain_of(options));
     ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
-    if (!options.chain.empty()) settings.other_inputs.push_back({options.chain, "the chain file"});
-    if (like) settings.other_inputs.push_back({options.like, "the output of --like"});
-    for (auto& picture : io::inputs_of(chain.chain.camera))
-        settings.other_inputs.push_back(std::move(picture));
+    add_other_inputs(options, chain.chain, settings);
     std::set<int> cuts = settings.source.cuts;  // neither run yet nor on disk
     std::erase_if(cuts, [&](int frame) {
         std::error_code failed;
@@ -237,8 +282,10 @@ RunSubcommand add_run(CLI::App& subcommand, Options& options) {
     add_device(subcommand, options);
     add_like(subcommand, options);
     add_confine(subcommand, options);
+    add_checks(subcommand, options, {"chain", "input"});  // not so with --like
     return [&subcommand, &options]() -> Result<int> {
         ASSIGN_OR_RETURN(const auto like, apply_like(subcommand, options));
+        if (options.check) return check_subcommand(options);
         return run_subcommand(options, like);
     };
 }

@@ -11,6 +11,7 @@
 #include "chain/base/printable.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
+#include "tools/apps/common/checks.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/stop_on_signal.h"
 #include "tools/measure/experiment/experiment_input.h"
@@ -36,7 +37,8 @@ struct ExperimentOptions {
 };
 
 void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
-                    const ParameterTable& table, ParameterRef settings) {
+                    const ParameterTable& table, ParameterRef settings,
+                    const std::vector<std::string>& chains) {
     add_list(subcommand, "--set", "KEY=VALUE", o.sets, "change a value of the chain, as in run");
     add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
     add_settings(subcommand, table, "", settings);
@@ -47,15 +49,82 @@ void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
     subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);
     add_confine(subcommand, o);
+    add_checks(subcommand, o, chains);
 }
 
 // Adds the settings outside the tables: those of the run and of this process.
-Status complete(experiment::ExperimentSettings& settings, const Options& o,
-                const std::vector<std::string>& chains, const std::vector<Camera>& cameras) {
-    ASSIGN_OR_RETURN(auto run, run_settings_of(o));
+void complete(experiment::ExperimentSettings& settings, sequence::RunSettings run, const Options& o,
+              const std::vector<std::string>& chains, const std::vector<Camera>& cameras) {
     experiment::complete(settings,
                          {std::move(run), o.job.input, chains, cameras, o.command_line, o.threads});
-    return Status();
+}
+
+Result<std::vector<experiment::NamedChain>> variants_of(const Options& options,
+                                                        const ExperimentOptions& e) {
+    ASSIGN_OR_RETURN(const auto chain, find_chain(options.chain));
+    std::vector<experiment::Sweep> sweeps;
+    for (const auto& text : e.sweeps) {
+        ASSIGN_OR_RETURN(auto sweep, experiment::parse_sweep(text));
+        sweeps.push_back(std::move(sweep));
+    }
+    return experiment::sweep_variants(chain, builtin_passes(), options.sets, sweeps,
+                                      e.bench.max_variants);
+}
+
+// The input, the ground truth and the folder of a report. Prints what --check finds.
+int check_report(Checks& checks, const experiment::ExperimentSettings& settings, bool confined) {
+    const sequence::RunSettings& run = settings.run;
+    const auto list = checks.take(run.frames ? "frames" : "input", experiment::frames_on_disk(run));
+    if (list && !settings.truth.empty())
+        checks.take("truth", experiment::Truth::open(settings.truth, list->frames).status());
+    const Status folder = experiment::check_folder(settings);
+    checks.take(folder.code() == StatusCode::usage ? "output" : "on_existing", folder);
+    io::Json writes = {whole_path(settings.folder)};
+    if (!settings.assets.empty()) writes.push_back(whole_path(settings.assets));
+    if (confined) {
+        checks.reads("input", run.input);
+        if (const auto truth = io::InputSpec::parse(settings.truth); truth.ok())
+            checks.reads("truth", *truth);
+        checks.writes("output", settings.folder);
+        if (!settings.assets.empty()) checks.writes("assets", settings.assets);
+    }
+    return checks.print({{"frames", list ? list->frames.size() : 0},
+                         {"writes", std::move(writes)},
+                         {"new_folder", settings.on_existing == io::OnExisting::fail}});
+}
+
+int check_ab(const Options& options, const ExperimentOptions& e) {
+    Checks checks;
+    Options of_b = options;
+    of_b.chain = e.chain_b;
+    const auto a = checks.chain("chain", options), b = checks.chain("chain_b", of_b);
+    auto run = checks.settings(options);
+    checks.take("fail_above", experiment::limits_of("--fail-above", e.fail_above, report::Kind::ab,
+                                                    !e.ab.truth.empty())
+                                  .status());
+    if (!checks.ok()) return checks.print({});
+    experiment::ExperimentSettings settings = e.ab;
+    complete(settings, std::move(*run), options, {options.chain, e.chain_b},
+             {a->chain.camera, b->chain.camera});
+    return check_report(checks, settings, !options.confine_to.empty());
+}
+
+int check_bench(const Options& options, const ExperimentOptions& e) {
+    Checks checks;
+    const auto chain = checks.chain("chain", options);
+    std::optional<std::vector<experiment::NamedChain>> variants;
+    if (chain) variants = checks.take("sweep", variants_of(options, e));
+    auto run = checks.settings(options);
+    for (const auto& [key, words] :
+         {std::pair("--fail-above", &e.fail_above), {"--under", &e.under}})
+        checks.take(key_of(key),
+                    experiment::limits_of(key, *words, report::Kind::bench, true).status());
+    if (!checks.ok()) return checks.print({});
+    experiment::BenchSettings settings = e.bench;
+    std::vector<Camera> cameras;
+    for (const auto& variant : *variants) cameras.push_back(variant.chain.camera);
+    complete(settings, std::move(*run), options, {options.chain}, cameras);
+    return check_report(checks, settings, !options.confine_to.empty());
 }
 
 // Time and error of each variant, cheapest first.
@@ -132,7 +201,8 @@ Result<MeasurementEnd> ab_subcommand(const Options& options, const ExperimentOpt
     ASSIGN_OR_RETURN(auto b, load_chain_of(of_b));
     experiment::ExperimentSettings settings = e.ab;
     const std::vector<std::string> chains = {options.chain, e.chain_b};
-    RETURN_IF_ERROR(complete(settings, options, chains, {a.chain.camera, b.chain.camera}));
+    ASSIGN_OR_RETURN(auto run, run_settings_of(options));
+    complete(settings, std::move(run), options, chains, {a.chain.camera, b.chain.camera});
     ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
                                                         report::Kind::ab, !settings.truth.empty()));
     const StopOnSignal stop;
@@ -151,21 +221,14 @@ Result<MeasurementEnd> ab_subcommand(const Options& options, const ExperimentOpt
 }
 
 Result<MeasurementEnd> bench_subcommand(const Options& options, const ExperimentOptions& e) {
-    ASSIGN_OR_RETURN(auto chain, find_chain(options.chain));
     // Loaded once separately for its own notes and errors.
     RETURN_IF_ERROR(load_chain_of(options).status());
-    std::vector<experiment::Sweep> sweeps;
-    for (const auto& text : e.sweeps) {
-        ASSIGN_OR_RETURN(auto sweep, experiment::parse_sweep(text));
-        sweeps.push_back(std::move(sweep));
-    }
-    ASSIGN_OR_RETURN(auto variants,
-                     experiment::sweep_variants(chain, builtin_passes(), options.sets, sweeps,
-                                                e.bench.max_variants));
+    ASSIGN_OR_RETURN(auto variants, variants_of(options, e));
     experiment::BenchSettings settings = e.bench;
     std::vector<Camera> cameras;
     for (const auto& variant : variants) cameras.push_back(variant.chain.camera);
-    RETURN_IF_ERROR(complete(settings, options, {options.chain}, cameras));
+    ASSIGN_OR_RETURN(auto run, run_settings_of(options));
+    complete(settings, std::move(run), options, {options.chain}, cameras);
     settings.chain_name = chain_name(options.chain);
     ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
                                                         report::Kind::bench, true));
@@ -248,25 +311,29 @@ experiment::ProgressCallback progress_printer(bool json) {
 
 RunSubcommand add_ab(CLI::App& subcommand, Options& o) {
     const auto e = std::make_shared<ExperimentOptions>();
-    subcommand.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")
-        ->required();
-    subcommand.add_option("CHAIN_B", e->chain_b, "the other chain")->required();
-    add_experiment(subcommand, o, *e, experiment::ab_parameters(), &e->ab);
-    return [&o, e] { return end_of(ab_subcommand(o, *e), o.json); };
+    add_chain_file(subcommand, "CHAIN_A", "chain", o.chain);
+    add_chain_file(subcommand, "CHAIN_B", "chain_b", e->chain_b);
+    add_experiment(subcommand, o, *e, experiment::ab_parameters(), &e->ab, {"chain", "chain_b"});
+    return [&o, e] {
+        if (o.check) return Result<int>(check_ab(o, *e));
+        return end_of(ab_subcommand(o, *e), o.json);
+    };
 }
 
 RunSubcommand add_bench(CLI::App& subcommand, Options& o) {
     const auto e = std::make_shared<ExperimentOptions>();
-    subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
-        ->required();
+    add_chain_file(subcommand, "CHAIN", "chain", o.chain);
     add_list(subcommand, "--sweep", "KEY=V1,V2,...", e->sweeps,
              "values to try for one key of --set, may be repeated (all combinations are "
              "run): motion_blur.samples=5,9,13");
     add_list(subcommand, "--under", "METRIC=NUMBER", e->under,
              "pick the cheapest variant whose mean does not exceed it and write its chain "
              "file, may be repeated: flip=0.1");
-    add_experiment(subcommand, o, *e, experiment::bench_parameters(), &e->bench);
-    return [&o, e] { return end_of(bench_subcommand(o, *e), o.json); };
+    add_experiment(subcommand, o, *e, experiment::bench_parameters(), &e->bench, {"chain"});
+    return [&o, e] {
+        if (o.check) return Result<int>(check_bench(o, *e));
+        return end_of(bench_subcommand(o, *e), o.json);
+    };
 }
 
 }  // namespace postchain

@@ -7,6 +7,7 @@
 #include "chain/base/printable.h"
 #include "config/text_tree.h"
 #include "passes/registry.h"
+#include "tools/apps/common/checks.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/stop_on_signal.h"
 #include "tools/measure/study/study.h"
@@ -29,6 +30,38 @@ Result<study::Study> study_of(const std::string& path) {
         study::read_study(text, path, builtin_passes(), study::paths_beside(path), kVersion);
     RETURN_IF_ERROR(log::write(file.diagnostics, log::Level::detail));
     return std::move(file.study);
+}
+
+// The frames of a scene; 0 if it cannot be measured, which is a fault of this scene alone.
+size_t frames_of(const study::Scene& scene) {
+    const auto list = io::find_frames(scene.measured.run.input, scene.measured.run.frames);
+    return list.ok() ? list->frames.size() : 0;
+}
+
+int check_study(const Options& options, const StudyOptions& s) {
+    Checks checks;
+    const auto& [folder, chunk, on_existing] = s.settings;
+    if (!chunk.empty()) checks.take("chunk", io::Chunk::parse(chunk).status());
+    const auto text = checks.take("study", read_text_file(s.file, StatusCode::usage));
+    if (!text) return checks.print({});
+    const study::StudyFile file =
+        study::read_study(*text, s.file, builtin_passes(), study::paths_beside(s.file), kVersion);
+    if (!checks.take("study", file.diagnostics)) return checks.print({});
+    const Status found = study::StudyFolder::check(file.study, folder, on_existing);
+    checks.take(found.code() == StatusCode::usage ? "output" : "on_existing", found);
+    if (!options.confine_to.empty()) {
+        for (const study::Scene& scene : file.study.scenes) {
+            checks.reads("study", scene.measured.run.input);
+            if (const auto truth = io::InputSpec::parse(scene.measured.truth); truth.ok())
+                checks.reads("study", *truth);
+        }
+        checks.writes("output", folder);
+    }
+    size_t frames = 0;
+    for (const study::Task& task : study::tasks_of(file.study))
+        frames += frames_of(file.study.scenes[task.scene]);
+    return checks.print(
+        {{"frames", frames}, {"writes", {whole_path(folder)}}, {"new_folder", false}});
 }
 
 Result<MeasurementEnd> finish(const study::Study& study, const study::StudyFolder& folder,
@@ -93,7 +126,13 @@ RunSubcommand add_study(CLI::App& subcommand, Options& o) {
     subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);
     add_confine(subcommand, o);
-    return [&o, s] { return end_of(study_subcommand(o, *s), o.json); };
+    add_property(subcommand, "study",
+                 {{"description", "a study file"}, {"type", "string"}, {"x-path", "file"}});
+    add_checks(subcommand, o, {"study"});
+    return [&o, s] {
+        if (o.check) return Result<int>(check_study(o, *s));
+        return end_of(study_subcommand(o, *s), o.json);
+    };
 }
 
 }  // namespace postchain

@@ -196,8 +196,10 @@ std::optional<TaskResult> task_result_from(const std::string& text) {
     }
 }
 
-Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& path,
-                                      io::OnExisting on_existing) {
+namespace {
+
+Result<io::OutputFiles> files_of(const Study& study, const std::string& path,
+                                 io::OnExisting on_existing) {
     io::OutputFiles files(on_existing, "skip or overwrite");
     for (const Scene& scene : study.scenes) {
         sequence::read_inputs(scene.measured.run, files);
@@ -210,6 +212,20 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
                                  "This folder is a study of postchain.\n",
                                  "name another folder with --output"});
     RETURN_IF_ERROR(files.check());
+    return files;
+}
+
+}  // namespace
+
+Status StudyFolder::check(const Study& study, const std::string& path, io::OnExisting on_existing) {
+    ASSIGN_OR_RETURN(auto files, files_of(study, path, on_existing));
+    if (on_existing == io::OnExisting::overwrite) return Status();
+    return StudyFolder(path, std::move(files)).check_results(study);
+}
+
+Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& path,
+                                      io::OnExisting on_existing) {
+    ASSIGN_OR_RETURN(auto files, files_of(study, path, on_existing));
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite) RETURN_IF_ERROR(remove_study(study, path));
     RETURN_IF_ERROR(files.make_folders());

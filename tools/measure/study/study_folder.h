@@ -58,6 +58,9 @@ class StudyFolder {
     static Result<StudyFolder> open(const Study& study, const std::string& path,
                                     io::OnExisting on_existing);
 
+    // The refusals of open(), without a change on disk.
+    static Status check(const Study& study, const std::string& path, io::OnExisting on_existing);
+
     const std::string& path() const { return path_; }
     // No value if no result exists yet. Errors (usage): a result of another study or of other
     // files, with the first line that differs; (input): the file cannot be read.

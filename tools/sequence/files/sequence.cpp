@@ -382,6 +382,8 @@ Absence absence_of(const PathPattern& pattern) {
         return {concat("cannot be opened: ", std::strerror(errno)), false};
     }
     const std::string folder = pattern.folder();
+    if (OpenFolder(folder).error() == EXDEV)
+        return {concat("the folder ", folder, " ", reason_of_open(EXDEV)), false};
     if (DIR* opened = ::opendir(folder.c_str())) {
         ::closedir(opened);
         if (::stat(pattern.text().c_str(), &info) == 0)

@@ -126,7 +126,7 @@ class FilterJob final : public FrameJob {
     const std::string& renderer_;
 };
 
-Status have_folder(const RunSettings& settings) {
+Status check_folder(const RunSettings& settings) {
     const std::string folder = settings.output.folder();
     std::error_code error;
     if (fs::is_directory(folder, error)) return Status();
@@ -135,7 +135,7 @@ Status have_folder(const RunSettings& settings) {
     if (!settings.make_folder)
         return Status(StatusCode::output,
                       folder + ": folder does not exist; create it or use --mkdir");
-    return io::make_folder(folder);
+    return Status();
 }
 
 // Finds an unusable configuration before any frame is filtered.
@@ -155,6 +155,37 @@ Status check_images(const RunSettings& settings) {
 
 }  // namespace
 
+RunCheck check_run(const Chain& chain, const RunSettings& asked) {
+    RunCheck found;
+    const auto take = [&](const char* key, const Status& status) {
+        if (!status.ok()) found.faults.emplace_back(key, status);
+        return status.ok();
+    };
+    const RunSettings settings = settings_for(asked, {&chain});
+    std::vector<int> gaps;
+    auto tasks = plan_tasks(settings, true, gaps);
+    if (!tasks.ok()) {
+        const bool of_output = plan_tasks(settings, false, gaps).ok();
+        take(of_output ? "output" : settings.frames ? "frames" : "input", tasks.status());
+        return found;
+    }
+    found.tasks = std::move(*tasks);
+    const io::OutputFiles files = files_of_run(chain, settings, found.tasks);
+    if (take("output", files.check_names())) {
+        if (settings.on_error == ErrorPolicy::stop) {
+            take("on_existing", files.check_existing());
+        } else {
+            for (const FrameTask& task : found.tasks)
+                if (const Status status = files.check_existing(outputs_of(task, settings));
+                    !status.ok() && !task.files.empty())
+                    found.refused[task.frame] = status.message();
+        }
+    }
+    take("output", check_folder(settings));
+    take("ocio", check_images(settings));
+    return found;
+}
+
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
                                 const std::string& renderer, const RunCallbacks& callbacks) {
     RunSettings settings = settings_for(asked, {&chain});
@@ -169,7 +200,8 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     if (checked.ok() && settings.on_error == ErrorPolicy::stop) checked = files.check_existing();
     if (is_stopped()) return RunSummary{.total = tasks.size()};
     RETURN_IF_ERROR(checked);
-    RETURN_IF_ERROR(have_folder(settings));
+    RETURN_IF_ERROR(check_folder(settings));
+    RETURN_IF_ERROR(io::make_folder(settings.output.folder()));
     files.remove_left_temporaries();
     if (!settings.dump_folder.empty())
         if (Status s = io::make_folder(settings.dump_folder); !s.ok()) return s.at("--dump-stages");

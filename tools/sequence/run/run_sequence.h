@@ -4,7 +4,10 @@
 //   open, read, convert -> plan, filter        -> scan, write, sidecar        per frame
 #pragma once
 
+#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "chain/gl/executor.h"
 #include "chain/pass/chain.h"
@@ -20,5 +23,13 @@ namespace postchain::sequence {
 // an input changes before its output is in place.
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const RunCallbacks& callbacks);
+
+// The refusals of run_sequence() before its first frame, without a device and a change on disk.
+struct RunCheck {
+    std::vector<FrameTask> tasks;
+    std::map<int, std::string> refused;  // under ErrorPolicy::keep_going: why, by frame
+    std::vector<std::pair<std::string, Status>> faults;  // with the keys of their settings
+};
+RunCheck check_run(const Chain& chain, const RunSettings& settings);
 
 }  // namespace postchain::sequence

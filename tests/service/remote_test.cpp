@@ -237,6 +237,24 @@ TEST_F(Remote, AnOutputFolderIsMadeIfItsJobSaysSo) {
     EXPECT_EQ(queue_->count(), 2u);
 }
 
+TEST_F(Remote, ALimitOfTheDiskCancelsTheTasks) {
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"100\"}\n");
+    remote_.max_jobs = 1;
+    open();
+    const std::string id = submit(body(), "ann");
+    const std::string waiting = submit(in_folder(body(), "other"), "ann");
+    ASSERT_TRUE(holds(1));
+    make(1);
+    EXPECT_THAT(ended(id).message, HasSubstr("max_disk: the jobs of ann have written"));
+    EXPECT_EQ(job(id).done, 1);
+    EXPECT_TRUE(wait_for([&] {
+        const std::lock_guard lock(queue_->mutex);
+        return queue_->canceled == std::vector<std::string>{"1"};
+    }));
+    EXPECT_THAT(ended(waiting).message, HasSubstr("max_disk"));
+    EXPECT_EQ(queue_->count(), 1u) << "it is not handed over";
+}
+
 // As after the death of a process between its submission and its note of it.
 TEST_F(Remote, AJobThatTheQueueHasIsNotHandedOverAgain) {
     queue_->loses_answers = true;

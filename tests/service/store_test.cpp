@@ -364,6 +364,8 @@ TEST_F(StoreTest, LimitsOfAUser) {
     const std::string writes = running(1, ann);
     write(writes, 1, 100);
     EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 100 bytes"));
+    EXPECT_THAT(*store_->over_disk(ann), HasSubstr("max_disk: the jobs of ann have written 100"));
+    EXPECT_EQ(*store_->over_disk(user_of("ann")), "") << "no limit";
     end(writes, JobState::done);
     // A removed job's outputs are still on disk.
     ASSERT_TRUE(*store_->forget(writes));

@@ -91,15 +91,15 @@ JobFrame frame_of(const Statement& row) {
 }
 
 // ----------------------------------------------------------------- the queue, limits, the search
-// The reason that the owner may not have one more job of `new_frames`; empty = they may.
-std::string over_limit(Database& database, int new_frames, const User& owner) {
+// The reason that the owner may not have so many jobs and frames more; empty = they may.
+std::string over_limit(Database& database, int new_jobs, int new_frames, const User& owner) {
     Statement used(database,
                    "SELECT COUNT(*) FILTER (WHERE ended_ms = 0), SUM(frames - done - failed) "
                    "FILTER (WHERE ended_ms = 0), IFNULL(SUM(bytes), 0) + IFNULL((SELECT "
                    "SUM(bytes) FROM ledger WHERE owner = ?1), 0) FROM jobs WHERE owner = ?1",
                    owner.name);
     used.step();
-    const int64_t jobs = used.integer(0) + 1, frames = used.integer(1) + new_frames;
+    const int64_t jobs = used.integer(0) + new_jobs, frames = used.integer(1) + new_frames;
     if (owner.max_jobs > 0 && jobs > owner.max_jobs)
         return concat(owner.name, " may have ", owner.max_jobs,
                       " unfinished jobs; wait until one has ended, or cancel one");
@@ -108,7 +108,7 @@ std::string over_limit(Database& database, int new_frames, const User& owner) {
                       " frames in unfinished jobs, and would have ", frames,
                       "; submit fewer, or wait");
     if (owner.max_bytes > 0 && used.integer(2) >= owner.max_bytes)
-        return concat("the jobs of ", owner.name, " have written ", used.integer(2),
+        return concat("max_disk: the jobs of ", owner.name, " have written ", used.integer(2),
                       " bytes, the limit is ", owner.max_disk,
                       ", removed jobs included; delete outputs that are not needed, and remove "
                       "their jobs");
@@ -225,7 +225,7 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
             }
         if (is_full(database, max_queue))
             return Added{Added::Result::full, {}, full_text(max_queue)};
-        if (auto why = over_limit(database, job.frames, owner); !why.empty())
+        if (auto why = over_limit(database, 1, job.frames, owner); !why.empty())
             return Added{Added::Result::over_limit, {}, why};
         // Nothing settles the ledger of an owner without a limit.
         if (owner.max_bytes == 0) database.run("DELETE FROM ledger WHERE owner = ?", owner.name);
@@ -464,7 +464,7 @@ Result<Retried> JobStore::retry(const std::string& id, const User& owner, size_t
                         job);
         if (!ended.step()) return Retried();
         if (is_full(database, max_queue)) return Retried{false, full_text(max_queue)};
-        if (auto why = over_limit(database, int(ended.integer(0)), owner); !why.empty())
+        if (auto why = over_limit(database, 1, int(ended.integer(0)), owner); !why.empty())
             return Retried{false, why};
         database.run(
             "UPDATE jobs SET state = 'queued', message = '', exit_code = 0, verdict = '', ended_ms "
@@ -494,6 +494,13 @@ Result<bool> JobStore::set_priority(const std::string& id, int priority) {
 
 Result<bool> JobStore::forget(const std::string& id) {
     return change([&](Database& database) { return remove_job(database, number_of(id)); });
+}
+
+Result<std::string> JobStore::over_disk(const User& owner) const {
+    if (owner.max_bytes == 0) return std::string();
+    User of_disk = owner;
+    of_disk.max_jobs = of_disk.max_frames = 0;
+    return look([&](Database& database) { return over_limit(database, 0, 0, of_disk); });
 }
 
 Result<std::vector<LedgerEntry>> JobStore::ledger(const std::string& owner) const {

@@ -147,6 +147,8 @@ class JobStore final : public StoreFile {
     // Removes an ended job with its frames and events; false for other states, and while it has
     // tasks in another queue. Its outputs count for its owner until settle().
     Result<bool> forget(const std::string& id);
+    // Why the owner's jobs may write no more (max_disk); empty = they may.
+    Result<std::string> over_disk(const User& owner) const;
     Result<std::vector<LedgerEntry>> ledger(const std::string& owner) const;
     // An entry has at most this many bytes on disk; without any it is removed.
     Status settle(const std::string& owner, const std::string& writes, int64_t bytes);

@@ -85,6 +85,29 @@ int64_t bytes_on_disk(const std::string& writes) {
     return bytes;
 }
 
+Result<bool> settle(JobStore& store, const User& user) {
+    bool freed = false;
+    if (user.max_bytes == 0) return freed;
+    ASSIGN_OR_RETURN(const auto entries, store.ledger(user.name));
+    for (const LedgerEntry& entry : entries) {
+        const int64_t bytes = bytes_on_disk(entry.writes);
+        if (bytes >= entry.bytes) continue;
+        RETURN_IF_ERROR(store.settle(user.name, entry.writes, bytes));
+        freed = true;
+    }
+    return freed;
+}
+
+Status check_disk(JobStore& store, const KnownUser& owner) {
+    if (!owner) return Status();
+    const auto why = store.over_disk(*owner);
+    // A store that fails is for the next change to say.
+    if (!why.ok() || why->empty()) return Status();
+    const auto freed = settle(store, *owner);
+    if (freed.ok() && *freed) return check_disk(store, owner);
+    return Status(StatusCode::output, *why + "; then retry the job");
+}
+
 std::string sidecar_of(const std::string& output, const Roots& roots) {
     const auto path = roots.resolve(sequence::sidecar_path(output));
     if (!path.ok()) return "";

@@ -38,5 +38,10 @@ Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, 
 // Bytes on disk of what a job's NewJob::writes names: the frames of patterns, with the files that
 // are named after them, and all files in folders.
 int64_t bytes_on_disk(const std::string& writes);
+// Whether outputs of removed jobs that count for the user are no longer on disk.
+Result<bool> settle(JobStore& store, const User& user);
+// Errors (output): a job's owner has written more than max_disk, and no output was deleted. Null:
+// no limit.
+Status check_disk(JobStore& store, const KnownUser& owner);
 
 }  // namespace postchain::service

@@ -380,6 +380,8 @@ void RemoteBackend::clean_up() const {
 Status RemoteBackend::take(const Job& job) {
     auto read = readers_.read(job);
     if (!read.ok()) return enter_end(job, WorkEnd::failed(read.status()));
+    if (const Status full = check_disk(store_, readers_.owner_of(job)); !full.ok())
+        return enter_end(job, WorkEnd::failed(full));
     JobRequest& request = read->request;
     ASSIGN_OR_RETURN(const auto begun, store_.has_begun(job.id));
     if (!begun && job.kind != JobKind::run) {
@@ -522,8 +524,11 @@ Status RemoteBackend::follow(const Handed& handed, const Found& found, const Rem
         RETURN_IF_ERROR(settings_.queue->change(id, rank));
         ranks_[job.id] = rank;
     }
-    return job.kind == JobKind::run ? follow_frames(job, read->request, found.tasks)
-                                    : follow_measurement(handed, *read, id, found);
+    RETURN_IF_ERROR(job.kind == JobKind::run ? follow_frames(job, read->request, found.tasks)
+                                             : follow_measurement(handed, *read, id, found));
+    // The next call cancels its tasks.
+    const Status full = found.tasks.ended() ? Status() : check_disk(store_, readers_.owner_of(job));
+    return full.ok() ? full : enter_end(job, WorkEnd::failed(full));
 }
 
 // The files of a task are seen here some time after they were written there.
@@ -547,6 +552,7 @@ Status RemoteBackend::follow_frames(const Job& job, const JobRequest& request,
 void RemoteBackend::say_progress(const Job& job, const JobRequest& request) {
     const auto found = request.measurement->progress(folder_of(job.id));
     if (!found || std::exchange(said_[job.id], *found) == *found) return;
+    (void)store_.has_written(job.id, bytes_on_disk(request.measurement->report_folder()));
     (void)store_.say(
         job.id, "progress",
         {{"what", readers_.shown_in(found->what)}, {"done", found->done}, {"total", found->total}});

@@ -97,8 +97,19 @@ TEST_F(RunTest, JsonLines) {
     const auto outcome =
         filter("fxaa", {"--json", "--log-format", "json", "--frames", "1-3", "--missing", "skip"});
     EXPECT_EQ(outcome.code, 1) << outcome.text();
-    const auto lines = json_lines(outcome.out);
+    std::vector<Json> lines;
+    std::vector<int> begun;
+    for (const Json& line : json_lines(outcome.out)) {
+        if (line.contains("begins"))
+            begun.push_back(line["frame"]);
+        else
+            lines.push_back(line);
+        EXPECT_TRUE(std::ranges::count(begun, line["frame"].get<int>())) << line;
+    }
+    EXPECT_EQ(begun, (std::vector<int>{1, 2, 3}));
     ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0]["bytes"], fs::file_size(out(1)) + fs::file_size(out(1) + ".json"));
+    EXPECT_EQ(lines[2]["bytes"], 0);
     for (size_t i = 0; i < 3; ++i) {
         for (const char* number : {"frame", "done"}) EXPECT_EQ(lines[i][number], i + 1);
         EXPECT_EQ(lines[i]["outcome"], i < 2 ? "written" : "missing");
@@ -129,7 +140,9 @@ TEST_F(RunTest, QuietAndVerbose) {
 
 TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
     write_sequence(at(""), {1});
-    expect_ends(filter("all", {"--png", "--no-sidecar", "--dump-stages", at("stages/deeper")}), 0);
+    const auto outcome =
+        filter("all", {"--png", "--no-sidecar", "--dump-stages", at("stages/deeper"), "--json"});
+    expect_ends(outcome, 0);
     EXPECT_FALSE(exists(out(1) + ".json"));
     EXPECT_EQ(read_text(at("out/o.0001.png")).substr(1, 3), "PNG");
     // One EXR for each texture that the plan's steps write.
@@ -145,6 +158,11 @@ TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
         EXPECT_EQ(file->parts()[0].data_window.width(), texture["width"]) << name;
     }
     EXPECT_GE(stages, 8u);
+    uintmax_t bytes = fs::file_size(at("out/o.0001.png"));
+    for (const char* folder : {"out", "stages/deeper"})
+        for (const auto& file : fs::directory_iterator(at(folder)))
+            bytes += file.path().extension() == ".exr" ? file.file_size() : 0;
+    EXPECT_EQ(json_lines(outcome.out).back()["bytes"], bytes);
     // A preview is not replaced by default either.
     std::filesystem::remove(out(1));
     expect_ends(filter("all", {"--png"}), 5, {at("out/o.0001.png")});

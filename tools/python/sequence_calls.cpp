@@ -79,7 +79,7 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
                 for (const auto& note : report.write.notes)
                     warnings.push_back(report.output + ": " + note);
                 if (callbacks.progress.is_none()) return;
-                call.send([&, line = sequence::report_line(report, progress)] {
+                call.send([&, line = sequence::report_json(report, progress)] {
                     if (stopped || !callbacks.ended_by(python_of(line))) return;
                     stopped = true;
                     call.ask_to_stop();

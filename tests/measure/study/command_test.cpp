@@ -60,13 +60,13 @@ TEST_F(StudyCommand, ItsGainsAreThoseOfAb) {
     const auto outcome = run(study("study", {"--json"}));
     ASSERT_EQ(outcome.code, 0) << outcome.text();
     const Json json = Json::parse(read_text(at("study/report.json")));
-    EXPECT_EQ(outcome.out, json.dump() + "\n");
+    EXPECT_EQ(json_lines(outcome.out).back()["verdict"].get<std::string>().find('\n'),
+              std::string::npos);
     const auto alone = run({"ab", at("fxaa.yaml"), at("directional.yaml"), "-i",
                             at("b/in.####.exr"), "-r", at("b/truth/in.####.exr"), "-o", at("alone"),
-                            "--device", "software", "--repeats", "1", "--json"});
+                            "--device", "software", "--repeats", "1"});
     ASSERT_EQ(alone.code, 0) << alone.text();
     const Json ab = Json::parse(read_text(at("alone/report.json")));
-    EXPECT_EQ(alone.out, ab.dump() + "\n");
     size_t compared = 0;
     for (const Json& table : json["tables"])
         for (const Json& metric : ab["comparison"]["metrics"]) {

@@ -74,7 +74,8 @@ class FrameErrors {
 
 // Prints the status as an error, unless it is already printed, and returns its exit code.
 int fail(const Status& status);
-// One line of standard output, also if a reader waits for it. Text may contain invalid UTF-8.
+// One line of standard output, also if a reader waits for it, and whole if other threads print
+// theirs. Text may contain invalid UTF-8.
 void print_line(const io::Json& json);
 
 }  // namespace postchain

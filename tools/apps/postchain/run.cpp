@@ -43,10 +43,7 @@ std::string frame_line(const sequence::FrameReport& report) {
 
 void say(const sequence::FrameReport& report, const sequence::RunProgress& progress, bool json,
          FrameErrors& errors) {
-    if (json) {
-        std::printf("%s\n", sequence::report_line(report, progress).c_str());
-        std::fflush(stdout);
-    }
+    if (json) print_line(sequence::report_json(report, progress));
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.write.notes) log::warning(report.output + ": " + note);
     if (report.outcome == sequence::Outcome::failed)
@@ -194,9 +191,13 @@ Result<int> run_subcommand(const Options& options, const std::optional<sequence:
                                                  "input files"
                                                : ": chain, settings or input files differ"));
     };
-    auto summary =
-        sequence::run_sequence(chain.chain, settings, executor, renderer,
-                               {.finished = finished, .stop = &stop.flag(), .waits = WaitLines()});
+    const auto begins = [&](const sequence::FrameTask& task) {
+        if (options.json) print_line({{"frame", task.frame}, {"begins", true}});
+        return Status();
+    };
+    auto summary = sequence::run_sequence(
+        chain.chain, settings, executor, renderer,
+        {.finished = finished, .stop = &stop.flag(), .start = begins, .waits = WaitLines()});
     log::progress("");
     errors.finish();
     if (!summary.ok()) return summary.status();
@@ -230,7 +231,8 @@ RunSubcommand add_run(CLI::App& subcommand, Options& options) {
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
                               sequence::kPlanGroup, sequence::kWatchGroup})
         add_settings(subcommand, job_parameters(), group, &options.job);
-    subcommand.add_flag("--json", options.json, "one JSON object per frame on stdout");
+    subcommand.add_flag("--json", options.json,
+                        "two JSON objects per frame on stdout, when it begins and when it ends");
     add_progress(subcommand, options);
     add_device(subcommand, options);
     add_like(subcommand, options);

@@ -3,8 +3,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 #include "chain/base/printable.h"
 #include "config/chain_find.h"
@@ -18,7 +20,6 @@
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/report.h"
-#include "tools/measure/report/report_json.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/run/device.h"
 
@@ -43,7 +44,7 @@ void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
              "exit with 8 if a variant's mean exceeds it, may be repeated: flip=0.05");
     add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
     add_device(subcommand, o);
-    subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);
 }
 
@@ -75,18 +76,31 @@ void print_curve(const report::Report& report) {
                     metric.c_str(), report::figure(*mean).c_str());
 }
 
-// Writes the report's files and prints a summary; returns the exit code. `met`: result of
-// choose_under().
-Result<int> finish(const report::Report& report, const Options& options, const std::string& assets,
-                   const std::vector<metrics::MetricLimit>& limits, bool met) {
+std::string verdict_of(const report::Report& report) {
+    std::string verdict;
+    if (report.comparison) {
+        verdict = report.comparison->verdict;
+    } else {
+        const auto best = std::ranges::count(report.variants, true, &report::Variant::pareto);
+        verdict = concat(report.variants.size(),
+                         report.variants.size() == 1 ? " variant, " : " variants, ", best,
+                         " in the Pareto set");
+        for (const std::string& line : report.under) verdict += "; " + line;
+    }
+    std::ranges::replace(verdict, '\n', ' ');
+    return verdict;
+}
+
+// Writes the report's files and prints a summary. `met`: result of choose_under().
+Result<MeasurementEnd> finish(const report::Report& report, const Options& options,
+                              const std::string& assets,
+                              const std::vector<metrics::MetricLimit>& limits, bool met) {
     RETURN_IF_ERROR(experiment::write_report_files(report, assets));
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.notes) log::warning(note);
     for (const auto& variant : report.variants)
         if (!variant.failure.empty()) log::error(variant.name + ": " + variant.failure);
-    if (options.json) {
-        print_line(report::report_json(report));
-    } else {
+    if (!options.json) {
         if (report.comparison)
             for (const auto* line : {&report.comparison->verdict, &report.comparison->claims})
                 if (!line->empty()) std::printf("%s\n", printable(*line).c_str());
@@ -94,10 +108,15 @@ Result<int> finish(const report::Report& report, const Options& options, const s
         for (const auto& line : report.under) std::printf("%s\n", printable(line).c_str());
         std::printf("%s\n", printable(experiment::page_path(report)).c_str());
     }
-    std::vector<std::string> broken;
-    const int code = experiment::exit_code_of(report, limits, met, broken);
-    for (const auto& line : broken) log::error(line);
-    return code;
+    MeasurementEnd end;
+    end.exit_code = experiment::exit_code_of(report, limits, met, end.reasons);
+    for (const auto& line : end.reasons) log::error(line);
+    for (const auto& variant : report.variants)
+        if (!variant.failure.empty()) end.reasons.push_back(variant.name + ": " + variant.failure);
+    end.failed =
+        std::ranges::none_of(report.variants, &std::string::empty, &report::Variant::failure);
+    end.verdict = verdict_of(report);
+    return end;
 }
 
 // "paper" of "config/chains/paper.yaml".
@@ -105,7 +124,7 @@ std::string chain_name(const std::string& path) {
     return std::filesystem::path(path).stem().string();
 }
 
-Result<int> ab_subcommand(const Options& options, const ExperimentOptions& e) {
+Result<MeasurementEnd> ab_subcommand(const Options& options, const ExperimentOptions& e) {
     ASSIGN_OR_RETURN(auto a, load_chain_of(options));
     Options of_b = options;
     of_b.chain = e.chain_b;
@@ -122,15 +141,15 @@ Result<int> ab_subcommand(const Options& options, const ExperimentOptions& e) {
     Executor executor(context->device());
     const experiment::NamedChain first{chain_name(options.chain), std::move(a.chain)};
     const experiment::NamedChain second{chain_name(e.chain_b), std::move(b.chain)};
-    auto report =
-        experiment::run_ab(first, second, settings, executor, progress_printer(), &stop.flag());
+    auto report = experiment::run_ab(first, second, settings, executor,
+                                     progress_printer(options.json), &stop.flag());
     log::progress("");
-    if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
+    if (stop.asked()) return interrupted(stop, "no report is written; run the same command again");
     if (!report.ok()) return report.status();
     return finish(*report, options, settings.assets, limits, true);
 }
 
-Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e) {
+Result<MeasurementEnd> bench_subcommand(const Options& options, const ExperimentOptions& e) {
     ASSIGN_OR_RETURN(auto chain, find_chain(options.chain));
     // Loaded once separately for its own notes and errors.
     RETURN_IF_ERROR(load_chain_of(options).status());
@@ -155,24 +174,25 @@ Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e)
 
     const StopOnSignal stop;
     ASSIGN_OR_RETURN(auto device, choose_device(options));
+    const auto progress = progress_printer(options.json);
     const Status found =
         experiment::find_truth(settings, files, device, [&](const std::string& text) {
-            log::progress(text);
+            progress({.what = text});
             return !stop.asked();
         });
     log::progress("");
     if (!found.ok() && stop.asked())
-        return stop.interrupted("nothing is measured yet; run the same command again");
+        return interrupted(stop, "nothing is measured yet; run the same command again");
     RETURN_IF_ERROR(found);
     ASSIGN_OR_RETURN(auto context, egl::Context::create(device));
     settings.renderer = sequence::renderer_text(context->device());
     settings.software = context->device().software;
     Executor executor(context->device());
-    auto report = experiment::run_bench(variants, settings, files, executor, progress_printer(),
-                                        &stop.flag());
+    auto report =
+        experiment::run_bench(variants, settings, files, executor, progress, &stop.flag());
     log::progress("");
     if (stop.asked())
-        return stop.interrupted("the same command continues with what is not measured yet");
+        return interrupted(stop, "the same command continues with what is not measured yet");
     if (!report.ok()) return report.status();
     ASSIGN_OR_RETURN(auto met, experiment::choose_under(*report, under));
     return finish(*report, options, settings.assets, limits, met);
@@ -180,10 +200,44 @@ Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e)
 
 }  // namespace
 
-experiment::ProgressCallback progress_printer() {
-    return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
-        std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
-                                  log::duration(progress.elapsed_s), " elapsed");
+MeasurementEnd interrupted(const StopOnSignal& stop, const std::string& how_to_go_on) {
+    MeasurementEnd end;
+    end.exit_code = stop.interrupted(how_to_go_on);
+    end.interrupted = true;
+    return end;
+}
+
+Result<int> end_of(const Result<MeasurementEnd>& end, bool json) {
+    const MeasurementEnd ended =
+        end.ok() ? *end
+                 : MeasurementEnd{exit_code(end.status()), "", {end.status().message()}, true};
+    if (json && !ended.interrupted)
+        print_line({{"verdict", ended.verdict},
+                    {"message", joined(ended.reasons, "; ")},
+                    {"exit_code", ended.exit_code},
+                    {"failed", ended.failed}});
+    if (!end.ok()) return end.status();
+    return ended.exit_code;
+}
+
+experiment::ProgressCallback progress_printer(bool json) {
+    using Clock = std::chrono::steady_clock;
+    std::optional<Clock::time_point> said;
+    return [printed = size_t(0), json,
+            said](const experiment::ExperimentProgress& progress) mutable {
+        if (const auto now = Clock::now();
+            json && (!said || now - *said >= std::chrono::seconds(1) ||
+                     (progress.done > printed && progress.done == progress.total))) {
+            print_line({{"what", progress.what},
+                        {"done", progress.done},
+                        {"total", progress.total},
+                        {"remaining_s", progress.remaining_s}});
+            said = now;
+        }
+        std::string text = progress.total
+                               ? concat(progress.done, "/", progress.total, ", ", progress.what,
+                                        ", ", log::duration(progress.elapsed_s), " elapsed")
+                               : progress.what;
         if (progress.remaining_s > 0) text += ", " + log::duration(progress.remaining_s) + " to go";
         log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
         if (!log::progress_is_shown() && progress.done > printed) log::info(text);
@@ -197,7 +251,7 @@ RunSubcommand add_ab(CLI::App& subcommand, Options& o) {
         ->required();
     subcommand.add_option("CHAIN_B", e->chain_b, "the other chain")->required();
     add_experiment(subcommand, o, *e, experiment::ab_parameters(), &e->ab);
-    return [&o, e] { return ab_subcommand(o, *e); };
+    return [&o, e] { return end_of(ab_subcommand(o, *e), o.json); };
 }
 
 RunSubcommand add_bench(CLI::App& subcommand, Options& o) {
@@ -211,7 +265,7 @@ RunSubcommand add_bench(CLI::App& subcommand, Options& o) {
              "pick the cheapest variant whose mean does not exceed it and write its chain "
              "file, may be repeated: flip=0.1");
     add_experiment(subcommand, o, *e, experiment::bench_parameters(), &e->bench);
-    return [&o, e] { return bench_subcommand(o, *e); };
+    return [&o, e] { return end_of(bench_subcommand(o, *e), o.json); };
 }
 
 }  // namespace postchain

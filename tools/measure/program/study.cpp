@@ -31,21 +31,23 @@ Result<study::Study> study_of(const std::string& path) {
     return std::move(file.study);
 }
 
-Result<int> finish(const study::Study& study, const study::StudyFolder& folder, bool json) {
+Result<MeasurementEnd> finish(const study::Study& study, const study::StudyFolder& folder,
+                              bool json) {
     ASSIGN_OR_RETURN(const auto report, study::read_report(study, folder));
     RETURN_IF_ERROR(study::write_report(report, folder));
+    MeasurementEnd end{report.failures() ? kExitSomeFailed : kExitOk,
+                       joined(report.verdict(), " ")};
     for (const auto& scene : report.scenes)
-        if (!scene.failure.empty()) log::error("scene " + scene.name + ": " + scene.failure);
-    if (json) {
-        print_line(study::report_json(report));
-    } else {
-        for (const auto& line : report.verdict()) std::printf("%s\n", printable(line).c_str());
-        std::printf("%s\n", printable(folder.path() + "/index.html").c_str());
-    }
-    return report.failures() ? kExitSomeFailed : kExitOk;
+        if (!scene.failure.empty())
+            end.reasons.push_back("scene " + scene.name + ": " + scene.failure);
+    for (const auto& reason : end.reasons) log::error(reason);
+    if (json) return end;
+    for (const auto& line : report.verdict()) std::printf("%s\n", printable(line).c_str());
+    std::printf("%s\n", printable(folder.path() + "/index.html").c_str());
+    return end;
 }
 
-Result<int> study_subcommand(const Options& options, const StudyOptions& s) {
+Result<MeasurementEnd> study_subcommand(const Options& options, const StudyOptions& s) {
     io::Chunk chunk;
     if (!s.settings.chunk.empty()) {
         ASSIGN_OR_RETURN(chunk, io::Chunk::parse(s.settings.chunk).at("--chunk"));
@@ -65,17 +67,19 @@ Result<int> study_subcommand(const Options& options, const StudyOptions& s) {
                                  device,
                                  options.threads,
                                  options.command_line};
-    auto done =
-        study::work_on_tasks(study, folder, chunk, machine, progress_printer(), &stop.flag());
+    auto done = study::work_on_tasks(study, folder, chunk, machine, progress_printer(options.json),
+                                     &stop.flag());
     log::progress("");
     if (stop.asked())
-        return stop.interrupted("the same command continues with what is not measured yet");
+        return interrupted(stop, "the same command continues with what is not measured yet");
     if (!done.ok()) return done.status();
     if (done->complete()) return finish(study, folder, options.json);
-    log::info(
+    MeasurementEnd end;
+    end.verdict =
         concat(done->results, " of ", done->tasks,
-               " results are complete; the process that makes the last one writes the report"));
-    return kExitOk;
+               " results are complete; the process that makes the last one writes the report");
+    log::info(end.verdict);
+    return end;
 }
 
 }  // namespace
@@ -86,9 +90,9 @@ RunSubcommand add_study(CLI::App& subcommand, Options& o) {
     add_settings(subcommand, study::study_parameters(), "", &s->settings);
     add_settings(subcommand, study::study_parameters(), study::kSplitGroup, &s->settings);
     add_device(subcommand, o);
-    subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);
-    return [&o, s] { return study_subcommand(o, *s); };
+    return [&o, s] { return end_of(study_subcommand(o, *s), o.json); };
 }
 
 }  // namespace postchain

@@ -78,8 +78,9 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     settings.renderer = sequence::renderer_text(context->device());
     settings.software = context->device().software;
     Executor executor(context->device());
-    auto tuning = tune::run_tune(std::move(starts), fixed, settings, executor, progress_printer(),
-                                 &stop.flag(), earlier ? &*earlier : nullptr);
+    auto tuning =
+        tune::run_tune(std::move(starts), fixed, settings, executor, progress_printer(false),
+                       &stop.flag(), earlier ? &*earlier : nullptr);
     log::progress("");
     if (stop.asked() && !tuning.ok())
         return stop.interrupted("no chain is written; run the same command again");

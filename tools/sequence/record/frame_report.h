@@ -44,7 +44,7 @@ struct FrameReport {
     io::Window window;                            // data window of the output
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
-    uint64_t stage_bytes = 0;  // bytes of its stages
+    uint64_t written_bytes = 0;  // image, preview, sidecar and stages
     double filter_ms = 0, write_ms = 0;
     std::vector<PassTime> pass_times;
     std::vector<WorkDone> work_done;

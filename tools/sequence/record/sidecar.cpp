@@ -137,14 +137,15 @@ bool is_sidecar(const std::string& path) {
            work->get_ref<const std::string&>().starts_with("postchain ");
 }
 
-std::string report_line(const FrameReport& report, const RunProgress& progress) {
+io::Json report_json(const FrameReport& report, const RunProgress& progress) {
     Json json = summary_json(report);
     json["done"] = progress.done;
     json["total"] = progress.total;
     json["elapsed_s"] = progress.elapsed_s;
     json["remaining_s"] = progress.remaining_s;
+    json["bytes"] = report.written_bytes;
     json["times_ms"] = times_json(report);
-    return io::json_text(json);
+    return json;
 }
 
 }  // namespace postchain::sequence

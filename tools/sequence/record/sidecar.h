@@ -23,7 +23,7 @@ std::string sidecar_path(const std::string& output);
 // Whether the file is a sidecar, and not another program's of the same name.
 bool is_sidecar(const std::string& path);
 
-// The sidecar without the plan, on one line: for --json and --log-format json.
-std::string report_line(const FrameReport& report, const RunProgress& progress);
+// The sidecar without the plan, and the progress: for --json.
+io::Json report_json(const FrameReport& report, const RunProgress& progress);
 
 }  // namespace postchain::sequence

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <deque>
+#include <filesystem>
 
 #include "chain/frame/layers.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -197,23 +198,28 @@ Result<io::WriteReport> write_image(const std::string& path, const SourceFrame& 
                               {color.part, color.channels, &result}, options, layers);
 }
 
-Status write_preview(const FrameReport& report, const RunSettings& settings,
-                     const io::OutputFiles& files, const ImageF& color) {
+Status write_preview(FrameReport& report, const RunSettings& settings, const io::OutputFiles& files,
+                     const ImageF& color) {
     const std::string path = io::preview_path(report.output);
     ASSIGN_OR_RETURN(const auto permit, files.permit(path));
     io::PreviewOptions options;
     options.on_existing = permit;
     options.view = settings.view;
     options.provenance = report.preview_provenance;
-    return io::write_png_preview(path, color, options);
+    RETURN_IF_ERROR(io::write_png_preview(path, color, options));
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(path, error);
+    report.written_bytes += error ? 0 : bytes;
+    return Status();
 }
 
-Status write_sidecar(const FrameReport& report, const FrameLayers& layers,
-                     const RunSettings& settings, const io::OutputFiles& files) {
+Status write_sidecar(FrameReport& report, const FrameLayers& layers, const RunSettings& settings,
+                     const io::OutputFiles& files) {
     const std::string path = sidecar_path(report.output);
     ASSIGN_OR_RETURN(const auto permit, files.permit(path));
-    return io::atomic_write_text(path, sidecar_json(report, layers, settings.version), permit)
-        .status();
+    const std::string text = sidecar_json(report, layers, settings.version);
+    report.written_bytes += text.size();
+    return io::atomic_write_text(path, text, permit).status();
 }
 
 }  // namespace
@@ -296,6 +302,7 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
     };
     ASSIGN_OR_RETURN(report.write, write_image(report.output, *frame.source, color, encoding,
                                                layers, files, std::move(options)));
+    report.written_bytes += report.write.bytes;
     if (const uint64_t clamped = report.write.overflow_pixels)
         report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
                                          largest_text(report.output)));

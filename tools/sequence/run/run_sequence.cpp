@@ -115,7 +115,7 @@ class FilterJob final : public FrameJob {
         ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
         const auto written = io::write_planes_exr(
             path, pixels, {names.begin(), names.begin() + pixels.channels}, permit);
-        if (written.ok()) report.stage_bytes += written->bytes;
+        if (written.ok()) report.written_bytes += written->bytes;
         return written.status();
     }
 

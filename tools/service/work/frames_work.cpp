@@ -260,7 +260,7 @@ class FramesWork {
             return end;
         }
         end.state = FrameState::written;
-        end.bytes = bytes_of_outputs(report.output, settings_) + int64_t(report.stage_bytes);
+        end.bytes = int64_t(report.written_bytes);
         for (const std::string& warning : report.warnings)
             end.message += (end.message.empty() ? "" : "; ") + roots.shown_in(warning);
         end.held = report.outcome == sequence::Outcome::held;

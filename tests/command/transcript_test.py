@@ -17,7 +17,7 @@ A folder's prelude.sh has more. The working folder has in.0001.exr to in.0004.ex
 varies between runs and machines: T for times, H1, H2, ... for hashes in the order of the file, so that equal ones stay
 equal.
 
-usage: transcript_test.py POSTCHAIN NAME|PATH ... [--update]   rewrites the files: read the difference as a reviewer"""
+usage: transcript_test.py POSTCHAIN NAME|PATH ...   POSTCHAIN_UPDATE=1 rewrites the files (tools/update_expected.sh)"""
 import difflib
 import json
 import math
@@ -215,13 +215,12 @@ def main():
         return {"--means": means, "--edit": edit, "--patch": patch}[words[0]](*words[1:])
     if words[0] == "--pretty":
         return pretty(words[1:])
-    update = "--update" in words
-    postchain, *names = [word for word in words if word != "--update"]
+    postchain, *names = words
     failed = 0
     for name in names:
         path = HERE / "transcripts" / f"{name}.txt"
         expected, found = path.read_text(encoding="utf8"), played(path, pathlib.Path(postchain).resolve())
-        if update:
+        if os.environ.get("POSTCHAIN_UPDATE"):
             path.write_text(found, encoding="utf8")
         elif expected != found:
             failed = 1

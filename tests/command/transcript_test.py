@@ -113,6 +113,59 @@ class Replaced:
                       lambda one: self.hashes.setdefault(one[0], f"H{len(self.hashes) + 1}"), text)
 
 
+TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[^"]')
+
+
+def pieces(text):
+    """What stands between the commas of a JSON text that are in no brackets."""
+    found, depth = [""], 0
+    for token in TOKEN.findall(text):
+        depth += (token in "{[") - (token in "}]")
+        if token == "," and not depth:
+            found.append("")
+        else:
+            found[-1] += token
+    return [one.strip() for one in found]
+
+
+def layout(text, width, filled=False, indent=""):
+    """A JSON text of one line: on one line if it fits, else one line per member, or lines filled with members."""
+    begin = re.match(r'("(?:[^"\\]|\\.)*": |[\w.]+: )?[{\[]', text)
+    if len(indent + text) <= width or not begin:
+        return text
+    members = [layout(one, width, filled, indent + " ") for one in pieces(text[begin.end():-1])]
+    if not filled:
+        return begin[0] + ",".join(f"\n{indent} {one}" for one in members) + f"\n{indent}{text[-1]}"
+    lines, more = [indent + begin[0]], False
+    for one, end in zip(members, [", "] * (len(members) - 1) + [text[-1]]):
+        several = "\n" in one
+        if more and (several or len(lines[-1] + one + end) > width + 1):
+            lines[-1] = lines[-1].rstrip()
+            lines.append(indent + " ")
+        lines[-1] += one + end
+        more = len(lines) > 1 or lines[-1] != indent + begin[0]
+    return "\n".join(lines)[len(indent):]
+
+
+def filled(lines):
+    """The lines with each JSON text laid out anew: the words for what varies have other widths."""
+    found, at = [], 0
+    while at < len(lines):
+        end, text, depth = at, "", 0
+        while re.match(r"([\w.]+: )?[{\[]", lines[at]) and end < len(lines) and (end == at or depth):
+            line = lines[end].strip()
+            text += ("" if not text or text[-1] in "{[" or line[:1] in ("}", "]") else " ") + line
+            depth = sum((token in "{[") - (token in "}]") for token in TOKEN.findall(text))
+            end += 1
+        if end > at and not depth and text[-1] in "}]" and len(pieces(text)) == 1:
+            found += layout(text, 120, filled=True).splitlines()
+        else:
+            end = at + 1
+            found.append(lines[at])
+        at = end
+    return found
+
+
 def played(path, postchain):
     """The transcript as it is with this command."""
     lines = []
@@ -141,28 +194,21 @@ def played(path, postchain):
                     timeout=300, text=True, errors="backslashreplace", stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, check=False)
                 # A printed line that looks like a note or a command gets a space.
-                lines += [" " + line if line[:2] in ("#", "# ", "##", "$ ", "> ") else line
-                          for line in replaced(done.stdout).splitlines() if line]
+                lines += filled([" " + line if line[:2] in ("#", "# ", "##", "$ ", "> ") else line
+                                 for line in replaced(done.stdout).splitlines() if line])
                 if done.returncode:
                     lines.append(f"[exit code {done.returncode}]")
             lines += step[said:]
     return "\n".join(lines) + "\n"
 
 
-def layout(value, digits, indent=""):
-    """A JSON value on one line if it fits, else one line per member."""
+def rounded(value, digits):
+    """A JSON value whose numbers have so many digits."""
     if isinstance(value, float):
-        value = float(f"{value:.{digits}g}")
-    if not isinstance(value, (dict, list)):
-        return json.dumps(value)
-    opened, closed = ("{", "}") if isinstance(value, dict) else ("[", "]")
-    keys = [json.dumps(key) + ": " for key in value] if isinstance(value, dict) else [""] * len(value)
-    values = value.values() if isinstance(value, dict) else value
-    members = [key + layout(member, digits, indent + " ") for key, member in zip(keys, values)]
-    line = opened + ", ".join(members) + closed
-    if len(indent + line) <= 110 and "\n" not in line:
-        return line
-    return opened + ",".join(f"\n{indent} {member}" for member in members) + f"\n{indent}{closed}"
+        return float(f"{value:.{digits}g}")
+    if isinstance(value, dict):
+        return {key: rounded(member, digits) for key, member in value.items()}
+    return [rounded(member, digits) for member in value] if isinstance(value, list) else value
 
 
 def means(file, channels=""):
@@ -206,7 +252,7 @@ def pretty(words):
             for key in filter(None, path.split(".")):
                 chosen = [one[int(key)] if isinstance(one, list) else one[key] for one in chosen
                           if isinstance(one, list) or key in one]
-            print("".join((path and f"{path}: ") + layout(one, digits) for one in chosen) or f"{path}: none")
+            print("".join((path and f"{path}: ") + layout(json.dumps(rounded(one, digits)), 110) for one in chosen) or f"{path}: none")
 
 
 def main():
@@ -219,7 +265,8 @@ def main():
     failed = 0
     for name in names:
         path = HERE / "transcripts" / f"{name}.txt"
-        expected, found = path.read_text(encoding="utf8"), played(path, pathlib.Path(postchain).resolve())
+        expected = "\n".join(filled(path.read_text(encoding="utf8").splitlines())) + "\n"
+        found = played(path, pathlib.Path(postchain).resolve())
         if os.environ.get("POSTCHAIN_UPDATE"):
             path.write_text(found, encoding="utf8")
         elif expected != found:

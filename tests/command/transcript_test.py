@@ -10,6 +10,7 @@ postchain is the built command, python this interpreter. Functions:
     means FILE [CHANNELS]            mean of each quadrant of the channels of an EXR that match
     edit IN OUT CODE                 copies an EXR through Python: `picture` of exr.py
     patch IN OUT CODE                copies any file: `data`, a bytearray
+    options                      sections of a man page with their options and choices
     part NAME [WORD ...]             the program of a part, beside the command
     chain TEXT [OPTION ...]          plans a chain file of this text
     camera TEXT, profile TEXT        inspect a frame with such a file
@@ -28,6 +29,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import textwrap
 
 import exr
 
@@ -41,6 +43,7 @@ pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}
 edit() {{ tool --edit "$@"; }}
 patch() {{ tool --patch "$@"; }}
+options() {{ tool --options; }}
 part() {{ "$(dirname "$(readlink -f "$(command -v postchain)")")/postchain-$1" "${{@:2}}"; }}
 chain() {{ echo "$1" >chain.yaml; postchain plan chain.yaml -i in.0002.exr "${{@:2}}"; }}
 inspected() {{ postchain inspect in.0002.exr --json "$@"; }}
@@ -225,6 +228,20 @@ def means(file, channels=""):
         print(name, *shown)
 
 
+def options():
+    """Each section of a man page with its options and their choices."""
+    sections = []
+    for line in sys.stdin.read().replace("\\", "").splitlines():
+        if line.startswith(".SH "):
+            sections.append([line[4:] + ":"])
+        elif line.startswith(".B "):
+            option = re.search(r"--[a-z-]+", line) or re.match(r"(postchain )?\S+", line[3:])
+            choices = re.search(r":(\{[^}]+\})", line)
+            sections[-1].append(option[0] + (choices[1] if choices else ""))
+    print("\n".join(textwrap.fill(" ".join(one), 120, subsequent_indent=" ", break_on_hyphens=False)
+                    for one in sections))
+
+
 def edit(source, target, code):
     picture = exr.read(source)
     exec(code, {"picture": picture, "struct": struct, "exr": exr})  # pylint: disable=exec-used
@@ -259,6 +276,8 @@ def main():
     words = sys.argv[1:]
     if words[0] in ("--means", "--edit", "--patch"):
         return {"--means": means, "--edit": edit, "--patch": patch}[words[0]](*words[1:])
+    if words[0] == "--options":
+        return options()
     if words[0] == "--pretty":
         return pretty(words[1:])
     postchain, *names = words

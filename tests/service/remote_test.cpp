@@ -502,10 +502,14 @@ TEST_F(Remote, AnExperimentIsOneTask) {
 TEST_F(Remote, AForgedReportEndsItsJobAlone) {
     open();
     size_t tasks = 0;
+    std::string many;
+    while (many.size() < 2'000'000) many += ",0";
+    using Case = std::tuple<std::string, std::string, std::string>;
     for (const auto& [comparison, variants, verdict] :
-         {std::tuple(R"("comparison": {"verdict": 1}, )", "[]", ""),
+         {Case(R"("comparison": {"verdict": 1}, )", "[]", ""),
           {"", R"([1, {"pareto": "yes"}, {"pareto": true}])", "3 variants, 1 in the Pareto set"},
-          {R"("comparison": 1, "under": [2], )", "7", ""}}) {
+          {R"("comparison": 1, "under": [2], )", "7", ""},
+          {"", "[0" + many + "]", ""}}) {
         const std::string id = submit(
             R"({"kind": "ab", "chain": "fast", "chain_b": "paper", "input": "in.####.exr",
                 "frames": "1", "output": "report", "on_existing": "overwrite"})");

@@ -19,37 +19,44 @@ std::string attachment(const std::string& name) {
 
 class OpenFile {
   public:
-    explicit OpenFile(const ResultFile& file)
+    OpenFile(const ResultFile& file, std::vector<FilePart> parts)
         : name_(file.name),
-          left_(file.bytes),
+          parts_(std::move(parts)),
           file_(file.path),
           in_(file_.ok() ? file_.path() : "", std::ios::binary) {}
+    explicit OpenFile(const ResultFile& file) : OpenFile(file, {{0, file.bytes}}) {}
 
     // Empty at the end. A file that has become shorter is an error.
     Result<std::string> next() {
-        std::string part(size_t(std::min<uint64_t>(left_, kPart)), '\0');
-        in_.read(part.data(), std::streamsize(part.size()));
-        if (uint64_t(in_.gcount()) != part.size())
+        while (at_ < parts_.size() && parts_[at_].begin == parts_[at_].end) ++at_;
+        if (at_ == parts_.size()) return std::string();
+        FilePart& left = parts_[at_];
+        std::string read(size_t(std::min<uint64_t>(left.end - left.begin, kPart)), '\0');
+        in_.seekg(std::streamoff(left.begin)).read(read.data(), std::streamsize(read.size()));
+        if (uint64_t(in_.gcount()) != read.size())
             return Status(StatusCode::input, name_ + ": was changed while it was sent");
-        left_ -= part.size();
-        return part;
+        left.begin += read.size();
+        return read;
     }
 
   private:
     const std::string name_;
-    uint64_t left_;
+    std::vector<FilePart> parts_;  // that are left
+    size_t at_ = 0;
     const ReadableFile file_;
     std::ifstream in_;
 };
 
 class FileSource final : public BodySource {
   public:
-    explicit FileSource(const ResultFile& file) : bytes_(file.bytes), file_(file) {}
+    FileSource(const ResultFile& file, const std::vector<FilePart>& parts) : file_(file, parts) {
+        for (const FilePart& part : parts) bytes_ += part.end - part.begin;
+    }
     uint64_t bytes() const override { return bytes_; }
     Result<std::string> next() override { return file_.next(); }
 
   private:
-    const uint64_t bytes_;
+    uint64_t bytes_ = 0;
     OpenFile file_;
 };
 
@@ -186,11 +193,15 @@ class ZipSource final : public BodySource {
 
 }  // namespace
 
-Reply file_reply(const ResultFile& file) {
+Reply parts_reply(const ResultFile& file, const std::vector<FilePart>& parts) {
     Reply reply;
     reply.type = file.type;
-    reply.source = std::make_shared<FileSource>(file);
+    reply.source = std::make_shared<FileSource>(file, parts);
     return reply;
+}
+
+Reply file_reply(const ResultFile& file) {
+    return parts_reply(file, {{0, file.bytes}});
 }
 
 Reply download_reply(const ResultFile& file) {

@@ -260,23 +260,16 @@ Reply frame(const Service& service, const Call& call) {
     });
 }
 
-Reply report(const Service& service, PagePictures& pictures, const Call& call) {
+Reply report(const Service& service, PageParts& parts, const Call& call) {
     const std::string picture = call.query("picture");
-    const bool apart = !call.query("pictures").empty();
+    const bool whole = picture.empty() && call.query("pictures").empty();
     Reply reply = reply_to(
-        service.report_file(call.user, call.values[0], call.values[1]),
-        [&](const ResultFile& file) {
-            if (picture.empty() && !apart) return file_reply(file);
-            const auto text = !file.name.ends_with(".html")
-                                  ? Result<std::string>(Status(StatusCode::input, "not a page"))
-                              : apart ? page_without_pictures(file.path)
-                                      : pictures.get(file.path, picture);
-            if (!text.ok())
-                return problem(404, "the report of job " + call.values[0] + " does not have this");
-            Reply part;
-            part.type = apart ? file.type : "text/plain; charset=utf-8";
-            part.body = *text;
-            return part;
+        service.report_file(call.user, call.values[0], call.values[1]), [&](ResultFile file) {
+            if (whole) return file_reply(file);
+            if (!file.name.ends_with(".html")) return problem(404, "not a page");
+            if (!picture.empty()) file.type = "text/plain; charset=utf-8";
+            return reply_to(parts.find(file.path, picture),
+                            [&](const auto& found) { return parts_reply(file, found); });
         });
     if (reply.status == 200) reply.headers.emplace_back(kPolicy, kReportPolicy);
     return reply;
@@ -401,8 +394,9 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
         {.path = "/v1/jobs/{id}/report/{name...}",
          .operation = "getReport",
          .summary = "A file of the report of an ab, bench or study job",
-         .handle = replies([&service, pictures = std::make_shared<PagePictures>()](
-                               const Call& call) { return report(service, *pictures, call); }),
+         .handle = replies([&service, parts = std::make_shared<PageParts>()](const Call& call) {
+             return report(service, *parts, call);
+         }),
          .queries =
              {{"pictures", "apart: a page without its pictures", {"apart"}},
               {"picture", "the text of one picture of a page, by its id", {}, "image-[0-9]{1,9}"}},

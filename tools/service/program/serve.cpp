@@ -382,14 +382,19 @@ class Keeper {
         auto last = Clock::now();
         uint64_t beats = 0;
         while (!ends_) {
-            std::this_thread::sleep_for(kTick);
-            if (StopOnSignal::asked_to_reload()) reload();
-            if (every.count() <= 0 || Clock::now() - last < every) continue;
-            last = Clock::now();
-            // Silence makes the service manager start the service anew.
-            const uint64_t now = server_.beats();
-            if (now != beats && service_.alive() && server_.alive()) notify_system("WATCHDOG=1");
-            beats = now;
+            try {
+                std::this_thread::sleep_for(kTick);
+                if (StopOnSignal::asked_to_reload()) reload();
+                if (every.count() <= 0 || Clock::now() - last < every) continue;
+                last = Clock::now();
+                // Silence makes the service manager start the service anew.
+                const uint64_t now = server_.beats();
+                if (now != beats && service_.alive() && server_.alive())
+                    notify_system("WATCHDOG=1");
+                beats = now;
+            } catch (...) {
+                // Out of memory. If it stays so, there is silence.
+            }
         }
     }
 

@@ -124,6 +124,16 @@ std::string full_text(size_t max_queue) {
     return concat(max_queue, max_queue == 1 ? " job is" : " jobs are", " waiting; try again later");
 }
 
+// Updates a job's counts of frames: all, done and failed.
+void count_frames(Database& database, int64_t job) {
+    database.run(
+        "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
+        "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
+        "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
+        "('missing', 'quarantined')) WHERE id = ?1 AND EXISTS(SELECT 1 FROM frames WHERE job = ?1)",
+        job);
+}
+
 template <class... Values>
 std::optional<Job> job_where(Database& database, const char* where, const Values&... values) {
     return first(Statement(database, concat(kJob, "WHERE ", where), values...), job_of);
@@ -195,13 +205,7 @@ Result<std::unique_ptr<JobStore>> JobStore::open(
     const std::function<void(const std::string&)>& warn) {
     std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep, warn));
     Status status = store->take();
-    if (status.ok())
-        status = store->change([&](Database& database) {
-            recover(database, attempts,
-                    [&](int64_t job, const std::string& type, const io::Json& data) {
-                        store->add_event(job, type, data);
-                    });
-        });
+    if (status.ok()) status = store->change([&](Database& database) { store->recover(database); });
     if (status.ok()) status = store->prune();
     if (!status.ok()) return status;
     if (warn && !store->note().empty()) warn(store->note());
@@ -413,21 +417,23 @@ Status JobStore::requeue(const std::string& id, const std::string& why, bool cou
     });
 }
 
+void JobStore::end_job(Database& database, const Job& job) {
+    const int64_t id = number_of(job.id);
+    if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
+                     "ended_ms = ?, attempts = 0, done = CASE WHEN kind <> 'run' AND ?1 = "
+                     "'done' THEN frames ELSE done END WHERE id = ? AND state = 'running'",
+                     name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
+                     id) == 0)
+        return;
+    io::Json data = {{"exit_code", job.exit_code}};
+    if (!job.message.empty()) data["message"] = job.message;
+    if (!job.verdict.empty()) data["verdict"] = job.verdict;
+    add_event(id, name_of(job.state), data);
+    database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), id);
+}
+
 Status JobStore::end(const Job& job) {
-    const Status status = change([&](Database& database) {
-        const int64_t id = number_of(job.id);
-        if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
-                         "ended_ms = ?, attempts = 0, done = CASE WHEN kind <> 'run' AND ?1 = "
-                         "'done' THEN frames ELSE done END WHERE id = ? AND state = 'running'",
-                         name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
-                         id) == 0)
-            return;
-        io::Json data = {{"exit_code", job.exit_code}};
-        if (!job.message.empty()) data["message"] = job.message;
-        if (!job.verdict.empty()) data["verdict"] = job.verdict;
-        add_event(id, name_of(job.state), data);
-        database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), id);
-    });
+    const Status status = change([&](Database& database) { end_job(database, job); });
     // If pruning fails, the next end() prunes.
     if (status.ok()) (void)prune();
     return status;
@@ -658,23 +664,24 @@ Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
     });
 }
 
+void JobStore::fail_frame(Database& database, int64_t job, int frame, const std::string& message) {
+    if (database.run("UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts "
+                     ">= ? THEN 'quarantined' ELSE 'waiting' END WHERE job = ? AND frame = ? "
+                     "AND state = 'waiting'",
+                     message, attempts_, job, frame) == 0)
+        return;
+    Statement now(database, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?", job,
+                  frame);
+    now.step();
+    const bool quarantined = now.text(0) == "quarantined";
+    database.run("UPDATE jobs SET attempts = 0, failed = failed + ? WHERE id = ?", int(quarantined),
+                 job);
+    add_event(job, quarantined ? "quarantined" : "frame_failed",
+              {{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}});
+}
+
 Status JobStore::frame_fails(const std::string& id, int frame, const std::string& message) {
-    return change([&](Database& database) {
-        const int64_t job = number_of(id);
-        if (database.run("UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts "
-                         ">= ? THEN 'quarantined' ELSE 'waiting' END WHERE job = ? AND frame = ? "
-                         "AND state = 'waiting'",
-                         message, attempts_, job, frame) == 0)
-            return;
-        Statement now(database, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?",
-                      job, frame);
-        now.step();
-        const bool quarantined = now.text(0) == "quarantined";
-        database.run("UPDATE jobs SET attempts = 0, failed = failed + ? WHERE id = ?",
-                     int(quarantined), job);
-        add_event(job, quarantined ? "quarantined" : "frame_failed",
-                  {{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}});
-    });
+    return change([&](Database& database) { fail_frame(database, number_of(id), frame, message); });
 }
 
 Status JobStore::release(const std::string& id) {
@@ -684,6 +691,50 @@ Status JobStore::release(const std::string& id) {
             "in_flight = 1",
             number_of(id));
     });
+}
+
+// ------------------------------------------------------------------------------ after a death
+int JobStore::interrupt(Database& database, int64_t job, const std::string& message) {
+    const auto begun =
+        all(Statement(database, "SELECT frame FROM frames WHERE job = ? AND in_flight = 1", job),
+            [](const Statement& row) { return int(row.integer(0)); });
+    database.run(
+        "UPDATE frames SET in_flight = 0, alone = 1, attempts = attempts - ? WHERE job = ? AND "
+        "in_flight = 1",
+        int(begun.size() > 1), job);
+    if (begun.size() == 1) fail_frame(database, job, begun[0], message);
+    return int(begun.size());
+}
+
+Result<int> JobStore::interrupted(const std::string& id, const std::string& message) {
+    return change([&](Database& database) { return interrupt(database, number_of(id), message); });
+}
+
+void JobStore::recover(Database& database) {
+    // A job in another queue goes on without this process: its death is no attempt.
+    const auto running =
+        all(Statement(database,
+                      "SELECT id, CASE remote WHEN '' THEN attempts ELSE 0 END FROM jobs WHERE "
+                      "state = 'running'"),
+            [](const Statement& row) { return std::pair(row.integer(0), int(row.integer(1))); });
+    for (const auto& [job, attempts] : running) {
+        const int in_flight =
+            interrupt(database, job, "the process died while only this frame was in flight");
+        if (in_flight == 0 && attempts >= attempts_) {
+            Job ended;
+            ended.id = std::to_string(job);
+            ended.state = JobState::failed;
+            ended.exit_code = 1;
+            ended.message = concat("the process died ", attempts, " times during this job");
+            end_job(database, ended);
+            continue;
+        }
+        database.run("UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?",
+                     in_flight > 0 ? 0 : attempts, job);
+        add_event(job, "requeued", {{"why", "the process ended"}});
+    }
+    // Of jobs that were canceled just before.
+    database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
 }
 
 }  // namespace postchain::service

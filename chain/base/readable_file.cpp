@@ -24,12 +24,16 @@ constexpr int kFolderFlags = O_PATH | O_DIRECTORY | O_CLOEXEC;
 constexpr int kNotAFile = ESPIPE;
 constexpr uint64_t kMaxOwnText = uint64_t(64) << 20;
 
+struct Confined {
+    std::vector<std::string> folders;   // none: not confined
+    std::vector<std::string> readable;  // none: what is named outside of the folders
+};
 std::mutex g_mutex;
-std::vector<std::string> g_folders;
+Confined g_confined;
 
-std::vector<std::string> confined_folders() {
+Confined confined() {
     const std::lock_guard lock(g_mutex);
-    return g_folders;
+    return g_confined;
 }
 
 // The folder that has this path; empty = none.
@@ -81,36 +85,53 @@ std::string below(const std::string& path, const std::string& folder) {
     return begin < path.size() ? path.substr(begin) : ".";
 }
 
-int open_confined(const std::string& path, const std::vector<std::string>& folders, int flags) {
-    if (folder_of(path, folders).empty()) return ::open(path.c_str(), flags);
+std::string absolute(const std::string& path) {
+    std::error_code error;
+    return std::filesystem::absolute(path, error).string();
+}
+
+// Whether the rules are for this path.
+bool is_confined(const std::string& path, const Confined& to) {
+    return !to.folders.empty() && (!to.readable.empty() || !folder_of(path, to.folders).empty());
+}
+
+int open_confined(const std::string& path, const Confined& to, int flags) {
+    if (!is_confined(path, to)) return ::open(path.c_str(), flags);
     char real[PATH_MAX];
     if (!::realpath(path.c_str(), real)) return -1;
-    const std::string resolved = real, folder = folder_of(resolved, folders);
-    if (folder.empty()) {
-        errno = EXDEV;
-        return -1;
-    }
-    return open_beneath(folder, below(resolved, folder), flags);
+    const std::string resolved = real, folder = folder_of(resolved, to.folders);
+    if (!folder.empty()) return open_beneath(folder, below(resolved, folder), flags);
+    // No link in a folder leads to what is named elsewhere.
+    const bool reads = (flags & O_PATH) == 0 && folder_of(absolute(path), to.folders).empty() &&
+                       !folder_of(resolved, to.readable).empty();
+    if (reads) return ::open(resolved.c_str(), flags | O_NOFOLLOW);
+    errno = EXDEV;
+    return -1;
 }
 
 }  // namespace
 
 void confine_files(const std::vector<std::string>& folders) {
+    confine_files(folders, {});
+}
+
+void confine_files(const std::vector<std::string>& folders,
+                   const std::vector<std::string>& readable) {
     const std::lock_guard lock(g_mutex);
-    g_folders = folders;
+    g_confined = {folders, readable};
 }
 
 ReadableFile::ReadableFile(const std::string& path, Pipes pipes) {
-    const auto folders = confined_folders();
+    const Confined to = confined();
     struct stat info = {};
     // A named pipe has to be opened once only, and by waiting.
-    if (folders.empty() && pipes == Pipes::read_by_commands && ::stat(path.c_str(), &info) == 0 &&
-        !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
+    if (to.folders.empty() && pipes == Pipes::read_by_commands &&
+        ::stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
         fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
         error_ = errno;
         return;
     }
-    fd_ = folders.empty() ? ::open(path.c_str(), kFlags) : open_confined(path, folders, kFlags);
+    fd_ = open_confined(path, to, kFlags);
     error_ = errno;
     if (fd_ < 0) return;
     if (::fstat(fd_, &info) == 0 && S_ISREG(info.st_mode)) {
@@ -152,15 +173,15 @@ std::optional<std::string> ReadableFile::text(uint64_t most) const {
 }
 
 std::string reason_of_open(int error) {
-    if (error == EXDEV) return "links outside the folders of this service";
+    if (error == EXDEV) return "is outside the folders that this process may use";
     return std::string("cannot be opened: ") + std::strerror(error);
 }
 
 // Commands use the path itself: they also run where /proc is missing.
 OpenFolder::OpenFolder(const std::string& path) : path_(path.empty() ? "." : path) {
-    const auto folders = confined_folders();
-    if (folder_of(path_, folders).empty()) return;
-    fd_ = open_confined(path_, folders, kFolderFlags);
+    const Confined to = confined();
+    if (!is_confined(path_, to)) return;
+    fd_ = open_confined(path_, to, kFolderFlags);
     error_ = fd_ < 0 ? errno : 0;
     path_ = "/proc/self/fd/" + std::to_string(fd_);
 }
@@ -179,13 +200,13 @@ std::string OpenFolder::at(const std::string& name) const {
 int make_folders(const std::string& path) {
     namespace fs = std::filesystem;
     std::error_code error, ignored;
-    const auto folders = confined_folders();
-    if (folder_of(path, folders).empty()) {
+    const Confined to = confined();
+    if (!is_confined(path, to)) {
         fs::create_directories(path, error);
         return fs::is_directory(path, ignored) ? 0 : error ? error.value() : ENOTDIR;
     }
-    const std::string real = fs::weakly_canonical(path, error).string();
-    const std::string folder = error ? "" : folder_of(real, folders);
+    const std::string real = fs::weakly_canonical(absolute(path), error).string();
+    const std::string folder = error ? "" : folder_of(real, to.folders);
     if (folder.empty()) return error ? error.value() : EXDEV;
     int at = ::open(folder.c_str(), kFolderFlags);
     int fault = at < 0 ? errno : 0;

@@ -2,7 +2,7 @@
 // writing. Each reader opens them here. A FIFO or a device would hold a thread for as long as its
 // writer likes, so that only regular files are read; a command also reads texts from pipes.
 //
-// A service confines its process: what is in one of its folders is then opened beneath it, with all
+// A process may be confined: what is in one of its folders is then opened beneath it, with all
 // links followed beforehand and none followed by the open itself (openat2 with RESOLVE_BENEATH and
 // RESOLVE_NO_SYMLINKS), so that no link that appears meanwhile leads elsewhere.
 #pragma once
@@ -14,8 +14,12 @@
 
 namespace postchain {
 
-// For the whole process, from now on. `folders`: absolute, without links; none = as a command.
+// For the whole process, from now on. `folders`: absolute, without links; none = not confined. What
+// is named outside of them is opened as it is.
 void confine_files(const std::vector<std::string>& folders);
+// Likewise, and nothing else is opened but files in `readable` folders, or of these names.
+void confine_files(const std::vector<std::string>& folders,
+                   const std::vector<std::string>& readable);
 
 enum class Pipes { refused, read_by_commands };
 

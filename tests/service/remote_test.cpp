@@ -151,6 +151,8 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
          {"--on-existing=skip", "--on-error=continue", "--strict", "--png", "--max-memory=67108864",
           "--precision=fp16", "--half", "--cuts=9", "--nonfinite=zero", "--no-elide=all"})
         EXPECT_THAT(handed.command, testing::Contains(word));
+    EXPECT_THAT(handed.command, testing::Contains("--confine-to=" + root()));
+    EXPECT_THAT(handed.command, testing::Contains("--also-read=" + handed.log_folder));
     EXPECT_THAT(test::read_text(handed.command[2]), HasSubstr("fxaa"));
     for (int frame = 1; frame <= 4; ++frame) make(frame);
     wait_for_done(id, 4);

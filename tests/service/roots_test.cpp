@@ -141,7 +141,7 @@ TEST_F(RootsTest, PathsOfAJobAreCheckedWhenItRuns) {
     for (const char* target : {"second/shots", "rootless"}) {
         fs::create_symlink(base_ + "/" + target, root("/shots"));
         EXPECT_EQ(check_folder(root("/shots"), roots_).code(), StatusCode::output) << target;
-        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("links outside")) << target;
+        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("outside the folders")) << target;
         fs::remove(root("/shots"));
     }
 }
@@ -261,10 +261,10 @@ TEST_F(Reads, NoLinkLeadsWhatIsWrittenOut) {
     fs::create_symlink(base_ + "/secret", root("way_out"));
     const std::string path = root("way_out/new.txt");
     EXPECT_THAT(io::atomic_write_text(path, "x", io::OnExisting::overwrite).status().message(),
-                HasSubstr("links outside the folders"));
+                HasSubstr("outside the folders"));
     EXPECT_FALSE(io::ReplaceLock::take(path).ok());
     EXPECT_FALSE(io::Claim::take(path).ok());
-    EXPECT_THAT(io::make_folder(root("way_out/b/c")).message(), HasSubstr("links outside"));
+    EXPECT_THAT(io::make_folder(root("way_out/b/c")).message(), HasSubstr("outside the folders"));
     io::remove_dead_temporaries(root("way_out"), [](const std::string&) { return true; });
     EXPECT_EQ(names_in("secret"), (std::vector<std::string>{"a.txt", "b.0001.exr"}));
     EXPECT_TRUE(io::PathPattern::parse(root("way_out/b.####.exr"))->discover().empty());

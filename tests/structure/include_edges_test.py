@@ -50,6 +50,7 @@ ALLOWED_LIBRARIES = {
     "CLI": ["tools/apps", "tools/measure/program", "tools/service/program"],
     "pybind11": ["tools/python"],
     "spdlog": ["tools/apps"],
+    "seccomp.h": ["tools/apps/common"],
     "GLFW": ["tools/apps/view"],
     "boost": ["tools/measure/experiment", "tools/service/http"],
     "sqlite3.h": ["tools/service/store"],

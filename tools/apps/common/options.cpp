@@ -65,6 +65,15 @@ void add_progress(CLI::App& subcommand, Options& o) {
     option->excludes(subcommand.get_option("--json"));
 }
 
+void add_confine(CLI::App& subcommand, Options& o) {
+    add_list(subcommand, "--confine-to", "DIR", o.confine_to,
+             "open no files but those in this folder and the system's, and no network; may be "
+             "repeated");
+    add_list(subcommand, "--also-read", "PATH", o.also_read,
+             "with --confine-to: read this file, or those in this folder, too; may be repeated");
+    subcommand.get_option("--also-read")->needs(subcommand.get_option("--confine-to"));
+}
+
 void add_chain(CLI::App& subcommand, Options& o) {
     subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
         ->required();
@@ -144,7 +153,11 @@ void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisti
 
 void add_list(CLI::App& subcommand, const std::string& name, const std::string& type,
               std::vector<std::string>& words, const std::string& help) {
-    subcommand.add_option(name, words, help)->type_name(type)->expected(1)->take_all();
+    subcommand.add_option(name, words, help)
+        ->type_name(type)
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
 }
 
 void add_displayed(CLI::App& subcommand, Options& o) {

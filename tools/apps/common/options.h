@@ -34,7 +34,9 @@ struct Options {
     std::string log_format = "text";
     std::string progress = "terminal";
     bool json = false;
-    bool camera_metadata = false;  // of inspect: prints the table of attributes
+    std::vector<std::string> confine_to;  // folders; none: not confined
+    std::vector<std::string> also_read;   // files, of a confined process
+    bool camera_metadata = false;         // of inspect: prints the table of attributes
 };
 
 void add_logging(CLI::App& subcommand, Options& options);
@@ -43,6 +45,8 @@ void add_threads(CLI::App& subcommand, Options& options);
 void add_device(CLI::App& subcommand, Options& options);  // and --threads
 // The settings of a subcommand that shows frames as --png does, and --threads.
 void add_displayed(CLI::App& subcommand, Options& options);
+// --confine-to and --also-read, for subcommands that a service starts.
+void add_confine(CLI::App& subcommand, Options& options);
 // --progress, for subcommands that a farm runs. Add --json first if the subcommand has it.
 void add_progress(CLI::App& subcommand, Options& options);
 

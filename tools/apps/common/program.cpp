@@ -18,6 +18,7 @@
 #include "chain/base/parameter.h"
 #include "chain/base/printable.h"
 #include "config/reporter.h"
+#include "tools/apps/common/confine.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/manual.h"
 
@@ -93,6 +94,14 @@ Status start(const Part& part, char** argv) {
                part.component, ")"));
 }
 
+// As --confine-to says.
+Status confine(const Options& options) {
+    if (options.confine_to.empty()) return Status();
+    if (const std::string missing = confinement(); !missing.empty())
+        log::warning("--confine-to: " + missing);
+    return confine_to(options.confine_to, options.also_read);
+}
+
 int parse_and_run(const Program& program, int argc, char** argv) {
     Options options;
     options.command_line = {argv, argv + argc};
@@ -138,6 +147,7 @@ int parse_and_run(const Program& program, int argc, char** argv) {
     if (options.progress == "openjd") log::tell_openjd();
     for (const auto& [subcommand, run] : added) {
         if (!subcommand->parsed()) continue;
+        if (const Status status = confine(options); !status.ok()) return fail(status);
         const Result<int> code = run();
         return code.ok() ? *code : fail(code.status());
     }

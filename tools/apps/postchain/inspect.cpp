@@ -285,6 +285,7 @@ Result<int> inspect_subcommand(const Options& options) {
 RunSubcommand add_inspect(CLI::App& subcommand, Options& options) {
     add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
     subcommand.add_flag("--json", options.json, "one JSON object per frame");
+    add_confine(subcommand, options);
     subcommand.add_flag("--strict", options.job.strict,
                         "motion vectors that the sign self-check contradicts are an error");
     subcommand.add_flag("--camera-metadata", options.camera_metadata,

@@ -237,6 +237,7 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
 RunSubcommand add_plan(CLI::App& subcommand, Options& options) {
     const auto plan = std::make_shared<PlanSettings>();
     add_chain(subcommand, options);
+    add_confine(subcommand, options);
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup})
         add_settings(subcommand, job_parameters(), group, &options.job);
     auto* text = subcommand.add_flag_callback(

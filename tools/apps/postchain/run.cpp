@@ -236,6 +236,7 @@ RunSubcommand add_run(CLI::App& subcommand, Options& options) {
     add_progress(subcommand, options);
     add_device(subcommand, options);
     add_like(subcommand, options);
+    add_confine(subcommand, options);
     return [&subcommand, &options]() -> Result<int> {
         ASSIGN_OR_RETURN(const auto like, apply_like(subcommand, options));
         return run_subcommand(options, like);

@@ -46,6 +46,7 @@ void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
     add_device(subcommand, o);
     subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);
+    add_confine(subcommand, o);
 }
 
 // Adds the settings outside the tables: those of the run and of this process.

@@ -92,6 +92,7 @@ RunSubcommand add_study(CLI::App& subcommand, Options& o) {
     add_device(subcommand, o);
     subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);
+    add_confine(subcommand, o);
     return [&o, s] { return end_of(study_subcommand(o, *s), o.json); };
 }
 

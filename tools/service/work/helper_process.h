@@ -1,7 +1,6 @@
 // A process of the service's own program that reads files of clients: what a damaged file does to
-// it costs one request. It has limits of memory and files, and, where the kernel has Landlock,
-// reads only the folders of the service and those of the system, and writes nothing but its cache
-// of programs.
+// it costs one request. It has limits of memory and files, and is confined
+// (tools/apps/common/confine.h) to the folders of the service and its cache of programs.
 #pragma once
 
 #include <sys/resource.h>
@@ -55,17 +54,5 @@ bool send_all(int fd, std::string_view text);
 void set_limit(decltype(RLIMIT_AS) what, rlim_t most);
 // Bytes that libraries and threads need beside a frame.
 inline constexpr uint64_t kOwnMemory = uint64_t(2) << 30;
-// The version of Landlock in this kernel; 0 = none.
-int landlock_version();
-// From now on, for this thread and the threads that it starts: files below `folders` and those of
-// the system are read, files below `devices` are read and written, files in `own` folders are made
-// and removed too, and other processes get no signal. Everything else that this version of Landlock
-// controls fails. Without Landlock nothing changes. Errors (internal): Landlock is available, but
-// refuses.
-Status confine_helper(const std::vector<std::string>& folders,
-                      const std::vector<std::string>& devices = {},
-                      const std::vector<std::string>& own = {});
-// Devices in /dev, without the memory that programs share there.
-std::vector<std::string> devices_of_system();
 
 }  // namespace postchain::service

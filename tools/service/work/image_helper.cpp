@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "chain/base/readable_file.h"
+#include "tools/apps/common/confine.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/service/work/helper_process.h"
@@ -63,7 +64,7 @@ Result<std::string> image_of_task(const Json& task, const PassRegistry& registry
     // Loaded from wherever the program finds it.
     const std::string path = task.at("path");
     if (io::image_format_of(path)) (void)io::image_module(StatusCode::input);
-    RETURN_IF_ERROR(confine_helper(roots.entries()));
+    RETURN_IF_ERROR(confine({.reads = roots.entries()}));
     sequence::SourceSettings source;
     if (const std::string body = task.at("body"); !body.empty()) {
         const std::string version = kNoVersion;

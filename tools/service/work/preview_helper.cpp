@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "chain/base/readable_file.h"
+#include "tools/apps/common/confine.h"
 #include "tools/scenes/scene.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/device.h"
@@ -162,7 +163,7 @@ class Helper {
     Status confine() {
         if (confined_) return Status();
         if (maker_->software()) set_limit(RLIMIT_AS, rlim_t(kOwnMemory + 4 * memory_));
-        RETURN_IF_ERROR(confine_helper(roots_, devices_of_system(), {programs_}));
+        RETURN_IF_ERROR(postchain::confine({roots_, {programs_}, devices_of_system()}));
         confined_ = true;
         return Status();
     }

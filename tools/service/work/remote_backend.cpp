@@ -446,6 +446,10 @@ Result<RemoteJob> RemoteBackend::remote_job(const Job& job, const ReadJob& read,
     remote.comment = concat("postchain job ", job.id, job.owner.empty() ? "" : " of ", job.owner);
     remote.folder = roots.folders().front();
     remote.command = std::move(tasks.command);
+    // Links are judged on the node. The folder has chains.
+    for (const std::string& root : roots.entries())
+        remote.command.push_back("--confine-to=" + root);
+    remote.command.push_back("--also-read=" + folder);
     remote.tasks = std::move(tasks.words);
     remote.log_folder = folder;
     remote.rank = {job.priority, settings_.max_tasks > 0 ? 1 : 0};

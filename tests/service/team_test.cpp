@@ -116,12 +116,12 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     EXPECT_TRUE(forbids(service_->retry(bob, of_ann)));
     EXPECT_TRUE(forbids(service_->change(bob, of_ann, R"({"priority": 1})")));
     EXPECT_TRUE(forbids(service_->browse(bob, "out")));
-    EXPECT_TRUE(forbids(service_->outputs(bob, of_ann, 1, 6)));
+    EXPECT_TRUE(forbids(service_->output(bob, of_ann, 1)));
     for (const auto& ask : std::vector<Ask>{
              [&](auto done) { service_->frame_image(bob, of_ann, 1, true, {}, done); },
              [&](auto done) { service_->input_image(bob, "out/o.####.exr", 1, {}, done); }})
         EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
-    EXPECT_EQ(test::got(service_->outputs(user("ann"), of_ann, 2, 4)).size(), 3u);
+    EXPECT_EQ(test::got(service_->output(user("ann"), of_ann, 2)).name, "o.0002.exr");
     test::got(service_->forget(user("ops"), of_ann));
     test::problem_of(service_->job(of_ann));
     EXPECT_TRUE(fs::exists(root("out/o.0001.exr"))) << "outputs stay";

@@ -17,7 +17,5 @@ struct FilePart {
 Reply file_reply(const ResultFile& file);
 Reply parts_reply(const ResultFile& file, const std::vector<FilePart>& parts);  // one after another
 Reply download_reply(const ResultFile& file);  // with the file's name
-// An archive of the files, not compressed, in their order.
-Reply zip_reply(const std::vector<ResultFile>& files, const std::string& name);
 
 }  // namespace postchain::service

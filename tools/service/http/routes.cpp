@@ -1,6 +1,5 @@
 #include "tools/service/http/routes.h"
 
-#include <limits>
 #include <optional>
 
 #include "tools/page/encode.h"
@@ -275,34 +274,11 @@ Reply report(const Service& service, PageParts& parts, const Call& call) {
     return reply;
 }
 
-// "1-24", "7"; nothing if it is not a range.
-std::optional<std::pair<int, int>> range_of(const std::string& text) {
-    constexpr int kLast = std::numeric_limits<int>::max();
-    if (text.empty()) return std::pair(-kLast, kLast);
-    if (const auto one = number_of<int>(text)) return std::pair(*one, *one);
-    const size_t dash = text.find('-', 1);
-    if (dash == std::string::npos) return std::nullopt;
-    const auto first = number_of<int>(text.substr(0, dash));
-    const auto last = number_of<int>(text.substr(dash + 1));
-    if (!first || !last || *first > *last) return std::nullopt;
-    return std::pair(*first, *last);
-}
-
 Reply output(const Service& service, const Call& call) {
     const auto number = number_of<int>(call.values[1]);
     if (!number) return problem(404, kNoFrame);
-    return reply_to(
-        service.outputs(call.user, call.values[0], *number, *number),
-        [](const std::vector<ResultFile>& files) { return download_reply(files.front()); });
-}
-
-Reply outputs(const Service& service, const Call& call) {
-    const auto range = range_of(call.query("frames"));
-    if (!range) return problem(400, "frames is not a range; expected 1-24 or 7");
-    return reply_to(service.outputs(call.user, call.values[0], range->first, range->second),
-                    [&](const std::vector<ResultFile>& files) {
-                        return zip_reply(files, "job-" + call.values[0] + ".zip");
-                    });
+    return reply_to(service.output(call.user, call.values[0], *number),
+                    [](const ResultFile& file) { return download_reply(file); });
 }
 
 void add_result_routes(std::vector<Route>& routes, Service& service) {
@@ -381,14 +357,6 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .handle = read(output),
                       .refusals = {403},
                       .type = "image/*",
-                      .reads_files = true});
-    routes.push_back({.path = "/v1/jobs/{id}/outputs.zip",
-                      .operation = "getOutputs",
-                      .summary = "The outputs of finished frames in one archive",
-                      .handle = read(outputs),
-                      .queries = {{"frames", "a range, such as 1-24; default: all"}},
-                      .refusals = {403},
-                      .type = "application/zip",
                       .reads_files = true});
     routes.push_back(
         {.path = "/v1/jobs/{id}/report/{name...}",
@@ -510,7 +478,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
          .schema = "CheckedChain"});
 }
 
-// ---------------------------------- the service itself: page, session, schemas, health, counters
+// ---------------------------------- the service itself: page, user, schemas, health, counters
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src "
     "'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -547,48 +515,6 @@ Reply readiness(const Service& service, const RequestThreads& threads, const Cal
     return reply;
 }
 
-void add_session(std::vector<Route>& routes, const Guard& guard, const std::string& version) {
-    routes.push_back({.path = "/v1/session",
-                      .operation = "getSession",
-                      .summary = "Whether a token is required, and whose the request has",
-                      .handle = replies([&guard, version](const Call& call) {
-                          const bool known = call.user.name != kStranger;
-                          const Json body = {{"token", guard.asks_for_token()},
-                                             {"known", known},
-                                             {"user", known ? call.user.name : ""},
-                                             {"admin", known && call.user.admin},
-                                             {"version", version}};
-                          return json_reply(200, io::json_text(body));
-                      }),
-                      .open = true,
-                      .at_once = true});
-    const auto cookie = [&guard](bool begins) {
-        return replies([&guard, begins](const Call& call) {
-            Reply reply;
-            reply.status = 204;
-            const std::string value = begins ? guard.begin_session(call.request) : "";
-            if (!begins) guard.end_session(call.request);
-            if (!begins || !value.empty())
-                reply.headers.emplace_back("Set-Cookie", guard.cookie(call.request, value));
-            return reply;
-        });
-    };
-    routes.push_back({.method = "POST",
-                      .path = "/v1/session",
-                      .operation = "beginSession",
-                      .summary = "Sets a session cookie for a page that sends the token",
-                      .handle = cookie(true),
-                      .audited = true,
-                      .status = 204});
-    routes.push_back({.method = "DELETE",
-                      .path = "/v1/session",
-                      .operation = "endSession",
-                      .summary = "Ends the session, and removes its cookie",
-                      .handle = cookie(false),
-                      .audited = true,
-                      .status = 204});
-}
-
 // The last of all: /openapi.json describes the routes before it.
 void add_about_routes(std::vector<Route>& routes, Service& service, const Guard& guard,
                       const std::string& version, const RequestThreads& threads) {
@@ -601,13 +527,22 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
                               return json_reply(200, get());
                           })});
     };
+    routes.push_back({.path = "/v1/user",
+                      .operation = "getUser",
+                      .summary = "Whose requests these are",
+                      .handle = replies([version](const Call& call) {
+                          return json_reply(200, io::json_text({{"user", call.user.name},
+                                                                {"admin", call.user.admin},
+                                                                {"version", version}}));
+                      }),
+                      .at_once = true});
     text("/v1/passes", "listPasses", "Passes and parameters", [&] { return service.passes(); });
     text("/v1/schema", "getChainSchema", "JSON Schema of a chain file",
          [&] { return service.chain_schema(); });
     text("/v1/schema/job", "getJobSchema", "JSON Schema of a job",
          [&] { return io::json_text(service.job_schema(), 2); });
     text("/openapi.json", "getOpenApi", "This interface as OpenAPI", [&, version] {
-        return openapi_of(routes, service.job_schema(), version, guard.asks_for_token());
+        return openapi_of(routes, service.job_schema(), version, !guard.users().are_everyone());
     });
     routes.push_back(
         {.path = "/healthz",
@@ -656,7 +591,6 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
     page_file("/page/icon.svg", "image/svg+xml", "getPageIcon", "Its icon", "service/icon.svg");
     page_file("/page/main.js", "text/javascript; charset=utf-8", "getPageScript", "Its script",
               "service/main.js");
-    add_session(routes, guard, version);
 }
 
 }  // namespace
@@ -685,8 +619,8 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     auto found = find_route(routes_, header.method, *target);
     // A client without the token learns nothing about the routes.
     const bool open = is_open(routes_, header.method, *target);
-    auto user = guard_.identify(header);
-    if (auto* refused = std::get_if<Reply>(&user); refused && !open) return std::move(*refused);
+    auto sender = guard_.identify(header);
+    if (auto* refused = std::get_if<Reply>(&sender); refused && !open) return std::move(*refused);
     if (auto* refused = std::get_if<Reply>(&found)) return std::move(*refused);
     const Route& route = *std::get<Match>(found).route;
     const std::string* type = header.header("Content-Type");
@@ -699,16 +633,17 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
         if (header.header("Transfer-Encoding") || (length && *length != "0"))
             return problem(413, "this address does not take a body");
     }
-    KnownUser known = std::holds_alternative<KnownUser>(user) ? std::get<KnownUser>(user) : nullptr;
-    return Admitted{std::move(*target), std::move(std::get<Match>(found)), std::move(known)};
+    const auto* known = std::get_if<Sender>(&sender);
+    return Admitted{std::move(*target), std::move(std::get<Match>(found)),
+                    known ? *known : Sender()};
 }
 
 void Api::run(const Admitted& admitted, const Request& request, const Respond& respond) const {
     static const User stranger{.name = kStranger};
     const Match& match = admitted.match;
-    match.route->handle(
-        {request, admitted.target, match.values, admitted.user ? *admitted.user : stranger},
-        respond);
+    match.route->handle({request, admitted.target, match.values,
+                         admitted.sender.user ? *admitted.sender.user : stranger},
+                        respond);
 }
 
 }  // namespace postchain::service

@@ -181,19 +181,14 @@ Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
     return file_at(*path);
 }
 
-Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, int first, int last,
-                                           const Roots& roots) {
-    std::vector<ResultFile> files;
-    for (const JobFrame& frame : frames) {
-        const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
-        if (!done || frame.frame < first || frame.frame > last) continue;
-        const auto path = roots.resolve(frame.output);
-        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message()};
-        std::error_code error;
-        if (fs::is_regular_file(*path, error)) files.push_back(file_at(*path));
-    }
-    if (files.empty()) return not_found("no finished frame of this job is on disk in that range");
-    return files;
+Answer<ResultFile> output_of(const JobFrame& frame, const Roots& roots) {
+    const auto path = roots.resolve(frame.output);
+    if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message()};
+    const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
+    std::error_code error;
+    if (!done || !fs::is_regular_file(*path, error))
+        return not_found(concat("frame ", frame.frame, " is not finished, or not on disk"));
+    return file_at(*path);
 }
 
 }  // namespace postchain::service

@@ -568,12 +568,9 @@ Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
         [&] { return taken(report_file_of(state_->known(id), name, state_->reader_of(user))); });
 }
 
-Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
-                                                 int last) const {
+Answer<ResultFile> Service::output(const User& user, const std::string& id, int frame) const {
     return answer([&] {
-        state_->check_known(id);
-        return taken(outputs_of(stored(state_->store->frames(id)), first, last,
-                                state_->reader_of(user).roots()));
+        return taken(output_of(state_->known(id, frame), state_->reader_of(user).roots()));
     });
 }
 

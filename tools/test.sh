@@ -92,6 +92,10 @@ for set in "${sets[@]}"; do
     esac
 done
 if [[ ${sets[*]} == default ]]; then
-    echo "== tools/test.sh --rest runs the other tests, those of the service, the viewer, Blender and Python among" \
-        "them; --part PART those of one"
+    cat <<'END'
+== Not run. A changed parameter, option or message also changes what these expect:
+     --part view, openfx, python, serve   their transcripts and records; tools/update_expected.sh PART renews them
+     --rest                               conformance_tests_more: each parameter has an effect
+   A change of pixels: --rest. The rest of all parts: --rest; of one: --part PART
+END
 fi

@@ -7,7 +7,7 @@
 #   docs/studies/ordering_scenes.sh POSTCHAIN FOLDER [DATA [TEST]]
 #
 # DATA: folder with wheels, flagpole and crossing (docs/scenes.md). TEST: the folder that
-# tests/cycles/dataset.py writes.
+# tools/research/cycles/dataset.py writes.
 # SIZE and TRUTH_SAMPLES change the small generated scenes; LARGE=0 leaves out those of 1920x1080.
 set -eu
 postchain=$1 folder=$2 data=${3:-} test=${4:-}
@@ -41,7 +41,7 @@ for scene in ${test:+meadow glass canopy night acrobat whip facade rain}; do
     [ -e "$test/$scene/both.0011.exr" ] || { echo "$scene: no ground truth yet" >&2; continue; }
     [ -e "$folder/$scene" ] || ln -s "$(realpath "$test/$scene")" "$folder/$scene"
     [ -e "$folder/${scene}_gbuf/gbuf.0011.exr" ] || {
-        blender -b --factory-startup --python-exit-code 1 -P "$here/../../tests/cycles/render.py" -- \
+        blender -b --factory-startup --python-exit-code 1 -P "$here/../../tools/research/cycles/render.py" -- \
             "$scene" "$folder/${scene}_gbuf" --size 640x360 --kinds gbuf --frames 11 >/dev/null
         echo "${scene}_gbuf"
     }

@@ -3,7 +3,7 @@
 //
 // A frame has the mean of each pixel, and so has its blur: what the weights should do to a wave of k
 // radians a pixel is 2 J1(k r) / (k r). They do that in the least squares over the waves up to 0.8 pi, keep
-// the sum 1, and have the circle's variance r^2/4 (tests/bench/small_circles.py).
+// the sum 1, and have the circle's variance r^2/4 (tools/research/small_circles.py).
 #ifndef POSTCHAIN_SHARED_SMALL_CIRCLES_H
 #define POSTCHAIN_SHARED_SMALL_CIRCLES_H
 

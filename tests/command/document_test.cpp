@@ -1,5 +1,5 @@
 // Generated documents match the program. After a change of tables or options run
-// tools/update_docs.sh:
+// tools/update_expected.sh:
 //
 //   postchain passes --markdown -> docs/parameters.md below its introduction
 #include "tests/command/fixture.h"
@@ -8,7 +8,7 @@ namespace postchain::test::document_test {
 namespace {
 
 const std::string kRoot = POSTCHAIN_SOURCE_DIR;
-const char* kRemedy = "run tools/update_docs.sh";
+const char* kRemedy = "run tools/update_expected.sh";
 
 TEST(Documents, ParametersAreTheProgramsOwn) {
     const auto passes = run({"passes", "--markdown"});

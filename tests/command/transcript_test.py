@@ -10,6 +10,7 @@ postchain is the built command, python this interpreter. Functions:
     means FILE [CHANNELS]            mean of each quadrant of the channels of an EXR that match
     edit IN OUT CODE                 copies an EXR through Python: `picture` of exr.py
     patch IN OUT CODE                copies any file: `data`, a bytearray
+    options                      sections of a man page with their options and choices
     part NAME [WORD ...]             the program of a part, beside the command
     chain TEXT [OPTION ...]          plans a chain file of this text
     camera TEXT, profile TEXT        inspect a frame with such a file
@@ -17,7 +18,7 @@ A folder's prelude.sh has more. The working folder has in.0001.exr to in.0004.ex
 varies between runs and machines: T for times, H1, H2, ... for hashes in the order of the file, so that equal ones stay
 equal.
 
-usage: transcript_test.py POSTCHAIN NAME|PATH ... [--update]   rewrites the files: read the difference as a reviewer"""
+usage: transcript_test.py POSTCHAIN NAME|PATH ...   POSTCHAIN_UPDATE=1 rewrites the files (tools/update_expected.sh)"""
 import difflib
 import json
 import math
@@ -28,6 +29,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import textwrap
 
 import exr
 
@@ -41,6 +43,7 @@ pretty() {{ tool --pretty "$@"; }}
 means() {{ tool --means "$@"; }}
 edit() {{ tool --edit "$@"; }}
 patch() {{ tool --patch "$@"; }}
+options() {{ tool --options; }}
 part() {{ "$(dirname "$(readlink -f "$(command -v postchain)")")/postchain-$1" "${{@:2}}"; }}
 chain() {{ echo "$1" >chain.yaml; postchain plan chain.yaml -i in.0002.exr "${{@:2}}"; }}
 inspected() {{ postchain inspect in.0002.exr --json "$@"; }}
@@ -113,6 +116,59 @@ class Replaced:
                       lambda one: self.hashes.setdefault(one[0], f"H{len(self.hashes) + 1}"), text)
 
 
+TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[^"]')
+
+
+def pieces(text):
+    """What stands between the commas of a JSON text that are in no brackets."""
+    found, depth = [""], 0
+    for token in TOKEN.findall(text):
+        depth += (token in "{[") - (token in "}]")
+        if token == "," and not depth:
+            found.append("")
+        else:
+            found[-1] += token
+    return [one.strip() for one in found]
+
+
+def layout(text, width, filled=False, indent=""):
+    """A JSON text of one line: on one line if it fits, else one line per member, or lines filled with members."""
+    begin = re.match(r'("(?:[^"\\]|\\.)*": |[\w.]+: )?[{\[]', text)
+    if len(indent + text) <= width or not begin:
+        return text
+    members = [layout(one, width, filled, indent + " ") for one in pieces(text[begin.end():-1])]
+    if not filled:
+        return begin[0] + ",".join(f"\n{indent} {one}" for one in members) + f"\n{indent}{text[-1]}"
+    lines, more = [indent + begin[0]], False
+    for one, end in zip(members, [", "] * (len(members) - 1) + [text[-1]]):
+        several = "\n" in one
+        if more and (several or len(lines[-1] + one + end) > width + 1):
+            lines[-1] = lines[-1].rstrip()
+            lines.append(indent + " ")
+        lines[-1] += one + end
+        more = len(lines) > 1 or lines[-1] != indent + begin[0]
+    return "\n".join(lines)[len(indent):]
+
+
+def filled(lines):
+    """The lines with each JSON text laid out anew: the words for what varies have other widths."""
+    found, at = [], 0
+    while at < len(lines):
+        end, text, depth = at, "", 0
+        while re.match(r"([\w.]+: )?[{\[]", lines[at]) and end < len(lines) and (end == at or depth):
+            line = lines[end].strip()
+            text += ("" if not text or text[-1] in "{[" or line[:1] in ("}", "]") else " ") + line
+            depth = sum((token in "{[") - (token in "}]") for token in TOKEN.findall(text))
+            end += 1
+        if end > at and not depth and text[-1] in "}]" and len(pieces(text)) == 1:
+            found += layout(text, 120, filled=True).splitlines()
+        else:
+            end = at + 1
+            found.append(lines[at])
+        at = end
+    return found
+
+
 def played(path, postchain):
     """The transcript as it is with this command."""
     lines = []
@@ -141,28 +197,21 @@ def played(path, postchain):
                     timeout=300, text=True, errors="backslashreplace", stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, check=False)
                 # A printed line that looks like a note or a command gets a space.
-                lines += [" " + line if line[:2] in ("#", "# ", "##", "$ ", "> ") else line
-                          for line in replaced(done.stdout).splitlines() if line]
+                lines += filled([" " + line if line[:2] in ("#", "# ", "##", "$ ", "> ") else line
+                                 for line in replaced(done.stdout).splitlines() if line])
                 if done.returncode:
                     lines.append(f"[exit code {done.returncode}]")
             lines += step[said:]
     return "\n".join(lines) + "\n"
 
 
-def layout(value, digits, indent=""):
-    """A JSON value on one line if it fits, else one line per member."""
+def rounded(value, digits):
+    """A JSON value whose numbers have so many digits."""
     if isinstance(value, float):
-        value = float(f"{value:.{digits}g}")
-    if not isinstance(value, (dict, list)):
-        return json.dumps(value)
-    opened, closed = ("{", "}") if isinstance(value, dict) else ("[", "]")
-    keys = [json.dumps(key) + ": " for key in value] if isinstance(value, dict) else [""] * len(value)
-    values = value.values() if isinstance(value, dict) else value
-    members = [key + layout(member, digits, indent + " ") for key, member in zip(keys, values)]
-    line = opened + ", ".join(members) + closed
-    if len(indent + line) <= 110 and "\n" not in line:
-        return line
-    return opened + ",".join(f"\n{indent} {member}" for member in members) + f"\n{indent}{closed}"
+        return float(f"{value:.{digits}g}")
+    if isinstance(value, dict):
+        return {key: rounded(member, digits) for key, member in value.items()}
+    return [rounded(member, digits) for member in value] if isinstance(value, list) else value
 
 
 def means(file, channels=""):
@@ -177,6 +226,20 @@ def means(file, channels=""):
                 part = [values[y * picture.width + x] for y in rows for x in columns]
                 shown.append(f"{sum(part) / len(part):.3g}")
         print(name, *shown)
+
+
+def options():
+    """Each section of a man page with its options and their choices."""
+    sections = []
+    for line in sys.stdin.read().replace("\\", "").splitlines():
+        if line.startswith(".SH "):
+            sections.append([line[4:] + ":"])
+        elif line.startswith(".B "):
+            option = re.search(r"--[a-z-]+", line) or re.match(r"(postchain )?\S+", line[3:])
+            choices = re.search(r":(\{[^}]+\})", line)
+            sections[-1].append(option[0] + (choices[1] if choices else ""))
+    print("\n".join(textwrap.fill(" ".join(one), 120, subsequent_indent=" ", break_on_hyphens=False)
+                    for one in sections))
 
 
 def edit(source, target, code):
@@ -206,22 +269,24 @@ def pretty(words):
             for key in filter(None, path.split(".")):
                 chosen = [one[int(key)] if isinstance(one, list) else one[key] for one in chosen
                           if isinstance(one, list) or key in one]
-            print("".join((path and f"{path}: ") + layout(one, digits) for one in chosen) or f"{path}: none")
+            print("".join((path and f"{path}: ") + layout(json.dumps(rounded(one, digits)), 110) for one in chosen) or f"{path}: none")
 
 
 def main():
     words = sys.argv[1:]
     if words[0] in ("--means", "--edit", "--patch"):
         return {"--means": means, "--edit": edit, "--patch": patch}[words[0]](*words[1:])
+    if words[0] == "--options":
+        return options()
     if words[0] == "--pretty":
         return pretty(words[1:])
-    update = "--update" in words
-    postchain, *names = [word for word in words if word != "--update"]
+    postchain, *names = words
     failed = 0
     for name in names:
         path = HERE / "transcripts" / f"{name}.txt"
-        expected, found = path.read_text(encoding="utf8"), played(path, pathlib.Path(postchain).resolve())
-        if update:
+        expected = "\n".join(filled(path.read_text(encoding="utf8").splitlines())) + "\n"
+        found = played(path, pathlib.Path(postchain).resolve())
+        if os.environ.get("POSTCHAIN_UPDATE"):
             path.write_text(found, encoding="utf8")
         elif expected != found:
             failed = 1

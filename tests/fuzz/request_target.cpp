@@ -1,7 +1,11 @@
 // The target `request`: a client's bytes, through parser, guard and routes, to the reply's bytes,
 // with a fake service and without sockets.
+#include <unistd.h>
+
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/read.hpp>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -20,6 +24,16 @@ using namespace postchain::service;
 constexpr uint32_t kMaxHeader = 4096;
 constexpr uint64_t kMaxBody = 8192;
 
+std::shared_ptr<Users> one_user() {
+    const auto path = std::filesystem::temp_directory_path() /
+                      ("postchain-fuzz-users-" + std::to_string(getpid()));
+    std::ofstream(path) << "postchain_users: 1\nusers: {ann: {tokens: ["
+                        << *hash_of_token("0123456789abcdef") << "]}}\n";
+    auto users = *Users::of_file(path.string(), [](const std::string&) { return Status(); });
+    std::filesystem::remove(path);
+    return users;
+}
+
 // With a token in half of the runs: the same request must not be answered without it.
 struct Behind {
     std::unique_ptr<Service> service = test::fake_service({});
@@ -27,10 +41,7 @@ struct Behind {
                               [] { return std::chrono::milliseconds(0); },
                               [] { return std::string(); }};
     Api open{*service, {}, "0", threads};
-    Api closed{*service,
-               {.users = Users::of_token("0123456789abcdef"), .hosts = {"render.example"}},
-               "0",
-               threads};
+    Api closed{*service, {.users = one_user(), .hosts = {"render.example"}}, "0", threads};
 };
 
 void check(const Reply& reply, const Request& request) {

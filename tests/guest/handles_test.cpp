@@ -70,10 +70,9 @@ std::vector<Call> chain_calls() {
             {"unset", [](I, C c) { return pc_chain_unset(c, 0, "max_blur_px"); }}};
 }
 
-void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {
+void refused(const Call& call, pc_instance* instance, pc_chain* chain) {
     EXPECT_EQ(call.make(instance, chain), PC_ERROR_ARGUMENT) << call.name;
     Transcript::say(concat(call.name, ": ", pc_error()));
-    EXPECT_THAT(pc_error(), HasSubstr(text)) << call.name;
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << call.name;
 }
 
@@ -90,28 +89,27 @@ TEST_F(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
     long other = 0;
     const auto foreign = reinterpret_cast<pc_instance*>(&other);
     const auto foreign_chain = reinterpret_cast<pc_chain*>(&other);
-    const char* none = "is not one of this library, or was destroyed";
 
     for (const Call& call : instance_calls(host().frame)) {
         EXPECT_EQ(call.make(guest().get(), good.get()),
                   PC_OK + (call.name == std::string("pc_timings")))
             << call.name << ": " << pc_error();
         EXPECT_STREQ(pc_error(), "");
-        refused(call, nullptr, good.get(), "instance is NULL");
-        refused(call, foreign, good.get(), none);
-        refused(call, destroyed, good.get(), none);
-        refused(call, reinterpret_cast<pc_instance*>(good.get()), good.get(), none);
+        refused(call, nullptr, good.get());
+        refused(call, foreign, good.get());
+        refused(call, destroyed, good.get());
+        refused(call, reinterpret_cast<pc_instance*>(good.get()), good.get());
         if (!call.takes_chain) continue;
-        refused(call, guest().get(), nullptr, "chain is NULL");
-        refused(call, guest().get(), foreign_chain, none);
-        refused(call, guest().get(), destroyed_chain, none);
+        refused(call, guest().get(), nullptr);
+        refused(call, guest().get(), foreign_chain);
+        refused(call, guest().get(), destroyed_chain);
         EXPECT_STREQ(pc_last_error(guest().get()), pc_error());
     }
     for (const Call& call : chain_calls()) {
         EXPECT_EQ(call.make(nullptr, good.get()), PC_OK) << call.name << ": " << pc_error();
-        refused(call, nullptr, nullptr, "chain is NULL");
-        refused(call, nullptr, foreign_chain, none);
-        refused(call, nullptr, destroyed_chain, none);
+        refused(call, nullptr, nullptr);
+        refused(call, nullptr, foreign_chain);
+        refused(call, nullptr, destroyed_chain);
     }
     const std::pair<pc_instance*, pc_chain*> runs[] = {
         {nullptr, good.get()}, {destroyed, good.get()}, {guest().get(), nullptr}};
@@ -143,34 +141,29 @@ TEST_F(Handles, NullArguments) {
     auto info = pc::create_info();
     auto frame = pc::make<pc_frame>();
     pc_instance* made = nullptr;
-    const auto fails = [](pc_result result, const char* argument) {
-        EXPECT_EQ(result, PC_ERROR_ARGUMENT) << argument;
-        Transcript::say(pc_error());
-        EXPECT_THAT(pc_error(), HasSubstr(argument));
-    };
-    fails(pc_create(&info, nullptr), "instance is NULL");
-    fails(pc_create(nullptr, &made), "pc_create_info is NULL");
-    fails(pc_chain_create("fxaa", nullptr), "chain is NULL");
-    fails(pc_query(i, nullptr), "pc_capabilities is NULL");
-    fails(pc_count(i, nullptr), "pc_counters is NULL");
-    fails(pc_explain(i, nullptr, nullptr), "size is NULL");
-    fails(pc_timings(i, nullptr, nullptr, nullptr), "count is NULL");
-    fails(pc_prepare(i, c, nullptr, 1), "pc_frame is NULL");
-    fails(pc_run(i, c, nullptr, nullptr), "pc_frame is NULL");
-    fails(pc_chain_parameter(c, 0, nullptr), "pc_parameter is NULL");
-    fails(pc_chain_set_aperture(c, nullptr), "values is NULL");
+    expect_refused(pc_create(&info, nullptr));
+    expect_refused(pc_create(nullptr, &made));
+    expect_refused(pc_chain_create("fxaa", nullptr));
+    expect_refused(pc_query(i, nullptr));
+    expect_refused(pc_count(i, nullptr));
+    expect_refused(pc_explain(i, nullptr, nullptr));
+    expect_refused(pc_timings(i, nullptr, nullptr, nullptr));
+    expect_refused(pc_prepare(i, c, nullptr, 1));
+    expect_refused(pc_run(i, c, nullptr, nullptr));
+    expect_refused(pc_chain_parameter(c, 0, nullptr));
+    expect_refused(pc_chain_set_aperture(c, nullptr));
     const pc_texture other = {};
     int signs[2];
     float margin = 0;
-    fails(pc_check_motion(i, &frame, nullptr, signs, &margin), "margin is NULL");
-    fails(pc_check_motion(i, &frame, &other, nullptr, &margin), "margin is NULL");
-    fails(pc_check_motion(i, &frame, &other, signs, nullptr), "margin is NULL");
-    fails(pc_check_motion(i, nullptr, &other, signs, &margin), "pc_frame is NULL");
-    fails(pc_use_conventions(nullptr, &frame), "engine is NULL");
-    fails(pc_use_conventions("unity", nullptr), "pc_frame is NULL");
-    fails(pc_use_conventions("quake", &frame), "unknown \"quake\"; known are unity, unreal");
-    fails(pc_pass(4, nullptr, nullptr), "there are 4 passes");
-    fails(pc_tier(5, nullptr, nullptr), "there are 5 tiers");
+    expect_refused(pc_check_motion(i, &frame, nullptr, signs, &margin));
+    expect_refused(pc_check_motion(i, &frame, &other, nullptr, &margin));
+    expect_refused(pc_check_motion(i, &frame, &other, signs, nullptr));
+    expect_refused(pc_check_motion(i, nullptr, &other, signs, &margin));
+    expect_refused(pc_use_conventions(nullptr, &frame));
+    expect_refused(pc_use_conventions("unity", nullptr));
+    expect_refused(pc_use_conventions("quake", &frame));
+    expect_refused(pc_pass(4, nullptr, nullptr));
+    expect_refused(pc_tier(5, nullptr, nullptr));
     EXPECT_EQ(pc_pass(0, nullptr, nullptr), PC_OK);
     EXPECT_EQ(pc_tier(0, nullptr, nullptr), PC_OK);
     EXPECT_STREQ(pc_error(), "");

@@ -210,6 +210,11 @@ void expect_error(pc_result found, pc_result code, const std::string& text) {
         << pc_error() << " without " << text;
 }
 
+void expect_refused(pc_result found) {
+    Transcript::say(concat(pc_result_name(found), " ", pc_error()));
+    EXPECT_NE(found, PC_OK);
+}
+
 void say(const pc_counters& c) {
     Transcript::say(concat("frames ", c.frames, ", dispatches ", c.dispatches, ", barriers ",
                            c.barriers, ", programs ", c.programs, ", loaded ", c.programs_loaded,

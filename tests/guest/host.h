@@ -90,6 +90,8 @@ pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
                            const pc_frame& frame);
 // A call that failed with this code, and the thread's message with this part.
 void expect_error(pc_result found, pc_result code, const std::string& text);
+// Not PC_OK; the code and the message are in the transcript.
+void expect_refused(pc_result found);
 pc_counters count(const pc::Instance& instance);
 // Every member into the transcript.
 void say(const pc_counters& counters);

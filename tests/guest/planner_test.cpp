@@ -460,45 +460,30 @@ TEST(Planner, WhatIsLeftOutIsToldWithItsReason) {
     EXPECT_EQ(none.slot_bytes, 0u);
 }
 
-void expect_refused(pc_result result, pc_result code, const char* text) {
+// The code and the message are in the transcript.
+void expect_refused(pc_result result) {
     Transcript::say(concat(pc_result_name(result), " ", pc_error()));
-    EXPECT_EQ(result, code) << text;
-    EXPECT_THAT(pc_error(), HasSubstr(text));
+    EXPECT_NE(result, PC_OK);
 }
 
 TEST(Planner, FramesThatCannotBePlannedAreRefused) {
     const Transcript whole(kExpected);
     const Planner by = planner(PC_VALIDATE);
     const pc::Chain chain = pc::chain("motion_blur,depth_of_field");
-    const struct {
-        const char* text;
-        pc_result code;
-        std::function<void(pc_frame&)> change;
-    } cases[] = {
-        {"color: name 0", PC_ERROR_INPUT, [](pc_frame& f) { f.color = {}; }},
-        {"color.internal_format: 0x63", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.color.internal_format = 99; }},
-        {"color.internal_format: 0xa", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.color.internal_format = PC_FORMAT_RGBA32UI; }},
-        {"output: PC_FORMAT_RGB9E5 cannot be written as a storage image", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.output.internal_format = PC_FORMAT_RGB9E5; }},
-        {"motion: PC_FORMAT_R16F has fewer", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.motion.internal_format = PC_FORMAT_R16F; }},
-        {"201x67; pc_plan_create_info states 200x120", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.width = 201; }},
-        {"101x121; pc_plan_create_info states 200x120", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.height = 121; }},
-        {"a pc_slice is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.depth_slice.level = 1; }},
-        {"barriers is not 0", PC_ERROR_ARGUMENT, [](pc_frame& f) { f.barriers = 1; }},
-        {"near_clip: must be > 0", PC_ERROR_CHAIN, [](pc_frame& f) { f.near_clip = 0; }},
-        {"output: is the texture of depth", PC_ERROR_INPUT,
-         [](pc_frame& f) { f.output.name = f.depth.name; }},
-        {"needs motion", PC_ERROR_INPUT, [](pc_frame& f) { f.motion = {}; }}};
-    for (const auto& [text, code, change] : cases) {
+    void (*const changes[])(pc_frame&) = {
+        [](pc_frame& f) { f.color = {}; },
+        [](pc_frame& f) { f.color.internal_format = 99; },
+        [](pc_frame& f) { f.color.internal_format = PC_FORMAT_RGBA32UI; },
+        [](pc_frame& f) { f.output.internal_format = PC_FORMAT_RGB9E5; },
+        [](pc_frame& f) { f.width = 201; },
+        [](pc_frame& f) { f.height = 121; },
+        [](pc_frame& f) { f.barriers = 1; },
+        [](pc_frame& f) { f.motion = {}; }};
+    for (const auto change : changes) {
         pc_frame frame = engine_frame();
         change(frame);
         auto out = pc::make<pc_plan>();
-        expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), code, text);
+        expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out));
         EXPECT_EQ(out.steps, nullptr);
     }
     pc_frame largest = engine_frame(kMaxWidth, kMaxHeight);
@@ -512,10 +497,8 @@ TEST(Planner, FramesThatCannotBePlannedAreRefused) {
     const pc_frame frame = engine_frame();
     auto out = pc::make<pc_plan>();
     uint32_t count = 0;
-    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), PC_ERROR_CHAIN,
-                   "give focus_distance");
-    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &count), PC_ERROR_CHAIN,
-                   "give focus_distance");
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out));
+    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &count));
     EXPECT_EQ(pc_chain_unset(chain.get(), 1, "focus_at"), PC_OK);
     EXPECT_NE(plan(by, chain, frame).result, PC_PLAN_NONE);
 }
@@ -540,10 +523,14 @@ class Members : public ::testing::Test {
         return pc_plan_frame(by_.get(), chain_.get(), &frame, &out);
     }
     void accepted(const Change& change) const { EXPECT_EQ(planned(change), PC_OK) << pc_error(); }
-    void refused(pc_result code, const std::string& text, const Change& change) const {
-        expect_refused(planned(change), code, text.c_str());
+    void refused(const Change& change) const { expect_refused(planned(change)); }
+    // In a neighbor too, with the same words after its name.
+    void refused_in_both(const Change& change) const {
+        const pc_result code = planned(change);
+        expect_refused(code);
+        refused_neighbor(change, code, pc_error());
     }
-    void refused_neighbor(pc_result code, const std::string& text, const Change& change) const {
+    void refused_neighbor(const Change& change, pc_result code, const std::string& text) const {
         pc_frame other = whole_frame();
         change(other);
         for (const auto& [name, of] :
@@ -552,10 +539,6 @@ class Members : public ::testing::Test {
             EXPECT_THAT(pc_error(), HasSubstr(name + text));
         }
     }
-    void refused_in_both(pc_result code, const std::string& text, const Change& change) const {
-        refused(code, text, change);
-        refused_neighbor(code, text, change);
-    }
 
     const Transcript whole_{kExpected};
     const Planner by_ = planner(PC_VALIDATE);
@@ -563,64 +546,38 @@ class Members : public ::testing::Test {
 };
 
 TEST_F(Members, Numbers) {
-    constexpr bool kSigned = true;
-    const struct {
-        const char* name;
-        float& (*of)(F);
-        bool is_signed = false;
-    } numbers[] = {
-        {"near_clip", [](F f) -> float& { return f.near_clip; }},
-        {"far_clip", [](F f) -> float& { return f.far_clip; }},
-        {"motion_scale[0]", [](F f) -> float& { return f.motion_scale[0]; }, kSigned},
-        {"motion_scale[1]", [](F f) -> float& { return f.motion_scale[1]; }, kSigned},
-        {"motion_bias[0]", [](F f) -> float& { return f.motion_bias[0]; }, kSigned},
-        {"motion_bias[1]", [](F f) -> float& { return f.motion_bias[1]; }, kSigned},
-        {"jitter_px[0]", [](F f) -> float& { return f.jitter_px[0]; }, kSigned},
-        {"jitter_px[1]", [](F f) -> float& { return f.jitter_px[1]; }, kSigned},
-        {"other_jitter_px[0]", [](F f) -> float& { return f.other_jitter_px[0]; }, kSigned},
-        {"other_jitter_px[1]", [](F f) -> float& { return f.other_jitter_px[1]; }, kSigned},
-        {"pre_exposure", [](F f) -> float& { return f.pre_exposure; }},
-        {"focal_length_mm", [](F f) -> float& { return f.focal_length_mm; }},
-        {"sensor_width_mm", [](F f) -> float& { return f.sensor_width_mm; }},
-        {"f_stop", [](F f) -> float& { return f.f_stop; }},
-        {"focus_distance", [](F f) -> float& { return f.focus_distance; }},
-        {"meters_per_unit", [](F f) -> float& { return f.meters_per_unit; }},
-        {"shutter_frames", [](F f) -> float& { return f.shutter_frames; }, kSigned},
-        {"max_speed_px", [](F f) -> float& { return f.max_speed_px; }},
-        {"nearest", [](F f) -> float& { return f.nearest; }},
-        {"farthest", [](F f) -> float& { return f.farthest; }},
-        {"pixel_aspect", [](F f) -> float& { return f.pixel_aspect; }},
-        {"depth_range[0]", [](F f) -> float& { return f.depth_range[0]; }, kSigned},
-        {"depth_range[1]", [](F f) -> float& { return f.depth_range[1]; }, kSigned},
-        {"focus_radius", [](F f) -> float& { return f.focus_radius; }},
-        {"focus_seconds", [](F f) -> float& { return f.focus_seconds; }},
-        {"frame_seconds", [](F f) -> float& { return f.frame_seconds; }, kSigned}};
-    for (const auto& number : numbers) {
-        const auto set = [of = number.of](float value) {
-            return [of, value](F f) { of(f) = value; };
-        };
-        for (const float value : {NAN, INFINITY, -INFINITY})
-            refused_in_both(PC_ERROR_CHAIN, concat(number.name, " is ", value), set(value));
-        if (number.is_signed)
+    const auto is_checked = [&](const std::function<float&(F)>& of, bool is_signed) {
+        const auto set = [&](float value) { return [&of, value](F f) { of(f) = value; }; };
+        for (const float value : {NAN, INFINITY, -INFINITY}) refused_in_both(set(value));
+        if (is_signed)
             accepted(set(-1));
         else
-            refused(PC_ERROR_CHAIN, number.name, set(-1));
-    }
+            refused(set(-1));
+    };
+    for (const auto of :
+         {&pc_frame::near_clip, &pc_frame::far_clip, &pc_frame::pre_exposure,
+          &pc_frame::focal_length_mm, &pc_frame::sensor_width_mm, &pc_frame::f_stop,
+          &pc_frame::focus_distance, &pc_frame::meters_per_unit, &pc_frame::max_speed_px,
+          &pc_frame::nearest, &pc_frame::farthest, &pc_frame::pixel_aspect, &pc_frame::focus_radius,
+          &pc_frame::focus_seconds})
+        is_checked([of](F f) -> float& { return f.*of; }, false);
+    for (const auto of : {&pc_frame::shutter_frames, &pc_frame::frame_seconds})
+        is_checked([of](F f) -> float& { return f.*of; }, true);
+    for (const auto of : {&pc_frame::motion_scale, &pc_frame::motion_bias, &pc_frame::jitter_px,
+                          &pc_frame::other_jitter_px, &pc_frame::depth_range})
+        for (const int i : {0, 1}) is_checked([of, i](F f) -> float& { return (f.*of)[i]; }, true);
     for (int i = 0; i < 16; ++i)
-        for (const auto& [name, matrix] :
-             {std::pair("view_projection", &pc_frame::view_projection),
-              {"other_view_projection", &pc_frame::other_view_projection}})
-            refused_in_both(PC_ERROR_CHAIN, concat(name, ": element ", i, " is not finite"),
-                            [matrix = matrix, i](F f) { (f.*matrix)[i] = NAN; });
+        for (const auto matrix : {&pc_frame::view_projection, &pc_frame::other_view_projection})
+            refused_in_both([matrix, i](F f) { (f.*matrix)[i] = NAN; });
     for (const auto matrix : {&pc_frame::view_projection, &pc_frame::other_view_projection})
-        refused(PC_ERROR_INPUT, "view_projection: is singular", [&](F f) { (f.*matrix)[0] = 1; });
+        refused([&](F f) { (f.*matrix)[0] = 1; });
 }
 
 TEST_F(Members, Limits) {
     accepted([](F f) { f.focus_radius = 1; });
-    refused(PC_ERROR_CHAIN, "focus_radius", [](F f) { f.focus_radius = 1.001f; });
+    refused([](F f) { f.focus_radius = 1.001f; });
     for (const float seconds : {0.0f, -1.0f})
-        refused_in_both(PC_ERROR_CHAIN, "frame_seconds: must be > 0", [&](F f) {
+        refused_in_both([&](F f) {
             f.focus_seconds = 1;
             f.frame_seconds = seconds;
         });
@@ -633,7 +590,7 @@ TEST_F(Members, Limits) {
             };
         };
         accepted(set(0, 0));
-        refused_in_both(PC_ERROR_CHAIN, "depth_range: this depth_encoding", set(1, 0.5f));
+        refused_in_both(set(1, 0.5f));
     }
     for (pc_depth encoding = PC_DEPTH_FORWARD; encoding <= PC_DEPTH_REVERSE_INFINITE; ++encoding) {
         const bool far = encoding == PC_DEPTH_FORWARD || encoding == PC_DEPTH_REVERSE;
@@ -645,75 +602,67 @@ TEST_F(Members, Limits) {
             };
         };
         accepted(set(1, 1.5f));
-        for (const float near_clip : {0.0f, -1.0f})
-            refused_in_both(PC_ERROR_CHAIN, "near_clip: must be > 0", set(near_clip, 2));
+        for (const float near_clip : {0.0f, -1.0f}) refused_in_both(set(near_clip, 2));
         for (const float far_clip : {1.0f, 0.0f})
             if (far)
-                refused_in_both(PC_ERROR_CHAIN, "far_clip: must be > near_clip", set(1, far_clip));
+                refused_in_both(set(1, far_clip));
             else
                 accepted(set(1, far_clip));
     }
-    refused_in_both(PC_ERROR_CHAIN, "depth_range: both ends are 0.5",
-                    [](F f) { f.depth_range[0] = f.depth_range[1] = 0.5f; });
-    refused(PC_ERROR_ARGUMENT, "flags: PC_TOP_LEFT and",
-            [](F f) { f.flags = PC_TOP_LEFT | PC_BOTTOM_LEFT; });
-    refused(PC_ERROR_VERSION, "has a bit that this library does not",
-            [](F f) { f.flags = 2 * PC_BOTTOM_LEFT; });
+    refused_in_both([](F f) { f.depth_range[0] = f.depth_range[1] = 0.5f; });
+    refused([](F f) { f.flags = PC_TOP_LEFT | PC_BOTTOM_LEFT; });
+    refused([](F f) { f.flags = 2 * PC_BOTTOM_LEFT; });
     accepted([](F f) { f.nearest = f.farthest = 5; });
-    refused(PC_ERROR_CHAIN, "nearest: 5 is beyond", [](F f) { f.nearest = 5, f.farthest = 4; });
-    refused_in_both(PC_ERROR_ARGUMENT, "depth_encoding: 6", [](F f) { f.depth_encoding = 6; });
+    refused([](F f) { f.nearest = 5, f.farthest = 4; });
+    refused_in_both([](F f) { f.depth_encoding = 6; });
     for (const auto reserved : {&pc_frame::reserved, &pc_frame::reserved_2})
-        refused_in_both(PC_ERROR_VERSION, "pc_frame.reserved", [&](F f) { f.*reserved = 1; });
-    for (int i = 0; i < 2; ++i)
-        refused_in_both(PC_ERROR_VERSION, "pc_frame.reserved", [&](F f) { f.reserved_3[i] = 1; });
+        refused_in_both([&](F f) { f.*reserved = 1; });
+    for (int i = 0; i < 2; ++i) refused_in_both([&](F f) { f.reserved_3[i] = 1; });
 }
 
 TEST_F(Members, Textures) {
     const struct {
-        const char* name;
         pc_texture pc_frame::*of;
         int width = kWidth, height = kHeight;
         bool of_neighbors = true;
-    } textures[] = {{"color", &pc_frame::color},
-                    {"depth", &pc_frame::depth},
-                    {"motion", &pc_frame::motion},
-                    {"exposure", &pc_frame::exposure, 1, 1},
-                    {"mask", &pc_frame::mask, kWidth, kHeight, false},
-                    {"output", &pc_frame::output, kWidth, kHeight, false}};
+    } textures[] = {{&pc_frame::color},
+                    {&pc_frame::depth},
+                    {&pc_frame::motion},
+                    {&pc_frame::exposure, 1, 1},
+                    {&pc_frame::mask, kWidth, kHeight, false},
+                    {&pc_frame::output, kWidth, kHeight, false}};
     for (const auto& one : textures) {
-        const auto wrong = [&](const char* text, const std::function<void(pc_texture&)>& change) {
+        const std::function<void(pc_texture&)> changes[] = {
+            [](pc_texture& t) { t.width = 0; },
+            [](pc_texture& t) { t.height = 0; },
+            [](pc_texture& t) { t.width = INT32_MIN; },
+            [](pc_texture& t) { t.height = INT32_MIN; },
+            [](pc_texture& t) { t.x = -1; },
+            [](pc_texture& t) { t.y = -1; },
+            [&](pc_texture& t) { t.x = t.width - one.width + 1; },
+            [&](pc_texture& t) { t.y = t.height - one.height + 1; },
+            [](pc_texture& t) { t.internal_format = PC_FORMAT_R32UI; }};
+        for (const auto& change : changes) {
             const auto spoil = [&](F f) { change(f.*one.of); };
-            refused(PC_ERROR_INPUT, concat(one.name, text), spoil);
-            if (one.of_neighbors) refused_neighbor(PC_ERROR_INPUT, concat(one.name, text), spoil);
-        };
-        wrong(": its size is 0x2160", [](pc_texture& t) { t.width = 0; });
-        wrong(": its size is 3840x0", [](pc_texture& t) { t.height = 0; });
-        wrong(": its size is -2147483648x", [](pc_texture& t) { t.width = INT32_MIN; });
-        wrong(": its size is 3840x-2147483648", [](pc_texture& t) { t.height = INT32_MIN; });
-        wrong(": a frame of ", [](pc_texture& t) { t.x = -1; });
-        wrong(": a frame of ", [](pc_texture& t) { t.y = -1; });
-        wrong(": a frame of ", [&](pc_texture& t) { t.x = t.width - one.width + 1; });
-        wrong(": a frame of ", [&](pc_texture& t) { t.y = t.height - one.height + 1; });
-        wrong(".internal_format: ", [](pc_texture& t) { t.internal_format = PC_FORMAT_R32UI; });
+            if (one.of_neighbors)
+                refused_in_both(spoil);
+            else
+                refused(spoil);
+        }
         accepted([&](F f) {
             (f.*one.of).x = (f.*one.of).width - one.width;
             (f.*one.of).y = (f.*one.of).height - one.height;
         });
         if (one.of != &pc_frame::color && one.of != &pc_frame::output)
-            refused(PC_ERROR_INPUT, concat("output: is the texture of ", one.name),
-                    [&](F f) { f.output.name = (f.*one.of).name; });
+            refused([&](F f) { f.output.name = (f.*one.of).name; });
     }
     // The least channels, and whether a depth format counts.
-    const std::tuple<const char*, pc_texture pc_frame::*, pc_format> formats[] = {
-        {"color", &pc_frame::color, PC_FORMAT_RG16F},
-        {"color", &pc_frame::color, PC_FORMAT_D32F},
-        {"motion", &pc_frame::motion, PC_FORMAT_R16F},
-        {"motion", &pc_frame::motion, PC_FORMAT_D32F},
-        {"mask", &pc_frame::mask, PC_FORMAT_D32F},
-        {"output", &pc_frame::output, PC_FORMAT_RG16F}};
-    for (const auto& [name, of, format] : formats)
-        refused(PC_ERROR_INPUT, concat(name, ": PC_FORMAT_"),
-                [of = of, format = format](F f) { (f.*of).internal_format = format; });
+    const std::pair<pc_texture pc_frame::*, pc_format> formats[] = {
+        {&pc_frame::color, PC_FORMAT_RG16F}, {&pc_frame::color, PC_FORMAT_D32F},
+        {&pc_frame::motion, PC_FORMAT_R16F}, {&pc_frame::motion, PC_FORMAT_D32F},
+        {&pc_frame::mask, PC_FORMAT_D32F},   {&pc_frame::output, PC_FORMAT_RG16F}};
+    for (const auto& [of, format] : formats)
+        refused([of = of, format = format](F f) { (f.*of).internal_format = format; });
     for (const auto of : {&pc_frame::depth, &pc_frame::exposure})
         accepted([&](F f) { (f.*of).internal_format = PC_FORMAT_D32F; });
     // The frame from color's x, y to its end.
@@ -725,11 +674,10 @@ TEST_F(Members, Textures) {
         };
     };
     accepted(rest(1, 1));
-    refused(PC_ERROR_INPUT, "the frame is 0x1: there is nothing to do", rest(0, 1));
-    refused(PC_ERROR_INPUT, "the frame is 1x0: there is nothing to do", rest(1, 0));
-    for (const auto& [name, of] : {std::pair("depth_size", &pc_frame::depth_size),
-                                   {"motion_size", &pc_frame::motion_size}}) {
-        const auto set = [of = of](int width, int height) {
+    refused(rest(0, 1));
+    refused(rest(1, 0));
+    for (const auto of : {&pc_frame::depth_size, &pc_frame::motion_size}) {
+        const auto set = [of](int width, int height) {
             return [=](F f) {
                 (f.*of)[0] = width;
                 (f.*of)[1] = height;
@@ -743,42 +691,34 @@ TEST_F(Members, Textures) {
                                             {1, 0},
                                             {-1, 1},
                                             {1, -1}})
-            refused_in_both(PC_ERROR_INPUT, name, set(width, height));
+            refused_in_both(set(width, height));
     }
 }
 
 // A plan has no slices.
 TEST_F(Members, Slices) {
     constexpr uint32_t k2d = 0x0de1, kArray = 0x8c1a;  // GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY
-    const struct {
-        const char* name;
-        pc_slice pc_frame::*of;
-        bool of_neighbors = true;
-    } slices[] = {{"color", &pc_frame::color_slice},
-                  {"depth", &pc_frame::depth_slice},
-                  {"motion", &pc_frame::motion_slice},
-                  {"mask", &pc_frame::mask_slice, false},
-                  {"output", &pc_frame::output_slice, false}};
-    for (const auto& one : slices) {
-        const auto set = [of = one.of](pc_slice slice) { return [=](F f) { f.*of = slice; }; };
-        const std::pair<pc_slice, const char*> wrong[] = {
-            {{1, 0, 0}, "target: 0x1 is not"},       {{0, 1, 0}, "layer: 1; set target"},
-            {{k2d, 1, 0}, "layer: 1; set target"},   {{kArray, -1, 0}, "layer: -1 is below"},
-            {{0, 0, -1}, "level: -1 is not within"}, {{0, 0, 31}, "level: 31 is not within"}};
-        for (const auto& [slice, text] : wrong) {
-            const std::string member = concat(one.name, "_slice.", text);
-            refused(PC_ERROR_INPUT, member, set(slice));
-            if (one.of_neighbors) refused_neighbor(PC_ERROR_INPUT, member, set(slice));
-        }
+    const std::pair<pc_slice pc_frame::*, bool> slices[] = {{&pc_frame::color_slice, true},
+                                                            {&pc_frame::depth_slice, true},
+                                                            {&pc_frame::motion_slice, true},
+                                                            {&pc_frame::mask_slice, false},
+                                                            {&pc_frame::output_slice, false}};
+    for (const auto& [of, of_neighbors] : slices) {
+        const auto set = [of = of](pc_slice slice) { return [=](F f) { f.*of = slice; }; };
+        for (const pc_slice slice :
+             {pc_slice{1, 0, 0}, {0, 1, 0}, {k2d, 1, 0}, {kArray, -1, 0}, {0, 0, -1}, {0, 0, 31}})
+            if (of_neighbors)
+                refused_in_both(set(slice));
+            else
+                refused(set(slice));
         accepted(set({k2d, 0, 0}));
         for (const pc_slice slice : {pc_slice{0, 0, 30}, {kArray, 0, 0}}) {
-            refused(PC_ERROR_ARGUMENT, "a pc_slice is not 0", set(slice));
-            if (!one.of_neighbors) continue;
+            refused(set(slice));
+            if (!of_neighbors) continue;
             pc_frame other = whole_frame();
             set(slice)(other);
             for (const auto neighbor : {&pc_frame::before, &pc_frame::after})
-                refused(PC_ERROR_ARGUMENT, "a pc_slice is not 0",
-                        [&](F f) { f.*neighbor = &other; });
+                refused([&](F f) { f.*neighbor = &other; });
         }
     }
 }
@@ -790,9 +730,9 @@ TEST_F(Members, OfHalfTheResolution) {
             change(f);
         };
     };
-    refused(PC_ERROR_INPUT, "needs one", halved([](F f) { f.output = {}; }));
-    refused(PC_ERROR_INPUT, "needs one", halved([](F f) { f.output = f.color; }));
-    refused(PC_ERROR_ARGUMENT, "debug_view: ", halved([](F f) { f.debug_view = "fill"; }));
+    refused(halved([](F f) { f.output = {}; }));
+    refused(halved([](F f) { f.output = f.color; }));
+    refused(halved([](F f) { f.debug_view = "fill"; }));
     accepted(halved([](F f) { f.debug_view = ""; }));
 }
 
@@ -809,42 +749,35 @@ TEST(Planner, StructsAndHandlesOfNoneAreRefused) {
         EXPECT_EQ(made, nullptr);
         return result;
     };
-    expect_refused(create([](auto& i) { i.struct_size = 4; }), PC_ERROR_VERSION, "struct_size");
-    expect_refused(create([](auto& i) { i.api_version = 2 << 16; }), PC_ERROR_VERSION,
-                   "api_version 2.0");
-    expect_refused(create([](auto& i) { i.flags = PC_LABELS; }), PC_ERROR_VERSION, "flags");
-    expect_refused(create([](auto& i) { i.reserved = 1; }), PC_ERROR_VERSION, "reserved");
+    expect_refused(create([](auto& i) { i.struct_size = 4; }));
+    expect_refused(create([](auto& i) { i.api_version = 2 << 16; }));
+    expect_refused(create([](auto& i) { i.flags = PC_LABELS; }));
+    expect_refused(create([](auto& i) { i.reserved = 1; }));
     for (const auto side : {&pc_plan_create_info::max_width, &pc_plan_create_info::max_height})
         for (const uint32_t px : {0u, 32769u})
-            expect_refused(create([&](auto& i) { i.*side = px; }), PC_ERROR_ARGUMENT, "max_height");
+            expect_refused(create([&](auto& i) { i.*side = px; }));
     planner(0, 32768, 32768);
-    expect_refused(pc_plan_create(nullptr, nullptr), PC_ERROR_ARGUMENT, "planner is NULL");
+    expect_refused(pc_plan_create(nullptr, nullptr));
 
     const Planner by = planner();
     const pc::Chain chain = pc::chain("fxaa");
     const pc_frame frame = engine_frame();
     auto out = pc::make<pc_plan>();
     uint32_t room = 1;
-    const auto refused = [&](pc_planner* p, pc_chain* c, pc_result code, const char* text) {
-        expect_refused(pc_plan_frame(p, c, &frame, &out), code, text);
-        expect_refused(pc_plan_programs(p, c, &frame, nullptr, &(room = 0)), code, text);
+    const auto refused = [&](pc_planner* p, pc_chain* c) {
+        expect_refused(pc_plan_frame(p, c, &frame, &out));
+        expect_refused(pc_plan_programs(p, c, &frame, nullptr, &(room = 0)));
     };
-    refused(nullptr, chain.get(), PC_ERROR_ARGUMENT, "planner is NULL");
-    refused(by.get(), nullptr, PC_ERROR_ARGUMENT, "chain is NULL");
-    refused(reinterpret_cast<pc_planner*>(chain.get()), chain.get(), PC_ERROR_ARGUMENT,
-            "planner is not one of this library");
-    expect_refused(pc_plan_frame(by.get(), chain.get(), nullptr, &out), PC_ERROR_ARGUMENT,
-                   "pc_frame is NULL");
-    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, nullptr), PC_ERROR_ARGUMENT,
-                   "pc_plan is NULL");
-    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, nullptr),
-                   PC_ERROR_ARGUMENT, "count is NULL");
+    refused(nullptr, chain.get());
+    refused(by.get(), nullptr);
+    refused(reinterpret_cast<pc_planner*>(chain.get()), chain.get());
+    expect_refused(pc_plan_frame(by.get(), chain.get(), nullptr, &out));
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, nullptr));
+    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, nullptr));
     room = 1;
-    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &room),
-                   PC_ERROR_ARGUMENT, "keys is NULL");
+    expect_refused(pc_plan_programs(by.get(), chain.get(), &frame, nullptr, &room));
     out.struct_size = 8;
-    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), PC_ERROR_VERSION,
-                   "pc_plan.struct_size is 8");
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out));
     // A host with a newer header, whose new members are 0.
     struct {
         pc_plan plan = {};
@@ -854,8 +787,7 @@ TEST(Planner, StructsAndHandlesOfNoneAreRefused) {
     EXPECT_EQ(pc_plan_frame(by.get(), chain.get(), &frame, &newer.plan), PC_OK) << pc_error();
     EXPECT_GT(newer.plan.step_count, 0u);
     newer.more = 1;
-    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &newer.plan), PC_ERROR_VERSION,
-                   "does not know is not 0");
+    expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &newer.plan));
 }
 
 TEST(Planner, OneThreadAtATime) {
@@ -866,8 +798,7 @@ TEST(Planner, OneThreadAtATime) {
     const guest::Use call(by.get(), "planner");  // as if this thread were in one
     std::thread([&] {
         auto out = pc::make<pc_plan>();
-        expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out), PC_ERROR_ARGUMENT,
-                       "another thread is in a call with it");
+        expect_refused(pc_plan_frame(by.get(), chain.get(), &frame, &out));
         const pc_plan found = plan(other, chain, frame);
         ASSERT_EQ(found.step_count, expected.step_count);
         for (uint32_t i = 0; i < found.step_count; ++i)

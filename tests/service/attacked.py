@@ -1,12 +1,14 @@
 """Shared by the tests of hostile clients: a server over a fake service (serve_fake), so that nothing but
 HTTP is tested. The first argument of the program is serve_fake."""
 import json
+import pathlib
 import re
 import socket
 import sys
+import tempfile
 import unittest
 
-from server import PATIENCE_S, Server, parse, statuses
+from server import PATIENCE_S, Server, parse, statuses, token_hash
 
 PROGRAM = sys.argv.pop(1)
 GET = "GET /v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
@@ -16,10 +18,21 @@ POST = "POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/j
 class Attacked(unittest.TestCase):
     command = [PROGRAM]
     settings = []
+    users = {}  # tokens by name
 
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(cls.command + cls.settings)
+        users = []
+        if cls.users:
+            cls.path = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory())) / "users.yaml"
+            cls.write_users(cls.users)
+            users = [f"users={cls.path}"]
+        cls.server = Server(cls.command + users + cls.settings)
+
+    @classmethod
+    def write_users(cls, users):
+        cls.path.write_text("postchain_users: 1\nusers:\n" + "".join(
+            f"  {name}: {{tokens: [{token_hash(token)}]}}\n" for name, token in users.items()))
 
     @classmethod
     def tearDownClass(cls):

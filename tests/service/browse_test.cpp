@@ -8,6 +8,7 @@
 
 #include "tests/service/store_fixture.h"
 #include "tools/sequence/files/json.h"
+#include "tools/service/http/file_streams.h"
 #include "tools/service/http/report_parts.h"
 #include "tools/service/work/browse.h"
 
@@ -136,27 +137,78 @@ TEST_F(BrowseTest, ChainsWithTheirValues) {
     EXPECT_EQ(own[0]["text"], "postchain: 1\npasses: [fxaa]\n");
 }
 
-TEST_F(BrowseTest, AReportInParts) {
+// Bytes of memory that this process has used at most.
+size_t most_memory() {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; status >> word;)
+        if (size_t kib = 0; word == "VmHWM:" && status >> kib) return kib << 10;
+    return 0;
+}
+
+class PartsTest : public BrowseTest {
+  protected:
+    // The text of a picture, or the page without pictures; "none": the problem's status is 404.
+    std::string part(const std::string& id = "", const std::string& name = "page.html") {
+        const auto found = parts_.find(base_ + "/" + name, id);
+        if (const auto* wrong = std::get_if<Problem>(&found))
+            return wrong->kind == Problem::Kind::not_found ? "none" : wrong->detail;
+        const Reply reply = parts_reply({base_ + "/" + name, name, "text/html", 0},
+                                        std::get<std::vector<FilePart>>(found));
+        std::string text;
+        for (auto next = reply.source->next(); next.ok() && !next->empty();
+             next = reply.source->next())
+            text += *next;
+        EXPECT_EQ(text.size(), reply.source->bytes());
+        return text;
+    }
+    PageParts parts_;
+};
+
+TEST_F(PartsTest, AReportInParts) {
     const std::string path = base_ + "/page.html";
+    const std::string others =
+        "<script type=\"text/plain\" id=\"image-20\">without an end\n"
+        "<script type=\"text/plain\" id=\"image-21</script>\">\n";
+    const std::string large(200'000, 'B');
     write(path,
           "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n"
           "<script type=\"text/plain\" id=\"image-0\">AAAA</script>\n"
-          "<script type=\"text/plain\" id=\"image-10\">BBBB</script>\n"
-          "<script type=\"text/plain\" id=\"image-20\">without an end\n"
-          "<script type=\"text/plain\" id=\"image-21</script>\">\n</html>\n");
-    EXPECT_EQ(*page_without_pictures(path),
-              "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n</html>\n");
-    PagePictures pictures;
-    EXPECT_EQ(*pictures.get(path, "image-10"), "BBBB");
-    EXPECT_EQ(*pictures.get(path, "image-0"), "AAAA");
-    for (const char* none : {"image-1", "image-20", "image-21", "image-21</script>"})
-        EXPECT_FALSE(pictures.get(path, none).ok()) << none;
-    EXPECT_FALSE(pictures.get(path, "view.vert").ok());
+          "<script type=\"text/plain\" id=\"image-10\">" +
+              large + "</script>\n" + others + "</html>");
+    EXPECT_EQ(part(), "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n" + others +
+                          "</html>");
+    EXPECT_EQ(part("image-10"), large);
+    EXPECT_EQ(part("image-0"), "AAAA");
+    for (const char* none : {"image-1", "image-20", "image-21", "image-21</script>", "view.vert"})
+        EXPECT_EQ(part(none), "none");
     // A page that has changed is read again.
     write(path, "\n<script type=\"text/plain\" id=\"image-10\">CCCCCC</script>\n");
-    EXPECT_EQ(*pictures.get(path, "image-10"), "CCCCCC");
-    EXPECT_FALSE(pictures.get(path, "image-0").ok());
-    EXPECT_FALSE(page_without_pictures(base_ + "/none").ok());
+    EXPECT_EQ(part("image-10"), "CCCCCC");
+    EXPECT_EQ(part("image-0"), "none");
+    EXPECT_EQ(part("", "none.html"), "none");
+}
+
+// Its user may have written it.
+TEST_F(PartsTest, AForgedReportTakesNoMemory) {
+    const std::string path = base_ + "/page.html";
+    write(path, "<html>\n");
+    fs::resize_file(path, size_t(1) << 28);
+    const size_t before = most_memory();
+    EXPECT_TRUE(std::holds_alternative<std::vector<FilePart>>(parts_.find(path)));
+    write(path, "<script type=\"text/plain\" id=\"image-1\">");
+    fs::resize_file(path, size_t(1) << 28);
+    EXPECT_EQ(part("image-1"), "none");
+    EXPECT_LT(most_memory() - before, size_t(16) << 20);
+    fs::resize_file(path, PageParts::kMostBytes + 1);
+    EXPECT_EQ(part(), "the page of the report is larger than 4 GiB");
+    for (const char* between : {"", "\n"}) {
+        std::string many;
+        for (size_t i = 0; i <= PageParts::kMostPictures; ++i)
+            many += concat("<script type=\"text/plain\" id=\"image-", *between ? 1 : i,
+                           "\"></script>\n", between);
+        write(path, many);
+        EXPECT_EQ(part(), "the page of the report has more than 100000 pictures");
+    }
 }
 
 TEST_F(StoreTest, SearchFindsWordsInNamesAndPathsOnly) {

@@ -265,16 +265,13 @@ Answer<ResultFile> Service::report_file(const User&, const std::string& id,
         "<p>report</p>\n<script type=\"text/plain\" id=\"image-1\">data:,x</script>\n");
 }
 
-Answer<std::vector<ResultFile>> Service::outputs(const User&, const std::string& id, int first,
-                                                 int last) const {
+Answer<ResultFile> Service::output(const User&, const std::string& id, int frame) const {
     const auto found = job(id);
     if (const auto* wrong = std::get_if<Problem>(&found)) return *wrong;
-    std::vector<ResultFile> files;
-    for (int frame = std::max(first, 1); frame <= std::min(last, kFrames); ++frame)
-        files.push_back(state_->file("o." + std::to_string(frame) + ".exr", "image/x-exr",
-                                     std::string(size_t(frame) * 300'000, char('0' + frame))));
-    if (files.empty()) return Problem{Problem::Kind::not_found, "no such frame", {}, 0};
-    return files;
+    if (frame < 1 || frame > kFrames)
+        return Problem{Problem::Kind::not_found, "no such frame", {}, 0};
+    return state_->file("o." + std::to_string(frame) + ".exr", "image/x-exr",
+                        std::string(size_t(frame) * 300'000, char('0' + frame)));
 }
 
 Answer<std::string> Service::plan(const User&, const std::string& body) {

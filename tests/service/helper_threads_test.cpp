@@ -242,6 +242,20 @@ TEST(DiskChecks, EndWithoutADiskThatDoesNotAnswer) {
     asked.get_future().wait();
 }
 
+// Out of memory, for example.
+TEST(Threads, AnExceptionEndsItsThreadAlone) {
+    std::promise<void> begun;
+    auto thread = start_thread([&] {
+        begun.set_value();
+        throw std::bad_alloc();
+    });
+    begun.get_future().wait();
+    thread->join();
+    DiskCheck disks({"a"}, [](const std::string&) -> std::string { throw std::bad_alloc(); });
+    for (int again = 0; again < 2; ++again)
+        EXPECT_THAT(disks.fault(), testing::HasSubstr("not enough memory"));
+}
+
 TEST(DiskChecks, NameEveryFault) {
     DiskCheck disks({"a", "b", "c"}, [](const std::string& folder) {
         return folder == "b" ? std::string() : folder + ": no";

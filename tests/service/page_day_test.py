@@ -136,7 +136,7 @@ class Day(OnTheService):
             self.browser.open("about:blank")
             server.stop()
 
-    def test_several_jobs_at_once(self):
+    def test_a_canceled_job_waits_for_nothing(self):
         ids = [self.submit(chain="best", input=self.long_shot(), set=["joint_blur.samples=1023"],
                            output=f"out/many{i}.####.exr") for i in range(5)]
         self.addCleanup(lambda: [self.server.ask("DELETE", f"/v1/jobs/{one}") for one in ids])
@@ -146,19 +146,8 @@ class Day(OnTheService):
         rows = self.browser.run("return [...document.querySelectorAll('#job-list .output')]"
                                 ".map((one) => one.innerText);")
         self.assertEqual(rows[:5], [f"\u2192 out/many{i}.####.exr" for i in (4, 3, 2, 1, 0)])
-        self.press("Select")
-        self.click(f"[data-job='{ids[4]}']")
-        # With Shift all up to there.
-        self.browser.run("document.querySelector(args[0]).dispatchEvent(new MouseEvent('click', "
-                         "{bubbles: true, shiftKey: true}));", f"[data-job='{ids[1]}']")
-        self.browser.wait("document.querySelectorAll('#job-list [aria-pressed=true]').length === 4")
-        self.assertIsNone(self.state("job") or None)
-        self.press("Cancel 4")
-        self.browser.wait("args.every((id) => document.querySelector(`[data-job='${id}'] .state.canceled`))",
-                          *ids[1:])
-        self.assertIn(self.server.get(f"/v1/jobs/{ids[0]}")["state"], ("queued", "running"))
-        self.server.ask("DELETE", f"/v1/jobs/{ids[0]}")
-        # A frame of a canceled job waits for nothing.
+        for one in ids:
+            self.server.ask("DELETE", f"/v1/jobs/{one}")
         self.open_job(ids[0], "canceled")
         self.browser.wait("document.querySelector('.cell .state')")
         self.assertNotIn("waiting", self.browser.run("return document.getElementById('film').innerText;"))

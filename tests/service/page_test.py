@@ -4,7 +4,7 @@ job, by mouse and by keyboard.
 usage: page_test.py POSTCHAIN"""
 import math
 
-from service_page import ALT, DOWN, ENTER, OnTheService, PROGRAM, SHOT, SHOWN, TOKEN, run
+from service_page import ALT, DOWN, ENTER, OnTheService, PROGRAM, SHOT, SHOWN, run
 from browser import RIGHT
 from server import Server, serve_command
 
@@ -133,31 +133,42 @@ class Picture(OnTheService):
         self.assertEqual([self.state("ev"), self.state("wipe")], [0.5, 0])
 
 
-class Login(OnTheService):
-    def test_login(self):
-        server = Server(serve_command(PROGRAM, self.path, "--token-file", str(self.path / "token"),
-                                      store="other.sqlite"))
+class Users(OnTheService):
+    def serving(self, *more):
+        users = self.path / "users.yaml"
+        users.write_text("postchain_users: 1\nusers: {ann: {}}\n")
+        server = Server(serve_command(PROGRAM, self.path, "--users", str(users), *more, store="other.sqlite"))
+        self.addCleanup(lambda: self.assertEqual(server.stop(), 143))
+        return f"http://127.0.0.1:{server.port}/#{SHOT}&frame=2"
 
-        def write(value):
-            self.browser.run("document.getElementById('token').value = args[0];", value)
-        try:
-            self.browser.open(f"http://127.0.0.1:{server.port}/#{SHOT}&frame=2")
-            self.browser.wait("!document.getElementById('login').hidden")
-            write("wrong" * 4)
-            self.press("Log in")
-            self.browser.wait("document.querySelector('#login .error').innerText")
-            self.assertEqual(self.text("#login .error"), "This is not the token.")
-            write(TOKEN)
-            self.press("Log in")
-            # The link is followed now, pictures too.
-            self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 2")
-            self.browser.wait("document.querySelector('.cell img')?.naturalWidth === 160")
-            self.browser.wait("document.getElementById('status').innerText.startsWith('ready')")
-            self.assertEqual(self.browser.run("return document.cookie;"), "")
-            self.press("Log out")
-            self.browser.wait("!document.getElementById('login').hidden")
-        finally:
-            self.assertEqual(server.stop(), 143)
+    def named(self, **headers):
+        """What a proxy would add to the requests of this browser."""
+        self.browser.command("Network.enable")
+        self.browser.command("Network.setExtraHTTPHeaders", headers=headers)
+
+    def refused(self, address, why):
+        self.browser.open("about:blank")
+        self.browser.open(address)
+        self.browser.wait("document.getElementById('refused')?.checkVisibility()")
+        self.assertIn(why, self.text("#refusal"))
+        self.assertTrue(self.is_hidden("work"))
+
+    def test_without_a_proxy(self):
+        self.refused(self.serving(), "this address requires a token")
+
+    def test_of_a_proxy(self):
+        address = self.serving("--trusted-proxy", "127.0.0.1", "--user-header", "X-Remote-User")
+        self.addCleanup(self.named)
+        self.named(**{"X-Remote-User": "eve"})
+        self.refused(address, "the proxy names 'eve', who is not in the file of users")
+        self.named(**{"X-Remote-User": "ann"})
+        self.browser.open("about:blank")
+        self.browser.open(address)
+        self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 2")
+        self.browser.wait("document.querySelector('.cell img')?.naturalWidth === 160")
+        self.browser.wait("document.getElementById('status').innerText.startsWith('ready')")
+        self.assertEqual(self.text("#user"), "ann")
+        self.assertTrue(self.is_hidden("refused"))
 
 
 if __name__ == "__main__":

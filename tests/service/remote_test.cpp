@@ -36,6 +36,7 @@ class FakeQueue final : public RemoteQueue {
     }
     Result<std::map<std::string, RemoteTasks>> look(const std::vector<RemoteName>& names) override {
         for (; hangs; usleep(10'000)) hung = true;
+        if (breaks) throw std::runtime_error("fake: is broken");
         const std::lock_guard lock(mutex);
         ++looked;
         if (down) return Status(StatusCode::output, "fake: does not answer");
@@ -47,6 +48,7 @@ class FakeQueue final : public RemoteQueue {
     }
     Status change(const std::string& id, const RemoteRank& rank) override {
         const std::lock_guard lock(mutex);
+        if (id == changes_not) throw std::runtime_error("fake: cannot be changed");
         ranks[std::stoul(id) - 1] = rank;
         return Status();
     }
@@ -83,6 +85,8 @@ class FakeQueue final : public RemoteQueue {
     std::vector<std::string> canceled;
     std::atomic<bool> down = false, stopped = false;
     std::atomic<bool> hangs = false, hung = false;  // look()
+    std::atomic<bool> breaks = false;               // look() throws
+    std::string changes_not;                        // the id for which change() throws
     bool loses_answers = false;                     // of submit(), which takes the job
     Status refusal;                                 // of submit()
     size_t most = 1000;                             // jobs that it takes
@@ -235,6 +239,24 @@ TEST_F(Remote, AnOutputFolderIsMadeIfItsJobSaysSo) {
     EXPECT_EQ(queue_->count(), 2u);
 }
 
+TEST_F(Remote, ALimitOfTheDiskCancelsTheTasks) {
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"100\"}\n");
+    remote_.max_jobs = 1;
+    open();
+    const std::string id = submit(body(), "ann");
+    const std::string waiting = submit(in_folder(body(), "other"), "ann");
+    ASSERT_TRUE(holds(1));
+    make(1);
+    EXPECT_THAT(ended(id).message, HasSubstr("max_disk: the jobs of ann have written"));
+    EXPECT_EQ(job(id).done, 1);
+    EXPECT_TRUE(wait_for([&] {
+        const std::lock_guard lock(queue_->mutex);
+        return queue_->canceled == std::vector<std::string>{"1"};
+    }));
+    EXPECT_THAT(ended(waiting).message, HasSubstr("max_disk"));
+    EXPECT_EQ(queue_->count(), 1u) << "it is not handed over";
+}
+
 // As after the death of a process between its submission and its note of it.
 TEST_F(Remote, AJobThatTheQueueHasIsNotHandedOverAgain) {
     queue_->loses_answers = true;
@@ -279,6 +301,39 @@ TEST_F(Remote, AQueueThatIsSilentIsSeen) {
     EXPECT_TRUE(wait_for([&] { return !service_->health().gl; }));
     queue_->hangs = false;
     EXPECT_TRUE(wait_for([&] { return service_->health().gl; }));
+}
+
+TEST_F(Remote, AnExceptionOfOneJobEndsThatJobAlone) {
+    open();
+    const std::string breaks = submit(body());
+    ASSERT_TRUE(holds(1));
+    const std::string id = submit(in_folder(body(), "o"));
+    ASSERT_TRUE(holds(2));
+    {
+        const std::lock_guard lock(queue_->mutex);
+        queue_->changes_not = "1";
+    }
+    for (const std::string& one : {breaks, id})
+        test::got(service_->change(user(), one, R"({"priority": 50})"));
+    const Job failed = ended(breaks);
+    EXPECT_EQ(failed.state, JobState::failed);
+    EXPECT_THAT(failed.message, HasSubstr("fake: cannot be changed"));
+    EXPECT_TRUE(wait_for([&] {
+        const std::lock_guard lock(queue_->mutex);
+        return queue_->canceled == std::vector<std::string>{"1"};
+    })) << "its tasks";
+    EXPECT_TRUE(wait_for([&] { return queue_->rank(1).priority == 50; }));
+    EXPECT_EQ(job(id).state, JobState::running);
+}
+
+TEST_F(Remote, APollThatFailsIsSeen) {
+    open();
+    queue_->breaks = true;
+    ASSERT_TRUE(wait_for([&] { return !service_->health().gl; }));
+    EXPECT_THAT(service_->health().why, HasSubstr("fake: is broken"));
+    queue_->breaks = false;
+    EXPECT_TRUE(wait_for([&] { return service_->health().gl; }));
+    EXPECT_EQ(service_->health().why, "");
 }
 
 TEST_F(Remote, JobsWaitForRoomInTheOrderOfTheService) {
@@ -443,6 +498,36 @@ TEST_F(Remote, AnExperimentIsOneTask) {
     EXPECT_EQ(failed.state, JobState::failed);
     EXPECT_EQ(failed.exit_code, 4);
     EXPECT_EQ(failed.message, "task 1: FAILED: in.0003.exr: is damaged");
+}
+
+// The report is in a folder of the user, who may write anything into it.
+TEST_F(Remote, AForgedReportEndsItsJobAlone) {
+    open();
+    size_t tasks = 0;
+    std::string many;
+    while (many.size() < 2'000'000) many += ",0";
+    using Case = std::tuple<std::string, std::string, std::string>;
+    for (const auto& [comparison, variants, verdict] :
+         {Case(R"("comparison": {"verdict": 1}, )", "[]", ""),
+          {"", R"([1, {"pareto": "yes"}, {"pareto": true}])", "3 variants, 1 in the Pareto set"},
+          {R"("comparison": 1, "under": [2], )", "7", ""},
+          {"", "[0" + many + "]", ""}}) {
+        const std::string id = submit(
+            R"({"kind": "ab", "chain": "fast", "chain_b": "paper", "input": "in.####.exr",
+                "frames": "1", "output": "report", "on_existing": "overwrite"})");
+        ASSERT_TRUE(holds(++tasks));
+        write_report(root("report"), queue_->jobs[tasks - 1].log_folder, 0, variants, comparison);
+        queue_->end(tasks - 1, 1, 0);
+        EXPECT_EQ(done(id).verdict, verdict);
+    }
+    const std::string id = submit(
+        R"({"kind": "ab", "chain": "fast", "chain_b": "paper", "input": "in.####.exr",
+            "frames": "1", "output": "report", "on_existing": "overwrite"})");
+    ASSERT_TRUE(holds(++tasks));
+    write_report(root("report"), queue_->jobs[tasks - 1].log_folder, 0, "[]",
+                 R"("comparison": {"verdict": ")" + std::string(1'000'000, 'x') + R"("}, )");
+    queue_->end(tasks - 1, 1, 0);
+    EXPECT_LE(done(id).verdict.size(), 20'000u) << "lists of jobs have it";
 }
 
 TEST_F(Remote, AnAbFailsIfBothChainsDo) {

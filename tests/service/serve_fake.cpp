@@ -1,7 +1,7 @@
 // The server over a fake service, for tests of sockets: prints its port, serves until SIGTERM.
 //
-//   serve_fake [KEY=NUMBER ...] [users=FILE]: members of ServerSettings and FakeSettings, times in
-//   milliseconds; a file of users
+//   serve_fake [KEY=NUMBER ...] [users=FILE] [user_header=NAME]: members of ServerSettings and
+//   FakeSettings, times in milliseconds; a file of users, which SIGHUP reads again
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -9,13 +9,14 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <thread>
 
 #include "tests/service/fake_service.h"
 #include "tools/service/http/server.h"
 
 namespace {
 
-std::atomic<bool> g_stop = false;
+std::atomic<bool> g_stop = false, g_reload = false;
 
 }  // namespace
 
@@ -23,6 +24,8 @@ int main(int argc, char** argv) {
     using namespace postchain::service;
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGTERM, [](int) { g_stop = true; });
+    std::signal(SIGHUP, [](int) { g_reload = true; });
+    auto users = std::make_shared<Users>();
     ServerSettings settings;
     settings.port = 0;
     settings.version = "test";
@@ -53,16 +56,20 @@ int main(int argc, char** argv) {
         {"working", [&](long v) { settings.working = ms(v); }},
         {"trust_own", [&](long) { settings.guard.trusted = {*Network::parse("127.0.0.0/8")}; }},
         {"base", [&](long) { settings.guard.base = "/base"; }},
-        {"token", [&](long v) { settings.guard.users = Users::of_token(std::to_string(v)); }},
     };
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
+        const size_t equals = word.find('=');
         if (word.starts_with("users=")) {
-            settings.guard.users = *Users::of_file(
-                word.substr(6), [](const std::string&) { return postchain::Status(); });
+            users = *Users::of_file(word.substr(equals + 1),
+                                    [](const std::string&) { return postchain::Status(); });
+            settings.guard.users = users;
             continue;
         }
-        const size_t equals = word.find('=');
+        if (word.starts_with("user_header=")) {
+            settings.guard.user_header = word.substr(equals + 1);
+            continue;
+        }
         const auto key = keys.find(word.substr(0, equals));
         if (key == keys.end() || equals == std::string::npos) {
             std::fprintf(stderr, "serve_fake: %s?\n", argv[i]);
@@ -78,6 +85,11 @@ int main(int argc, char** argv) {
     }
     std::printf("%d\n", int((*server)->port()));
     std::fflush(stdout);
+    std::thread reloads([&] {
+        for (; !g_stop; std::this_thread::sleep_for(ms(10)))
+            if (g_reload.exchange(false)) (void)users->reload();
+    });
     (*server)->run(g_stop);
+    reloads.join();
     return 0;
 }

@@ -42,21 +42,20 @@ class Serve(Served):
             yield system, dict(os.environ, NOTIFY_SOCKET=str(self.path / "notify"))
 
     def test_usage(self):
-        token = ["--token-file", self.write("token", token_hash("0123456789abcdef") + "\n")]
+        users = ["--users", self.write("users.yaml", "postchain_users: 1\nusers: {ann: {}}\n")]
         bad = self.write("bad", "postchain_users: 1\nusers: {a: {tokn: x}}\n")
         for words, text in [
-                (["--bind", "0.0.0.0"], "add --token-file"), (["--bind", "::"], "add --token-file"),
-                (["--token-file", str(self.path / "none")], "cannot be read"),
-                (["--token-file", self.write("plain", "0123456789abcdef\n")], "expected the hash of a token"),
+                (["--bind", "0.0.0.0"], "add --users"), (["--bind", "::"], "add --users"),
                 (["--hash-token", self.write("short", "0123456789\n")], "16 to 512 characters"),
-                (["--users", bad], "unknown key 'tokn' (did you mean 'tokens'?); "),
-                (["--bind", "example.org", *token], "is not an address"),
-                (["--bind", "192.0.2.1", *token], "not an address of this machine"),
-                (["--trusted-proxy", "127.0.0.1"], "--token-file"),
+                (["--users", bad], "unknown key 'tokn' (did you mean 'tokens'?)"),
+                (["--bind", "example.org", *users], "is not an address"),
+                (["--bind", "192.0.2.1", *users], "not an address of this machine"),
+                (["--trusted-proxy", "127.0.0.1"], "add --users"),
+                (["--user-header", "X-User", *users], "add --trusted-proxy"),
                 (["--farm-frames", "3"], "add --backend slurm"), (["--slurm-option=-p=a"], "add --backend slurm"),
                 (["--backend", "slurm"], "add --farm-folder"), (["--base-path", "x"], "begins with /"),
                 (["--hash-token", str(self.path / "none")], "cannot be read"),
-                (["--bind", "localhost"], "add --token-file")]:
+                (["--bind", "localhost"], "add --users")]:
             self.fails(2, text, *words)
         serve = [PROGRAM, "serve", "--root", str(self.path)]
         self.fails(5, "--store: ", command=["env", "STATE_DIRECTORY=" + bad, *serve])
@@ -79,16 +78,16 @@ class Serve(Served):
         piped = subprocess.run([PROGRAM, "serve", "--hash-token", "-"], input="0123456789abcdef\r\n", check=True,
                                capture_output=True, text=True).stdout
         self.assertEqual(piped, printed)
-        token = self.write("token", printed)
+        users = self.write("users.yaml", f"postchain_users: 1\nusers: {{ann: {{tokens: [{printed.strip()}]}}}}\n")
         known = {"Authorization": "Bearer 0123456789abcdef"}
-        with self.serving("--bind", "0.0.0.0", "--token-file", token) as server:
+        with self.serving("--bind", "0.0.0.0", "--users", users) as server:
             self.assertEqual(server.ask("GET", "/v1/jobs")[0], 401)
             self.assertEqual(server.ask("GET", "/v1/jobs", None, known)[0], 200)
         self.assertIn("without encryption", "".join(server.stderr))
 
     def test_options_of_a_file(self):
         """That of the package too."""
-        self.write("tokens", token_hash("0123456789abcdef") + "\n")
+        self.write("users.yaml", "postchain_users: 1\nusers: {ann: {}}\n")
         shipped = (SOURCE / "tools/packaging/service/service.yaml").read_text()
         text = shipped.replace("/srv/postchain", str(self.path)).replace("/etc/postchain", str(self.path))
         config = self.write("service.yaml", text + "hosts: [farm.example]\nkeep_jobs: 5\n")
@@ -104,8 +103,7 @@ class Serve(Served):
                             ("postchain_service: 1\ndevice: [x]", "device: expected a string"),
                             ("postchain_service: 1\nthreads: 0", "threads: "),
                             ("postchain_service: [", "bad.yaml:"),
-                            ("postchain_service: 1\nbackup: x", "unknown key 'backup'"),
-                            ("postchain_service: 1\nusers: x\ntoken_file: x", "--users excludes")]:
+                            ("postchain_service: 1\nbackup: x", "unknown key 'backup'")]:
             self.fails(2, fault, command=[PROGRAM, "serve", "--root", str(self.path), "--config",
                                           self.write("bad.yaml", text + "\n")])
 
@@ -308,24 +306,24 @@ class Serve(Served):
         write(["ann"])
         self.shots("1-1")
         known = {name: {"Authorization": "Bearer " + token} for name, token in tokens.items()}
-        with self.serving("--users", str(users), "--log-format", "json", "--trusted-proxy", "127.0.0.1") as server:
+        proxied = ["--trusted-proxy", "127.0.0.1", "--user-header", "X-Remote-User"]
+        with self.serving("--users", str(users), "--log-format", "json", *proxied) as server:
             self.assertEqual(server.ask("GET", "/v1/jobs", None, known["ops"])[0], 401)
             write(["ann", "ops"])
             server.process.send_signal(signal.SIGHUP)
             wait_until(lambda: server.ask("GET", "/v1/jobs", None, known["ops"])[0] == 200)
-            session = server.get("/v1/session", known["ann"])
-            self.assertEqual((session["user"], session["admin"]), ("ann", False))
+            user = server.get("/v1/user", known["ann"])
+            self.assertEqual((user["user"], user["admin"]), ("ann", False))
             server.ended(server.submit(JOB, known["ann"]), known["ann"])
             self.assertEqual(server.get("/v1/jobs?owner=ops", known["ann"])["jobs"], [])
-            secure = {"X-Forwarded-For": "192.0.2.7", "X-Forwarded-Proto": "https"}
-            cookie = server.ask("POST", "/v1/session", None, known["ann"] | secure)[1]["set-cookie"]
-            self.assertIn("; Secure", cookie)
+            named = {"X-Forwarded-For": "192.0.2.7", "X-Remote-User": "ops"}
+            self.assertEqual(server.ask("DELETE", "/v1/jobs/1/record", None, named)[0], 200)
         lines = [json.loads(line) for line in server.stderr if '"event"' in line]
         audited = [line for line in lines if line["event"] == "audit"]
         self.assertEqual([(line["action"], line.get("user"), line["address"]) for line in audited
                           if line["status"] < 300],
-                         [("submitJob", "ann", "127.0.0.1"), ("beginSession", "ann", "192.0.2.7")])
-        done = [line for line in lines if line.get("job") == "1"][-1]
+                         [("submitJob", "ann", "127.0.0.1"), ("forgetJob", "ops", "192.0.2.7")])
+        done = [line for line in lines if line.get("job") == "1" and line["event"] != "audit"][-1]
         self.assertEqual((done["event"], done["user"], done["level"]), ("done", "ann", "info"))
         self.assertRegex(done["time"], r"^\d{4}-\d\d-\d\dT[\d:.]+Z$")
 

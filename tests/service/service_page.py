@@ -8,10 +8,9 @@ import unittest
 for folder in ("page", "command"):
     sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / folder))
 from browser import Browser, SOFTWARE_GL  # noqa: E402
-from server import Server, make_scene, serve_command, token_hash  # noqa: E402
+from server import Server, make_scene, serve_command  # noqa: E402
 
 PROGRAM = os.path.abspath(sys.argv[1])
-TOKEN = "0123456789abcdef"
 TAB, ENTER, DOWN, ALT = "\ue004", "\ue007", "\ue015", "\ue00a"
 SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
 SHOWN = ("postchain.viewer?.shown?.image && "
@@ -29,7 +28,6 @@ class OnTheService(unittest.TestCase):
             (cls.path / f"broken/f.000{frame}.exr").write_bytes(
                 data[:len(data) // 2] if frame == 2 else data)
         (cls.path / "out").mkdir()
-        (cls.path / "token").write_text(token_hash(TOKEN) + "\n")
         cls.server = Server(serve_command(PROGRAM, cls.path))
         cls.base = f"http://127.0.0.1:{cls.server.port}/"
         cls.browser = Browser(SOFTWARE_GL)

@@ -43,12 +43,8 @@ using testing::StartsWith;
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     EXPECT_THAT(refusal(), HasSubstr("another service uses this store"));
     fs::create_symlink(path(), folder_.path("link.db"));
-    fs::create_directory(folder_.path("other"));
-    fs::create_hard_link(path(), folder_.path("other/hard.db"));
-    for (const char* name : {"link.db", "other/hard.db"})
-        EXPECT_THAT(JobStore::open(folder_.path(name), 3).status().message(),
-                    HasSubstr("another service uses this store"))
-            << name;
+    EXPECT_THAT(JobStore::open(folder_.path("link.db"), 3).status().message(),
+                HasSubstr("another service uses this store"));
     // One that was killed and is still ending is waited for.
     std::thread ending([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -57,6 +53,36 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     EXPECT_EQ(refusal(), "opened");
     ending.join();
     EXPECT_EQ(refusal(), "opened");
+}
+
+TEST_F(StoreTest, ASecondNameIsRefused) {
+    fs::create_directory(folder_.path("other"));
+    fs::create_hard_link(path(), folder_.path("other/hard.db"));
+    EXPECT_THAT(JobStore::open(folder_.path("other/hard.db"), 3).status().message(),
+                HasSubstr("has a second name (hard link)"));
+}
+
+// Whoever can open a file can lock it.
+TEST_F(StoreTest, OtherUsersCannotOpenItsFiles) {
+    const auto closed = [&] {
+        for (const char* suffix : {"", "-wal", "-shm", ".lock"})
+            EXPECT_EQ(fs::status(path() + suffix).permissions() & fs::perms::all,
+                      fs::perms::owner_read | fs::perms::owner_write)
+                << suffix;
+    };
+    closed();
+    // As a former version left it, after it was killed.
+    Database other(path(), Database::Open::existing);
+    other.number("SELECT COUNT(*) FROM jobs");
+    store_.reset();
+    for (const char* suffix : {"", "-wal", "-shm"})
+        fs::permissions(path() + suffix, fs::perms::others_read, fs::perm_options::add);
+    open();
+    closed();
+    store_.reset();
+    fs::rename(path() + ".lock", folder_.path("mine"));
+    fs::create_symlink(folder_.path("mine"), path() + ".lock");
+    EXPECT_THAT(refusal(), HasSubstr(".lock: "));
 }
 
 TEST_F(StoreTest, OtherFilesAreRefusedAndStay) {

@@ -134,15 +134,37 @@ TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsQuarantined) {
         ASSERT_GT(*store_->start(id), 0) << "the other frame is still to be done";
     }
     EXPECT_EQ(job(id).failed, 1);
+    const std::string why = R"("the process died while only this frame was in flight"})";
     EXPECT_EQ(told(id),
-              (std::vector<std::string>{
-                  R"(queued {"kind":"run","priority":0})", "started {}", R"(frames {"frames":2})",
-                  R"(requeued {"why":"the process ended"})", "started {}",
-                  R"(requeued {"why":"the process ended"})", "started {}",
-                  R"(quarantined {"frame":1,"attempts":3,"message":"the process died while only )"
-                  R"(this frame was in flight, at the last of 3 attempts"})",
-                  R"(requeued {"why":"the process ended"})", "started {}"}));
+              (std::vector<std::string>{R"(queued {"kind":"run","priority":0})", "started {}",
+                                        R"(frames {"frames":2})",
+                                        R"(frame_failed {"frame":1,"attempts":1,"message":)" + why,
+                                        R"(requeued {"why":"the process ended"})", "started {}",
+                                        R"(frame_failed {"frame":1,"attempts":2,"message":)" + why,
+                                        R"(requeued {"why":"the process ended"})", "started {}",
+                                        R"(quarantined {"frame":1,"attempts":3,"message":)" + why,
+                                        R"(requeued {"why":"the process ended"})", "started {}"}));
     EXPECT_EQ(job(id).started_ms, events(id)[1].time_ms);
+}
+
+// Of a process that works for the service, which lives on.
+TEST_F(StoreTest, ADeadWorkersFramesAreAlone) {
+    const std::string id = running(3), other = running(1);
+    for (int frame : {1, 2}) begin(id, frame);
+    begin(other, 1);
+    EXPECT_EQ(*store_->interrupted(id, "it died"), 2);
+    for (const FrameToDo& frame : to_do(id)) {
+        EXPECT_EQ(frame.alone, frame.frame <= 2) << frame.frame;
+        EXPECT_EQ(frame.attempts, 0) << frame.frame;
+    }
+    EXPECT_FALSE(to_do(other)[0].alone);
+    EXPECT_EQ(*store_->interrupted(id, "it died"), 0);
+    begin(id, 2);
+    EXPECT_EQ(*store_->interrupted(id, "it died"), 1);
+    EXPECT_EQ(frame(id, 2).attempts, 1);
+    EXPECT_EQ(frame(id, 2).message, "it died");
+    EXPECT_EQ(told(id).back(), R"(frame_failed {"frame":2,"attempts":1,"message":"it died"})");
+    EXPECT_EQ(job(id).state, JobState::running);
 }
 
 TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
@@ -364,6 +386,8 @@ TEST_F(StoreTest, LimitsOfAUser) {
     const std::string writes = running(1, ann);
     write(writes, 1, 100);
     EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 100 bytes"));
+    EXPECT_THAT(*store_->over_disk(ann), HasSubstr("max_disk: the jobs of ann have written 100"));
+    EXPECT_EQ(*store_->over_disk(user_of("ann")), "") << "no limit";
     end(writes, JobState::done);
     // A removed job's outputs are still on disk.
     ASSERT_TRUE(*store_->forget(writes));

@@ -116,12 +116,12 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     EXPECT_TRUE(forbids(service_->retry(bob, of_ann)));
     EXPECT_TRUE(forbids(service_->change(bob, of_ann, R"({"priority": 1})")));
     EXPECT_TRUE(forbids(service_->browse(bob, "out")));
-    EXPECT_TRUE(forbids(service_->outputs(bob, of_ann, 1, 6)));
+    EXPECT_TRUE(forbids(service_->output(bob, of_ann, 1)));
     for (const auto& ask : std::vector<Ask>{
              [&](auto done) { service_->frame_image(bob, of_ann, 1, true, {}, done); },
              [&](auto done) { service_->input_image(bob, "out/o.####.exr", 1, {}, done); }})
         EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
-    EXPECT_EQ(test::got(service_->outputs(user("ann"), of_ann, 2, 4)).size(), 3u);
+    EXPECT_EQ(test::got(service_->output(user("ann"), of_ann, 2)).name, "o.0002.exr");
     test::got(service_->forget(user("ops"), of_ann));
     test::problem_of(service_->job(of_ann));
     EXPECT_TRUE(fs::exists(root("out/o.0001.exr"))) << "outputs stay";
@@ -221,14 +221,42 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
 TEST_F(Team, DiskOfRemovedJobs) {
     use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"1000\"}\n");
     open();
-    const std::string id = submit(body(), "ann");
+    const std::string first = body(R"(, "frames": "1")");
+    const std::string id = submit(first, "ann");
     EXPECT_GT(done(id).bytes, 1000);
     got(service_->forget(user("ann"), id));
-    const std::string again = body(R"(, "on_existing": "overwrite")");
+    const std::string again = body(R"(, "frames": "1", "on_existing": "overwrite")");
     EXPECT_THAT(refused(again, "ann").detail, HasSubstr("removed jobs included"));
     EXPECT_THAT(service_->metrics(), HasSubstr("postchain_user_bytes{user=\"ann\"}"));
     for (const auto& file : fs::directory_iterator(root("out"))) fs::remove(file.path());
     done(submit(again, "ann"));
+}
+
+TEST_F(Team, ALimitOfTheDiskEndsRunningAndWaitingJobs) {
+    add_frames(40);
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"1000\"}\n  bob: {token: bbbbbbbbbbbbbbbb}\n");
+    hold();
+    const std::string of_bob = submit(in_folder(held_body(R"(, "frames": "3")"), "bob"), "bob");
+    ASSERT_TRUE(waits());
+    const std::string runs = submit(body(), "ann");
+    const std::string waiting = submit(in_folder(body(), "w"), "ann");
+    test::HeldPass::held = false;
+    done(of_bob);
+    const Job full = ended(runs), other = ended(waiting);
+    EXPECT_EQ(full.state, JobState::failed);
+    EXPECT_THAT(full.message, HasSubstr("max_disk: the jobs of ann have written"));
+    EXPECT_THAT(full.message, HasSubstr("the limit is 1000"));
+    EXPECT_THAT(full.message, HasSubstr("then retry the job"));
+    EXPECT_GT(full.done, 0);
+    EXPECT_LT(full.done, 20) << "the frames in flight";
+    EXPECT_EQ(other.state, JobState::failed);
+    EXPECT_EQ(other.done, 0);
+    EXPECT_THAT(other.message, HasSubstr("max_disk"));
+    // Outputs of a removed job that are deleted make room.
+    got(service_->forget(user("ann"), runs));
+    fs::remove_all(root("out"));
+    got(service_->retry(user("ann"), waiting));
+    EXPECT_GT(ended(waiting).done, 0);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/support/filled_json.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
@@ -171,7 +172,7 @@ TEST(ReportJson, EveryKeyIsInTheDocument) {
 }
 
 TEST(ReportJson, HasEveryMemberUnderItsName) {
-    test::expect_text_of(kExpected + "json", io::json_text(report_json(filled()), 1) + "\n");
+    test::expect_text_of(kExpected + "json", test::filled_json(report_json(filled())) + "\n");
     Report bare = filled();
     bare.kind = Kind::bench;
     bare.variants.clear();

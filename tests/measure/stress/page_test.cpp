@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/filled_json.h"
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/stress/page.h"
@@ -126,7 +127,7 @@ TEST(Page, HoldsFailuresAndLimitsWithTheirPictures) {
         for (auto& picture : data[list][0]["pictures"])
             picture["png"] = std::string(picture["png"]).substr(0, 11);  // \x89PNG...
     test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/measure/stress/expected.page",
-                         data.dump(1) + "\n" + matrix_as_text(matrix));
+                         test::filled_json(data) + "\n" + matrix_as_text(matrix));
 }
 
 }  // namespace

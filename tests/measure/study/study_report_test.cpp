@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "passes/registry.h"
+#include "tests/support/filled_json.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/study/study_reader.h"
 
@@ -145,7 +146,7 @@ StudyReport filled() {
 
 TEST(StudyReport, HasEveryMemberUnderItsName) {
     const std::string expected = POSTCHAIN_SOURCE_DIR "/tests/measure/study/expected.";
-    test::expect_text_of(expected + "json", io::json_text(report_json(filled()), 1) + "\n");
+    test::expect_text_of(expected + "json", test::filled_json(report_json(filled())) + "\n");
     test::expect_text_of(expected + "csv", report_as_csv(filled()));
     test::expect_text_of(expected + "md", report_as_markdown(filled()));
 }

@@ -8,6 +8,7 @@
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tests/measure/experiment/support.h"
+#include "tests/support/filled_json.h"
 #include "tests/support/text_file.h"
 
 namespace postchain::tune {
@@ -147,7 +148,7 @@ TEST(TuneText, JsonHasEveryMemberUnderItsName) {
             EXPECT_EQ(hash, hex_of(one->search.candidates[i].chain.hash()));
             hash = "16 digits";  // others with each new parameter
         }
-        text += io::json_text(json, 1) + "\n";
+        text += test::filled_json(json) + "\n";
     }
     test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/measure/tune/expected/tune.json", text);
 }

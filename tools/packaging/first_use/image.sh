@@ -10,7 +10,7 @@ mkdir -p "$work/shots" "$work/state"
 storage=(--root "$work/containers" --runroot "$work/containers.run" --storage-driver vfs)
 token=0123456789abcdef0123456789abcdef
 volumes=(-v "$work/shots:/srv/postchain" -v "$work/state:/var/lib/postchain"
-    -v "$work/tokens:/run/postchain.tokens:ro")
+    -v "$work/users.yaml:/etc/postchain/users.yaml:ro")
 chown nobody:nogroup "$work/shots" "$work/state"
 pid=
 stop() {
@@ -49,9 +49,9 @@ in_image() { # COMMAND...: in the image, as its user; with start=exec in place o
     fi
 }
 echo -n "$token" >"$work/shots/token"
-touch "$work/tokens"
-in_image postchain serve --hash-token /srv/postchain/token >"$work/tokens.new"
-cat "$work/tokens.new" >"$work/tokens"
+touch "$work/users.yaml"
+hash=$(in_image postchain serve --hash-token /srv/postchain/token)
+printf 'postchain_users: 1\nusers: {admin: {admin: true, tokens: [%s]}}\n' "$hash" >"$work/users.yaml"
 in_image postchain scene wheels -o /srv/postchain/shots --frames 1-2 --size 160x90 --device software
 
 # words PATH: the words of a list in the image's configuration, a line each.

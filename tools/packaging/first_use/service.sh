@@ -34,7 +34,7 @@ echo "== reload: a second token"
 main=$(systemctl show -p MainPID --value postchain)
 echo -n 0123456789abcdef0123456789abcdef >second
 expect "the second token before" "$(status "$(<second)")" 401
-postchain serve --hash-token second >>/etc/postchain/tokens
+sed -i "s/tokens: \[/&$(postchain serve --hash-token second), /" /etc/postchain/users.yaml
 systemctl reload postchain
 for ((i = 0; i < 50; ++i)); do
     [[ $(status "$(<second)") == 401 ]] || break
@@ -54,5 +54,5 @@ ask /v1/jobs/1 | grep -q '"state":"done"'
 journalctl -u postchain --no-pager -o cat | tail -n 20
 apt-get purge -q=2 -y postchain-service >/dev/null
 expect "the unit after the removal" "$(systemctl is-active postchain || true)" inactive
-[[ ! -e /var/lib/postchain && ! -e /etc/postchain/tokens && -e out/wheels.0002.exr ]]
+[[ ! -e /var/lib/postchain && ! -e /etc/postchain/users.yaml && -e out/wheels.0002.exr ]]
 echo "the service was installed, used, reloaded, restarted and removed"

@@ -15,8 +15,9 @@ class Refusal extends Error {
     }
 }
 
-let onLogin = () => {};
-export function whenTokenIsNeeded(f) { onLogin = f; }
+let on_unknown = () => {};
+/** f(refusal): the service does not know the user. */
+export function when_unknown(f) { on_unknown = f; }
 
 async function request(method, path, body, { headers = {}, signal } = {}) {
     let answer;
@@ -28,8 +29,9 @@ async function request(method, path, body, { headers = {}, signal } = {}) {
         throw new Refusal(0, { detail: "The service does not answer." });
     }
     if (answer.ok) return answer;
-    if (answer.status === 401) onLogin();
-    throw new Refusal(answer.status, await answer.json().catch(() => ({})));
+    const refusal = new Refusal(answer.status, await answer.json().catch(() => ({})));
+    if (answer.status === 401) on_unknown(refusal);
+    throw refusal;
 }
 
 /** "v1/image?input=...&frame=1": members that are undefined are left out. */
@@ -72,10 +74,6 @@ const session = Array.from(crypto.getRandomValues(new Uint8Array(16)),
 export const preview = async (body, lane, signal) => (await request("POST", "v1/preview",
     JSON.stringify(body), { signal, headers: { Accept: "image/vnd.postchain",
         "Preview-Session": `${session}-${lane}` } })).arrayBuffer();
-
-export const logIn = (token) => request("POST", "v1/session", undefined,
-    { headers: { Authorization: `Bearer ${token}` } });
-export const logOut = () => request("DELETE", "v1/session");
 
 /** onEvent({type, job, time, data}); onState("live", "lost", "refused"). */
 export function listen(onEvent, onState) {

@@ -40,8 +40,6 @@ function actions() {
     if (job.kind === "run")
         list.push(act("Preview", () => page.preview_job(job), { title: "Its chain and frames, filtered live" }));
     list.push(act("Duplicate\u2026", () => page.new_job(job.request), { title: "The form, filled in as for this job" }));
-    if (job.kind === "run" && job.done > 0)
-        list.push(h("a", { class: "button", href: `${path}/outputs.zip`, download: "" }, "Download"));
     if (job.state === "queued" || job.state === "running") {
         const priority = h("input", { type: "number", min: -100, max: 100, step: 1,
             "aria-label": "Priority", value: job.priority });
@@ -201,8 +199,9 @@ const show_frame = settle(async () => {
     if (!one || id !== job?.id || number !== state.get("frame")) return undefined;
     return parts.frame.replaceChildren(
         h("h3", {}, `Frame ${number}`),
-        h("p", { class: "help" }, [basename(one.output),
-            one.attempts > 1 ? `${one.attempts} attempts` : ""].filter(Boolean).join(", ")),
+        h("p", { class: "help" }, ["written", "skipped"].includes(one.state)
+            ? h("a", { href: `${jobPath(id)}/frames/${number}/output`, download: "" }, basename(one.output))
+            : basename(one.output), one.attempts > 1 ? `, ${one.attempts} attempts` : ""),
         one.message ? h("p", { class: one.state === "written" ? "message" : "message bad" },
             one.message) : "",
         ...(one.sidecar ? sidecar(one.sidecar) : []));

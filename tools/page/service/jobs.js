@@ -3,7 +3,7 @@
 import { by_id, h, printable, settle } from "../shared/dom.js";
 import { rove } from "../shared/roving.js";
 import { clock } from "../shared/words.js";
-import { address, get, jobPath, remove } from "./api.js";
+import { address, get, jobPath } from "./api.js";
 import { frame_event, job_changed, open_job, shown_job } from "./job.js";
 import { nameOf, outputOf, progressOf, shotOf, workOf } from "./job_words.js";
 import { page } from "./page.js";
@@ -12,10 +12,7 @@ const kPage = 40;          // jobs of a request
 const kMinGap = 1500;    // ms between two requests because of events
 
 let jobs = null, next = null, mark = () => {}, asked = 0;  // jobs: null until the service has listed them
-let chosen = null;         // ids of the jobs that are chosen, while several are
-let anchor = null;         // the one chosen last: Shift chooses up to it
 const rows = new Map();    // id -> {item, ...}
-const is_open = ({ state }) => state === "queued" || state === "running";
 
 function row(job) {
     let row = rows.get(job.id);
@@ -25,7 +22,7 @@ function row(job) {
         when: h("span", { class: "when" }), output: h("span", { class: "output" }),
         bar: h("progress", { "aria-hidden": "true" }) };
         row.button = h("button", { type: "button", class: "entry", tabindex: -1, "data-job": job.id,
-            onclick: (event) => (chosen ? choose(job.id, event.shiftKey) : open_job(job.id)) },
+            onclick: () => open_job(job.id) },
         row.thumbnail, row.name, row.state, row.detail, row.when, row.output, row.bar);
         row.item = h("li", {}, row.button);
         row.thumbnail.addEventListener("error", () => row.thumbnail.classList.add("none"));
@@ -39,8 +36,6 @@ function row(job) {
         .filter(Boolean).join(" \u00b7 "));
     row.when.textContent = clock(job.created);
     row.output.textContent = outputOf(job) && printable(`\u2192 ${outputOf(job)}`);
-    if (chosen) row.button.setAttribute("aria-pressed", chosen.has(job.id));
-    else row.button.removeAttribute("aria-pressed");
     row.bar.hidden = job.state !== "running" || !job.frames;
     row.bar.max = job.frames || 1;
     row.bar.value = job.done + job.failed;
@@ -69,62 +64,7 @@ export function draw_jobs() {
     by_id("no-jobs").hidden = items.length > 0;
     by_id("no-jobs").textContent = !jobs ? "" : filtered ? "No job matches." : "No jobs yet.";
     by_id("older").hidden = !next;
-    by_id("many").hidden = !items.length && !chosen;
-    draw_choice();
     mark();
-}
-
-// ------------------------------------------------------------------------- several jobs at once
-const chosen_jobs = (wanted) => (jobs ?? []).filter((job) => chosen?.has(job.id) && wanted(job));
-
-function draw_choice() {
-    by_id("choose").setAttribute("aria-pressed", Boolean(chosen));
-    for (const name of ["choose-all", "cancel-chosen", "remove-chosen"]) by_id(name).hidden = !chosen;
-    const open = chosen_jobs(is_open).length, ended = chosen_jobs((job) => job.ended).length;
-    by_id("cancel-chosen").textContent = `Cancel ${open}`;
-    by_id("cancel-chosen").disabled = !open;
-    by_id("remove-chosen").textContent = `Remove ${ended}`;
-    by_id("remove-chosen").disabled = !ended;
-}
-
-function choose(id, up_to) {
-    const ids = jobs.map((job) => job.id), from = ids.indexOf(anchor), to = ids.indexOf(id);
-    if (up_to && from >= 0)
-        for (const one of ids.slice(Math.min(from, to), Math.max(from, to) + 1)) chosen.add(one);
-    else if (!chosen.delete(id)) chosen.add(id);
-    anchor = id;
-    draw_jobs();
-}
-
-async function each_chosen(wanted, work) {
-    const faults = [];
-    for (const job of chosen_jobs(wanted))
-        await work(job).catch((error) => faults.push(`job ${job.id}: ${error.message}`));
-    chosen = null;
-    draw_jobs();
-    if (faults.length) page.fail(new Error(faults.join("\n")));
-}
-
-function start_choice() {
-    by_id("choose").addEventListener("click", () => {
-        chosen = chosen ? null : new Set();
-        draw_jobs();
-    });
-    by_id("choose-all").addEventListener("click", () => {
-        const all = jobs.every((job) => chosen.has(job.id));
-        chosen = new Set(all ? [] : jobs.map((job) => job.id));
-        draw_jobs();
-    });
-    by_id("cancel-chosen").addEventListener("click", () => each_chosen(is_open, async (job) => {
-        const now = await remove(jobPath(job.id));
-        job_changed(now);
-        replace_job(now);
-    }));
-    by_id("remove-chosen").addEventListener("click", () => each_chosen((job) => job.ended, async (job) => {
-        await remove(`${jobPath(job.id)}/record`);
-        drop_job(job.id);
-        if (job.id === shown_job()) page.leave_job();
-    }));
 }
 
 async function load(before) {
@@ -187,6 +127,5 @@ export function start_jobs() {
     });
     by_id("filter").addEventListener("change", () => load());
     by_id("older").addEventListener("click", () => load(next));
-    start_choice();
     page.jobs = { add_job, replace_job, drop_job, draw_jobs };
 }

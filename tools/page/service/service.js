@@ -1,7 +1,7 @@
-// The parts of the page, login, deep links, and the line to the service.
+// The parts of the page, deep links, and the line to the service.
 import { by_id, printable } from "../shared/dom.js";
 import { rove } from "../shared/roving.js";
-import { get, listen, logIn, logOut, whenTokenIsNeeded } from "./api.js";
+import { get, listen, when_unknown } from "./api.js";
 import { folder, open_folder, open_shot, start_browse } from "./browse.js";
 import { start_chain_panel } from "./chain_panel.js";
 import { loadChains } from "./chains.js";
@@ -14,7 +14,7 @@ import { start_report } from "./report_frame.js";
 import { start_send } from "./send.js";
 import { new_job } from "./submit.js";
 
-let source = null, asked = false, started = false;
+let source = null, started = false;
 
 function say(text, bad = false) {
     by_id("status").textContent = text;
@@ -109,31 +109,27 @@ function first_start() {
     });
 }
 
-function ask_for_token() {
-    if (asked) return;
-    asked = true;
+/** Without a user: a proxy logs people in. */
+function refuse(refusal) {
     source?.close();
     by_id("work").hidden = true;
-    by_id("logout").hidden = true;
-    by_id("login").hidden = false;
+    by_id("refused").hidden = false;
+    by_id("refusal").textContent = printable(refusal.message);
     say("");
-    by_id("token").focus();
 }
 
 async function start() {
-    let session;
+    let who;
     try {
-        session = await get("v1/session");
+        who = await get("v1/user");
     } catch (error) {
+        if (error.status === 401) return undefined;  // refuse() was called
+        if (error.status === 403) return refuse(error);
         say(error.message, true);
         return setTimeout(start, 3000);
     }
-    if (!session.known) return ask_for_token();
-    asked = false;
-    by_id("login").hidden = true;
     by_id("work").hidden = false;
-    by_id("logout").hidden = !session.token;
-    by_id("user").textContent = session.user;
+    by_id("user").textContent = who.user;
     await loadChains();
     if (!started) first_start();
     connect();
@@ -150,23 +146,6 @@ function go_to(place) {
         ?? box).focus();
 }
 
-by_id("login").querySelector("form").addEventListener("submit", async (event) => {
-    event.preventDefault();
-    const error = by_id("login").querySelector(".error");
-    error.textContent = "";
-    asked = true;
-    try {
-        await logIn(by_id("token").value.trim());
-        by_id("token").value = "";
-        await start();
-    } catch (refusal) {
-        error.textContent = refusal.status === 401 ? "This is not the token." : refusal.message;
-    }
-});
-by_id("logout").addEventListener("click", async () => {
-    await logOut();
-    start();
-});
 by_id("new-job").addEventListener("click", () => page.new_job({}));
 by_id("failure-close").addEventListener("click", page.clear_failure);
 for (const name of ["shots", "jobs"])
@@ -180,7 +159,7 @@ addEventListener("keydown", (event) => {
 });
 addEventListener("pagehide", () => source?.close());
 setInterval(() => source?.readyState === EventSource.OPEN && readiness(), 15000);
-whenTokenIsNeeded(ask_for_token);
+when_unknown(refuse);
 Object.assign(page, { new_job, open_job, folder });
 globalThis.postchain = page;  // for tests and the console
 start();

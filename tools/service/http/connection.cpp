@@ -107,6 +107,7 @@ void Connection::read_header() {
     state_ = State::header;
     deadline_in(shared_.settings.header);
     admitted_.reset();
+    sender_ = {};
     request_ = {};
     parser_.emplace();
     parser_->header_limit(shared_.settings.max_header);
@@ -147,11 +148,12 @@ void Connection::on_header(const error_code& error) {
         return reply(std::move(*refused));
     }
     admitted_ = std::move(std::get<Admitted>(admitted));
-    const bool has_token = shared_.api.guard().asks_for_token() && admitted_->user;
+    sender_ = admitted_->sender;
+    const bool has_token = !shared_.api.guard().users().are_everyone() && sender_.user;
     if (over_limit_ && !has_token && !admitted_->match.route->at_once)
         return reply(too_many_connections());
-    proven_ |= admitted_->user != nullptr;
-    request_.share = shared_.api.guard().share_of(request_, admitted_->user);
+    proven_ |= sender_.user != nullptr;
+    request_.share = shared_.api.guard().share_of(request_, sender_.user);
     if (parser_->is_done()) return work();
     state_ = State::body;
     deadline_in(shared_.settings.body);
@@ -307,9 +309,9 @@ void Connection::audit(const Reply& answer) const {
                    {"status", answer.status},
                    {"request", request_.id}};
     std::string who = address;
-    if (admitted_ && admitted_->user && !admitted_->user->name.empty()) {
-        line.fields["user"] = admitted_->user->name;
-        who = concat(admitted_->user->name, " at ", address);
+    if (admitted_ && sender_.user && !sender_.user->name.empty()) {
+        line.fields["user"] = sender_.user->name;
+        who = concat(sender_.user->name, " at ", address);
     }
     if (wrong) {
         line.level = LogLine::Level::warning;
@@ -427,7 +429,6 @@ void Connection::linger() {
 
 void Connection::listen(const EventsWanted& wanted) {
     state_ = State::listening;
-    is_valid_ = shared_.api.guard().validity_of(request_);
     share_ = request_.share;
     parser_.reset();
     buffer_.clear();
@@ -509,7 +510,10 @@ void Connection::send_batch(EventBatch batch) {
 
 void Connection::tick(Clock::time_point now) {
     if (state_ == State::closed) return;
-    if (state_ == State::listening && !is_valid_()) return abandon();
+    // A user who was removed, or whose token was, gets nothing more.
+    const bool is_served = state_ != State::header && state_ != State::body;
+    if (is_served && sender_.user && !shared_.api.guard().users().still_have(sender_))
+        return abandon();
     if (state_ == State::listening && !sending_) {
         if (now - spoke_ < shared_.settings.heartbeat) return;
         static const EventText kComment = std::make_shared<const std::string>(":\n\n");

@@ -144,6 +144,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::optional<Parser> parser_;
     Request request_;
     std::optional<Admitted> admitted_;
+    Sender sender_;                       // of the request
     uint64_t requests_ = 0;               // so far; a reply to an earlier one is dropped
     std::shared_ptr<BodySource> source_;  // of the current reply
     bool proven_ = false;                 // is_unproven()
@@ -155,8 +156,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::string content_;
     size_t held_ = 0;  // bytes of content_ that count as unsent
     // Listeners only.
-    std::function<bool()> is_valid_;  // Guard::validity_of()
-    std::string share_;               // of the request
+    std::string share_;  // of the request
     std::string job_;
     int64_t sent_ = 0;       // id of the last event sent
     bool sending_ = false;   // a write has not completed

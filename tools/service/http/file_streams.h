@@ -1,6 +1,7 @@
 // Files in replies, read while they are sent.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -9,9 +10,12 @@
 
 namespace postchain::service {
 
+struct FilePart {
+    uint64_t begin = 0, end = 0;  // bytes
+};
+
 Reply file_reply(const ResultFile& file);
+Reply parts_reply(const ResultFile& file, const std::vector<FilePart>& parts);  // one after another
 Reply download_reply(const ResultFile& file);  // with the file's name
-// An archive of the files, not compressed, in their order.
-Reply zip_reply(const std::vector<ResultFile>& files, const std::string& name);
 
 }  // namespace postchain::service

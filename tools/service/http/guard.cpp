@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
+#include "chain/base/printable.h"
 #include "tools/service/http/problem.h"
 
 namespace postchain::service {
@@ -22,18 +22,15 @@ std::optional<Bytes> bytes_of(const std::string& text) {
     return bytes;
 }
 
-std::string trimmed(std::string text) {
-    const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '"'; };
-    while (!text.empty() && is_blank(text.back())) text.pop_back();
-    text.erase(0, size_t(std::ranges::find_if_not(text, is_blank) - text.begin()));
-    return text;
-}
-
-std::vector<std::string> parts_of(const std::string& text, char between) {
+std::vector<std::string> addresses_in(const std::string& list) {
+    constexpr const char* kBlanks = " \t";
     std::vector<std::string> parts;
-    for (size_t at = 0; at <= text.size();) {
-        const size_t end = std::min(text.find(between, at), text.size());
-        parts.push_back(trimmed(text.substr(at, end - at)));
+    for (size_t at = 0; at <= list.size();) {
+        const size_t end = std::min(list.find(',', at), list.size());
+        std::string part = list.substr(at, end - at);
+        part.erase(0, part.find_first_not_of(kBlanks));
+        part.resize(part.find_last_not_of(kBlanks) + 1);
+        parts.push_back(std::move(part));
         at = end + 1;
     }
     return parts;
@@ -46,47 +43,7 @@ std::string address_of(const std::string& node) {
     return four ? node.substr(0, node.find(':')) : node;
 }
 
-// One proxy's entry: whom it served, and how.
-struct Hop {
-    std::string address, proto;
-};
-
-// The entries of all proxies, the nearest last. A proxy that writes X-Forwarded-For often lets a
-// client's Forwarded through, so the one does not count beside the other.
-std::vector<Hop> hops_of(const Request& request) {
-    std::vector<Hop> hops;
-    for (const auto& [name, value] : request.headers)
-        if (same_word(name, "X-Forwarded-For"))
-            for (const std::string& part : parts_of(value, ',')) hops.push_back({part, ""});
-    if (!hops.empty()) {
-        // Proxies replace this header, or add to it as to the other one.
-        if (const std::string* proto = request.header("X-Forwarded-Proto"))
-            hops.back().proto = parts_of(*proto, ',').back();
-        return hops;
-    }
-    for (const auto& [name, value] : request.headers) {
-        if (!same_word(name, "Forwarded")) continue;
-        for (const std::string& entry : parts_of(value, ',')) {
-            Hop hop;
-            for (const std::string& pair : parts_of(entry, ';')) {
-                const std::string text =
-                    trimmed(pair.substr(std::min(pair.find('=') + 1, pair.size())));
-                if (same_word(pair.substr(0, 4), "for=")) hop.address = text;
-                if (same_word(pair.substr(0, 6), "proto=")) hop.proto = text;
-            }
-            hops.push_back(std::move(hop));
-        }
-    }
-    return hops;
-}
-
 // ------------------------------------------------------------------------------------ the checks
-constexpr const char* kCookie = "postchain_session";
-
-double seconds(std::chrono::steady_clock::duration time) {
-    return std::chrono::duration<double>(time).count();
-}
-
 // "[::1]:8080" -> "::1", "name:8080" -> "name". Nothing for other forms.
 std::optional<std::string> name_of_host(const std::string& host) {
     std::string name = host, port;
@@ -114,23 +71,6 @@ std::string token_of(const std::string& authorization) {
         authorization.size() > kScheme.size() &&
         same_word(std::string_view(authorization).substr(0, kScheme.size()), kScheme);
     return bearer ? authorization.substr(kScheme.size()) : "";
-}
-
-// The value of a cookie; empty if it is missing.
-std::string cookie_of(const Request& request) {
-    const std::string key = std::string(kCookie) + "=";
-    for (const auto& [name, value] : request.headers) {
-        if (!same_word(name, "Cookie")) continue;
-        for (size_t at = 0; at < value.size();) {
-            const size_t end = std::min(value.find(';', at), value.size());
-            size_t begin = at;
-            while (begin < end && value[begin] == ' ') ++begin;
-            if (value.compare(begin, key.size(), key) == 0)
-                return value.substr(begin + key.size(), end - begin - key.size());
-            at = end + 1;
-        }
-    }
-    return "";
 }
 
 }  // namespace
@@ -170,19 +110,16 @@ bool has_address(const Networks& networks, const std::string& address) {
     return std::ranges::any_of(networks, [&](const Network& one) { return one.has(address); });
 }
 
-Client client_of(const Request& request, const Networks& trusted) {
-    Client client{request.peer, false};
-    if (!has_address(trusted, request.peer)) return client;
-    const std::vector<Hop> hops = hops_of(request);
-    // From the nearest proxy outward, as far as proxies are trusted.
-    for (auto hop = hops.rbegin(); hop != hops.rend(); ++hop) {
-        if (hop == hops.rbegin()) client.secure = same_word(hop->proto, "https");
-        const std::string address = address_of(hop->address);
+std::string client_of(const Request& request, const Networks& trusted) {
+    std::vector<std::string> hops;  // the nearest last
+    for (const auto& [name, value] : request.headers)
+        if (same_word(name, "X-Forwarded-For"))
+            for (std::string& part : addresses_in(value)) hops.push_back(std::move(part));
+    std::string client = request.peer;
+    for (auto hop = hops.rbegin(); hop != hops.rend() && has_address(trusted, client); ++hop) {
+        const std::string address = address_of(*hop);
         if (!is_address(address)) break;
-        client.address = address;
-        if (!has_address(trusted, address)) break;
-        if (const auto next = std::next(hop); next != hops.rend() && !next->proto.empty())
-            client.secure = same_word(next->proto, "https");
+        client = address;
     }
     return client;
 }
@@ -210,30 +147,6 @@ bool is_loopback(const std::string& address) {
     return has_address(own, address);
 }
 
-int WrongTokens::wait_s(const std::string& address, Clock::time_point now) {
-    const std::lock_guard lock(mutex_);
-    const auto found = tries_.find(address);
-    if (found == tries_.end() || found->second.until <= now) return 0;
-    return int(std::ceil(seconds(found->second.until - now)));
-}
-
-void WrongTokens::enter(const std::string& address, Clock::time_point now) {
-    const std::lock_guard lock(mutex_);
-    if (tries_.size() >= kMaxAddresses)
-        std::erase_if(tries_, [&](const auto& one) {
-            return seconds(now - one.second.last) > one.second.count * kForgivenS;
-        });
-    if (tries_.size() >= kMaxAddresses) tries_.clear();
-    Tries& tries = tries_[address];
-    if (tries.count > 0)
-        tries.count = std::max(0.0, tries.count - seconds(now - tries.last) / kForgivenS);
-    tries.last = now;
-    if (++tries.count <= kFree) return;
-    const double wait = std::exp2(std::min(tries.count - kFree, 10.0));
-    tries.until =
-        now + std::chrono::milliseconds(int64_t(1000 * std::min<double>(wait, kLongestWaitS)));
-}
-
 std::optional<Reply> Guard::refuse_shape(const Request& request) const {
     // RFC 9112, 6.3 and 11.2: framing that a proxy in between might read differently.
     if (request.count("Transfer-Encoding") > 0) {
@@ -249,8 +162,10 @@ std::optional<Reply> Guard::refuse_shape(const Request& request) const {
         return problem(400, "Content-Length is not a number");
     if (request.count("Content-Length") > 1) return problem(400, "Content-Length is given twice");
     if (request.count("Host") != 1) return problem(400, "the request needs one Host header");
-    for (const char* once : {"Authorization", "Content-Type", "Origin", "Idempotency-Key"})
-        if (request.count(once) > 1) return problem(400, std::string(once) + " is given twice");
+    for (const std::string& once :
+         {std::string("Authorization"), std::string("Content-Type"), std::string("Origin"),
+          std::string("Idempotency-Key"), settings_.user_header})
+        if (request.count(once) > 1) return problem(400, once + " is given twice");
 
     const std::string& host = *request.header("Host");
     const auto name = name_of_host(host);
@@ -274,61 +189,28 @@ std::optional<Reply> Guard::refuse_shape(const Request& request) const {
     return std::nullopt;
 }
 
-std::variant<KnownUser, Reply> Guard::identify(const Request& request) const {
+std::variant<Sender, Reply> Guard::identify(const Request& request) const {
     const Users& users = *settings_.users;
-    if (!users.asks_for_token()) return users.named("");
-    const std::string* given = request.header("Authorization");
-    if (!given)
-        if (KnownUser user = users.in_session(cookie_of(request))) return user;
-    const std::string address = place_of(client_of(request, settings_.trusted).address);
-    if (given) {
-        // A right token never waits for others of its address. It has too many bits to be guessed.
-        if (const std::string token = token_of(*given); !token.empty())
-            if (KnownUser user = users.with_token(token)) return user;
-        if (const int wait = wrong_.wait_s(address)) {
-            Reply reply = problem(429, "too many wrong tokens from this address; try again later");
-            reply.headers.emplace_back("Retry-After", std::to_string(wait));
-            return reply;
-        }
-        wrong_.enter(address);
+    if (users.are_everyone()) return Sender{users.named("")};
+    // A proxy that asks for passwords passes them on in Authorization.
+    const std::string* name =
+        trusts(request.peer) ? request.header(settings_.user_header) : nullptr;
+    if (name && !name->empty()) {
+        if (KnownUser user = users.named(*name)) return Sender{user};
+        return problem(403, concat("the proxy names '", printable(*name),
+                                   "', who is not in the file of users (serve --users)"));
     }
+    if (const std::string* given = request.header("Authorization"))
+        if (Sender sender = users.with_token(token_of(*given)); sender.user) return sender;
     Reply reply = problem(401, "this address requires a token: Authorization: Bearer TOKEN");
     reply.headers.emplace_back("WWW-Authenticate", "Bearer");
     return reply;
 }
 
-std::function<bool()> Guard::validity_of(const Request& request) const {
-    const std::shared_ptr<const Users> users = settings_.users;
-    if (!users->asks_for_token()) return [] { return true; };
-    if (const std::string* given = request.header("Authorization"))
-        return [users, token = token_of(*given)] { return users->with_token(token) != nullptr; };
-    return [users, session = cookie_of(request)] { return users->has_session(session); };
-}
-
-std::string Guard::begin_session(const Request& request) const {
-    const std::string* given = request.header("Authorization");
-    return given ? settings_.users->begin_session(token_of(*given)) : "";
-}
-
-void Guard::end_session(const Request& request) const {
-    settings_.users->end_session(cookie_of(request));
-}
-
-std::string Guard::address_of(const Request& request) const {
-    return client_of(request, settings_.trusted).address;
-}
-
 std::string Guard::share_of(const Request& request, const KnownUser& user) const {
     if (user && !user->name.empty()) return user->name;
     // No user of a file has a line feed in the name.
-    return "\n" + place_of(client_of(request, settings_.trusted).address);
-}
-
-std::string Guard::cookie(const Request& request, const std::string& session) const {
-    std::string text =
-        concat(kCookie, "=", session, "; Path=", settings_.base, "/; HttpOnly; SameSite=Strict");
-    if (client_of(request, settings_.trusted).secure) text += "; Secure";
-    return session.empty() ? text + "; Max-Age=0" : text;
+    return "\n" + place_of(address_of(request));
 }
 
 std::string Guard::without_base(const std::string& target) const {

@@ -226,12 +226,8 @@ std::string openapi_of(const std::vector<Route>& routes, Json job_schema,
         {"paths", paths},
         {"components",
          {{"schemas", schemas(std::move(job_schema))},
-          {"securitySchemes",
-           {{"token", {{"type", "http"}, {"scheme", "bearer"}}},
-            {"session", {{"type", "apiKey"}, {"in", "cookie"}, {"name", "postchain_session"}}}}}}}};
-    if (asks_for_token)
-        document["security"] =
-            Json::array({{{"token", Json::array()}}, {{"session", Json::array()}}});
+          {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}};
+    if (asks_for_token) document["security"] = Json::array({{{"token", Json::array()}}});
     return io::json_text(document, 2);
 }
 

@@ -1,77 +1,100 @@
 #include "tools/service/http/report_parts.h"
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <string_view>
 
 #include "chain/base/readable_file.h"
+#include "chain/base/stop.h"
 
 namespace postchain::service {
 namespace {
 
-// As tools/measure/report/page/page.cpp writes them: each on a line of its own. A page may have
-// hundreds of MB, so that only one of them is in memory.
+// As tools/measure/report/page/page.cpp writes them: each on a line of its own.
 constexpr std::string_view kBegin = "<script type=\"text/plain\" id=\"image-";
 constexpr std::string_view kEnd = "</script>";
+constexpr size_t kHead = kBegin.size() + 16;  // with the id
 
 constexpr size_t kKeptPages = 8;
 
-// Calls take(line with its line feed, its offset) for each line.
+struct Line {
+    std::string head, tail;                 // the first kHead bytes, the last ones
+    uint64_t begin = 0, end = 0, next = 0;  // end: without the line feed
+};
+
+// Calls take(line) for each line until it returns false. False: the file cannot be read.
 template <class Take>
-Status read_lines(const std::string& path, const Take& take) {
-    const ReadableFile opened(path);
-    if (!opened.ok()) return Status(StatusCode::input, path + ": " + opened.fault());
+bool read_lines(const ReadableFile& opened, const Take& take) {
     std::ifstream file(opened.path(), std::ios::binary);
-    uint64_t at = 0;
-    for (std::string line; file && std::getline(file, line); at += line.size()) {
-        if (!file.eof()) line += '\n';
-        take(line, at);
+    std::array<char, 64 * 1024> block = {};
+    Line line;
+    while (file.getline(block.data(), block.size()) || file.gcount() > 0) {
+        if (is_stopped()) return false;  // nobody waits for it
+        const bool ends = !file.fail(), has_feed = ends && !file.eof();
+        const auto got = uint64_t(file.gcount());
+        const std::string_view part(block.data(), size_t(got) - (has_feed ? 1 : 0));
+        line.head += part.substr(0, kHead - std::min(kHead, line.head.size()));
+        line.tail += part.substr(part.size() - std::min(part.size(), kEnd.size()));
+        line.tail.erase(0, line.tail.size() - std::min(line.tail.size(), kEnd.size()));
+        line.end += part.size();
+        line.next = line.end + (has_feed ? 1 : 0);
+        if (!ends) {
+            file.clear();
+            continue;
+        }
+        if (!take(line)) return true;
+        line = {.begin = line.next, .end = line.next};
     }
-    if (file.bad() || !file.is_open()) return Status(StatusCode::input, path + ": cannot be read");
-    return Status();
+    return file.eof();
+}
+
+Problem none(const char* detail) {
+    return {Problem::Kind::not_found, detail};
 }
 
 }  // namespace
 
-Result<std::string> page_without_pictures(const std::string& path) {
-    std::string page;
-    const Status status = read_lines(path, [&](const std::string& line, uint64_t) {
-        if (!line.starts_with(kBegin)) page += line;
-    });
-    if (!status.ok()) return status;
-    return page;
+Answer<std::vector<FilePart>> PageParts::find(const std::string& path, const std::string& id) {
+    const auto answer = indexed(io::FileStamp::of(path));
+    if (const auto* wrong = std::get_if<Problem>(&answer)) return *wrong;
+    const auto& page = std::get<std::shared_ptr<const Page>>(answer);
+    if (id.empty()) return page->rest;
+    const auto found = page->pictures.find(id);
+    if (found == page->pictures.end()) return none("the report does not have this picture");
+    return std::vector{found->second};
 }
 
-Result<std::string> PagePictures::get(const std::string& path, const std::string& id) {
-    ASSIGN_OR_RETURN(const auto page, indexed(io::FileStamp::of(path)));
-    const auto found = page->places.find(id);
-    if (found == page->places.end())
-        return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
-    const auto [at, bytes] = found->second;
-    std::string picture(bytes, 0);
-    const ReadableFile opened(path);
-    if (!opened.ok()) return Status(StatusCode::input, path + ": " + opened.fault());
-    std::ifstream file(opened.path(), std::ios::binary);
-    if (!file.seekg(std::streamoff(at)).read(picture.data(), std::streamsize(bytes)))
-        return Status(StatusCode::input, path + ": cannot be read");
-    RETURN_IF_ERROR(page->stamp.unchanged());
-    return picture;
-}
-
-Result<std::shared_ptr<const PagePictures::Page>> PagePictures::indexed(
-    const io::FileStamp& stamp) {
+Answer<std::shared_ptr<const PageParts::Page>> PageParts::indexed(const io::FileStamp& stamp) {
     {
         const std::lock_guard lock(mutex_);
         for (const auto& page : pages_)
             if (page->stamp == stamp) return page;
     }
-    const auto page = std::make_shared<Page>(Page{stamp, {}});
-    const Status status = read_lines(stamp.path, [&](const std::string& line, uint64_t at) {
-        const size_t begin = line.find("\">"), end = line.rfind(kEnd);
-        if (!line.starts_with(kBegin) || end == line.npos || begin > end) return;
-        const size_t name = kBegin.find("image-");
-        page->places[line.substr(name, begin - name)] = {at + begin + 2, end - begin - 2};
+    const ReadableFile file(stamp.path);
+    if (!file.ok()) return none("the page of the report cannot be read");
+    if (file.bytes() > kMostBytes)
+        return Problem{Problem::Kind::invalid, "the page of the report is larger than 4 GiB"};
+    const auto page = std::make_shared<Page>(Page{stamp, {}, {}});
+    const auto is_large = [](const Page& one) {
+        return std::max(one.pictures.size(), one.rest.size()) > kMostPictures;
+    };
+    const bool read = read_lines(file, [&](const Line& line) {
+        const size_t quote = line.head.find("\">"), name = kBegin.find("image-");
+        if (line.head.starts_with(kBegin) && quote != std::string::npos && line.tail == kEnd) {
+            page->pictures[line.head.substr(name, quote - name)] = {line.begin + quote + 2,
+                                                                    line.end - kEnd.size()};
+        } else if (page->rest.empty() || page->rest.back().end != line.begin) {
+            page->rest.push_back({line.begin, line.next});
+        } else {
+            page->rest.back().end = line.next;
+        }
+        return !is_large(*page);
     });
-    if (!status.ok()) return status;
+    if (!read) return none("the page of the report cannot be read");
+    if (is_large(*page))
+        return Problem{Problem::Kind::invalid,
+                       concat("the page of the report has more than ", kMostPictures, " pictures")};
     const std::lock_guard lock(mutex_);
     pages_.push_front(page);
     if (pages_.size() > kKeptPages) pages_.pop_back();

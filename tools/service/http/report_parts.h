@@ -6,29 +6,32 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <utility>
+#include <vector>
 
-#include "chain/base/status.h"
 #include "tools/sequence/files/file_stamp.h"
+#include "tools/service/http/file_streams.h"
+#include "tools/service/work/problem.h"
 
 namespace postchain::service {
 
-// The page without its pictures. Errors (input): the file cannot be read.
-Result<std::string> page_without_pictures(const std::string& path);
-
-// Pictures in pages. A page is read once to find them, and again after it has changed.
-class PagePictures {
+// Finds the pictures of pages. A page is read once for that, and again after it has changed. Its
+// user may have made it: the memory does not depend on its lines.
+class PageParts {
   public:
-    // The text of a picture, as tools/page/viewer/picture.js decodes it. Errors (input): the file
-    // cannot be read, or has no such picture.
-    Result<std::string> get(const std::string& path, const std::string& id);
+    // Where the text of a picture is, as tools/page/viewer/picture.js decodes it, or, without an
+    // id, the page without its pictures.
+    Answer<std::vector<FilePart>> find(const std::string& path, const std::string& id = "");
+
+    static constexpr uint64_t kMostBytes = uint64_t(4) << 30;
+    static constexpr size_t kMostPictures = 100'000;
 
   private:
     struct Page {
         io::FileStamp stamp;
-        std::map<std::string, std::pair<uint64_t, uint64_t>> places;  // by id: offset, bytes
+        std::map<std::string, FilePart> pictures;  // by id
+        std::vector<FilePart> rest;
     };
-    Result<std::shared_ptr<const Page>> indexed(const io::FileStamp& stamp);
+    Answer<std::shared_ptr<const Page>> indexed(const io::FileStamp& stamp);
 
     std::mutex mutex_;
     std::deque<std::shared_ptr<const Page>> pages_;  // the newest first

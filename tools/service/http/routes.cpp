@@ -1,6 +1,5 @@
 #include "tools/service/http/routes.h"
 
-#include <limits>
 #include <optional>
 
 #include "tools/page/encode.h"
@@ -260,56 +259,26 @@ Reply frame(const Service& service, const Call& call) {
     });
 }
 
-Reply report(const Service& service, PagePictures& pictures, const Call& call) {
+Reply report(const Service& service, PageParts& parts, const Call& call) {
     const std::string picture = call.query("picture");
-    const bool apart = !call.query("pictures").empty();
+    const bool whole = picture.empty() && call.query("pictures").empty();
     Reply reply = reply_to(
-        service.report_file(call.user, call.values[0], call.values[1]),
-        [&](const ResultFile& file) {
-            if (picture.empty() && !apart) return file_reply(file);
-            const auto text = !file.name.ends_with(".html")
-                                  ? Result<std::string>(Status(StatusCode::input, "not a page"))
-                              : apart ? page_without_pictures(file.path)
-                                      : pictures.get(file.path, picture);
-            if (!text.ok())
-                return problem(404, "the report of job " + call.values[0] + " does not have this");
-            Reply part;
-            part.type = apart ? file.type : "text/plain; charset=utf-8";
-            part.body = *text;
-            return part;
+        service.report_file(call.user, call.values[0], call.values[1]), [&](ResultFile file) {
+            if (whole) return file_reply(file);
+            if (!file.name.ends_with(".html")) return problem(404, "not a page");
+            if (!picture.empty()) file.type = "text/plain; charset=utf-8";
+            return reply_to(parts.find(file.path, picture),
+                            [&](const auto& found) { return parts_reply(file, found); });
         });
     if (reply.status == 200) reply.headers.emplace_back(kPolicy, kReportPolicy);
     return reply;
 }
 
-// "1-24", "7"; nothing if it is not a range.
-std::optional<std::pair<int, int>> range_of(const std::string& text) {
-    constexpr int kLast = std::numeric_limits<int>::max();
-    if (text.empty()) return std::pair(-kLast, kLast);
-    if (const auto one = number_of<int>(text)) return std::pair(*one, *one);
-    const size_t dash = text.find('-', 1);
-    if (dash == std::string::npos) return std::nullopt;
-    const auto first = number_of<int>(text.substr(0, dash));
-    const auto last = number_of<int>(text.substr(dash + 1));
-    if (!first || !last || *first > *last) return std::nullopt;
-    return std::pair(*first, *last);
-}
-
 Reply output(const Service& service, const Call& call) {
     const auto number = number_of<int>(call.values[1]);
     if (!number) return problem(404, kNoFrame);
-    return reply_to(
-        service.outputs(call.user, call.values[0], *number, *number),
-        [](const std::vector<ResultFile>& files) { return download_reply(files.front()); });
-}
-
-Reply outputs(const Service& service, const Call& call) {
-    const auto range = range_of(call.query("frames"));
-    if (!range) return problem(400, "frames is not a range; expected 1-24 or 7");
-    return reply_to(service.outputs(call.user, call.values[0], range->first, range->second),
-                    [&](const std::vector<ResultFile>& files) {
-                        return zip_reply(files, "job-" + call.values[0] + ".zip");
-                    });
+    return reply_to(service.output(call.user, call.values[0], *number),
+                    [](const ResultFile& file) { return download_reply(file); });
 }
 
 void add_result_routes(std::vector<Route>& routes, Service& service) {
@@ -389,20 +358,13 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .refusals = {403},
                       .type = "image/*",
                       .reads_files = true});
-    routes.push_back({.path = "/v1/jobs/{id}/outputs.zip",
-                      .operation = "getOutputs",
-                      .summary = "The outputs of finished frames in one archive",
-                      .handle = read(outputs),
-                      .queries = {{"frames", "a range, such as 1-24; default: all"}},
-                      .refusals = {403},
-                      .type = "application/zip",
-                      .reads_files = true});
     routes.push_back(
         {.path = "/v1/jobs/{id}/report/{name...}",
          .operation = "getReport",
          .summary = "A file of the report of an ab, bench or study job",
-         .handle = replies([&service, pictures = std::make_shared<PagePictures>()](
-                               const Call& call) { return report(service, *pictures, call); }),
+         .handle = replies([&service, parts = std::make_shared<PageParts>()](const Call& call) {
+             return report(service, *parts, call);
+         }),
          .queries =
              {{"pictures", "apart: a page without its pictures", {"apart"}},
               {"picture", "the text of one picture of a page, by its id", {}, "image-[0-9]{1,9}"}},
@@ -516,7 +478,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
          .schema = "CheckedChain"});
 }
 
-// ---------------------------------- the service itself: page, session, schemas, health, counters
+// ---------------------------------- the service itself: page, user, schemas, health, counters
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src "
     "'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -553,48 +515,6 @@ Reply readiness(const Service& service, const RequestThreads& threads, const Cal
     return reply;
 }
 
-void add_session(std::vector<Route>& routes, const Guard& guard, const std::string& version) {
-    routes.push_back({.path = "/v1/session",
-                      .operation = "getSession",
-                      .summary = "Whether a token is required, and whose the request has",
-                      .handle = replies([&guard, version](const Call& call) {
-                          const bool known = call.user.name != kStranger;
-                          const Json body = {{"token", guard.asks_for_token()},
-                                             {"known", known},
-                                             {"user", known ? call.user.name : ""},
-                                             {"admin", known && call.user.admin},
-                                             {"version", version}};
-                          return json_reply(200, io::json_text(body));
-                      }),
-                      .open = true,
-                      .at_once = true});
-    const auto cookie = [&guard](bool begins) {
-        return replies([&guard, begins](const Call& call) {
-            Reply reply;
-            reply.status = 204;
-            const std::string value = begins ? guard.begin_session(call.request) : "";
-            if (!begins) guard.end_session(call.request);
-            if (!begins || !value.empty())
-                reply.headers.emplace_back("Set-Cookie", guard.cookie(call.request, value));
-            return reply;
-        });
-    };
-    routes.push_back({.method = "POST",
-                      .path = "/v1/session",
-                      .operation = "beginSession",
-                      .summary = "Sets a session cookie for a page that sends the token",
-                      .handle = cookie(true),
-                      .audited = true,
-                      .status = 204});
-    routes.push_back({.method = "DELETE",
-                      .path = "/v1/session",
-                      .operation = "endSession",
-                      .summary = "Ends the session, and removes its cookie",
-                      .handle = cookie(false),
-                      .audited = true,
-                      .status = 204});
-}
-
 // The last of all: /openapi.json describes the routes before it.
 void add_about_routes(std::vector<Route>& routes, Service& service, const Guard& guard,
                       const std::string& version, const RequestThreads& threads) {
@@ -607,13 +527,22 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
                               return json_reply(200, get());
                           })});
     };
+    routes.push_back({.path = "/v1/user",
+                      .operation = "getUser",
+                      .summary = "Whose requests these are",
+                      .handle = replies([version](const Call& call) {
+                          return json_reply(200, io::json_text({{"user", call.user.name},
+                                                                {"admin", call.user.admin},
+                                                                {"version", version}}));
+                      }),
+                      .at_once = true});
     text("/v1/passes", "listPasses", "Passes and parameters", [&] { return service.passes(); });
     text("/v1/schema", "getChainSchema", "JSON Schema of a chain file",
          [&] { return service.chain_schema(); });
     text("/v1/schema/job", "getJobSchema", "JSON Schema of a job",
          [&] { return io::json_text(service.job_schema(), 2); });
     text("/openapi.json", "getOpenApi", "This interface as OpenAPI", [&, version] {
-        return openapi_of(routes, service.job_schema(), version, guard.asks_for_token());
+        return openapi_of(routes, service.job_schema(), version, !guard.users().are_everyone());
     });
     routes.push_back(
         {.path = "/healthz",
@@ -662,7 +591,6 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
     page_file("/page/icon.svg", "image/svg+xml", "getPageIcon", "Its icon", "service/icon.svg");
     page_file("/page/main.js", "text/javascript; charset=utf-8", "getPageScript", "Its script",
               "service/main.js");
-    add_session(routes, guard, version);
 }
 
 }  // namespace
@@ -691,8 +619,8 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     auto found = find_route(routes_, header.method, *target);
     // A client without the token learns nothing about the routes.
     const bool open = is_open(routes_, header.method, *target);
-    auto user = guard_.identify(header);
-    if (auto* refused = std::get_if<Reply>(&user); refused && !open) return std::move(*refused);
+    auto sender = guard_.identify(header);
+    if (auto* refused = std::get_if<Reply>(&sender); refused && !open) return std::move(*refused);
     if (auto* refused = std::get_if<Reply>(&found)) return std::move(*refused);
     const Route& route = *std::get<Match>(found).route;
     const std::string* type = header.header("Content-Type");
@@ -705,16 +633,17 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
         if (header.header("Transfer-Encoding") || (length && *length != "0"))
             return problem(413, "this address does not take a body");
     }
-    KnownUser known = std::holds_alternative<KnownUser>(user) ? std::get<KnownUser>(user) : nullptr;
-    return Admitted{std::move(*target), std::move(std::get<Match>(found)), std::move(known)};
+    const auto* known = std::get_if<Sender>(&sender);
+    return Admitted{std::move(*target), std::move(std::get<Match>(found)),
+                    known ? *known : Sender()};
 }
 
 void Api::run(const Admitted& admitted, const Request& request, const Respond& respond) const {
     static const User stranger{.name = kStranger};
     const Match& match = admitted.match;
-    match.route->handle(
-        {request, admitted.target, match.values, admitted.user ? *admitted.user : stranger},
-        respond);
+    match.route->handle({request, admitted.target, match.values,
+                         admitted.sender.user ? *admitted.sender.user : stranger},
+                        respond);
 }
 
 }  // namespace postchain::service

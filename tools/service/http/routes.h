@@ -19,7 +19,7 @@ namespace postchain::service {
 struct Admitted {
     Target target;
     Match match;
-    KnownUser user;
+    Sender sender;  // without a user at open routes
 };
 
 // What the threads that run requests say of themselves. Called on any thread.

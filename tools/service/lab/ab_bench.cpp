@@ -79,14 +79,22 @@ std::optional<TaskProgress> logged_progress(const std::string& path) {
     return last;
 }
 
-// Whether every variant of a report.json failed.
+// The functions below read a report.json, which its user may have rewritten: any value may be of
+// any type.
+
+// A member of an object; null if there is none.
+const io::Json& member(const io::Json& json, const char* key) {
+    static const io::Json null;
+    const auto found = json.is_object() ? json.find(key) : json.end();
+    return found == json.end() ? null : *found;
+}
+
+// Whether every variant failed.
 bool has_failed(const io::Json& json) {
-    const auto variants = json.find("variants");
-    return variants != json.end() && variants->is_array() && !variants->empty() &&
-           std::ranges::all_of(*variants, [](const io::Json& one) {
-               const auto failure = one.find("failure");
-               return failure != one.end() && failure->is_string();
-           });
+    const io::Json& variants = member(json, "variants");
+    return variants.is_array() && !variants.empty() &&
+           std::ranges::all_of(
+               variants, [](const io::Json& one) { return member(one, "failure").is_string(); });
 }
 
 std::string in_pareto_set(size_t variants, std::ptrdiff_t best) {
@@ -94,18 +102,16 @@ std::string in_pareto_set(size_t variants, std::ptrdiff_t best) {
                   " in the Pareto set");
 }
 
-// {"verdict": ...} of a report.json, wherever it is.
 std::string verdict_of(const io::Json& json) {
-    const auto comparison = json.find("comparison");
-    if (comparison != json.end() && comparison->is_object())
-        return comparison->value("verdict", "");
-    const auto variants = json.find("variants");
-    if (variants == json.end() || !variants->is_array()) return "";
+    if (const io::Json& said = member(member(json, "comparison"), "verdict"); said.is_string())
+        return said.get<std::string>();
+    const io::Json& variants = member(json, "variants");
+    if (!variants.is_array() || variants.empty()) return "";
     const auto best = std::ranges::count_if(
-        *variants, [](const io::Json& one) { return one.value("pareto", false); });
-    std::string verdict = in_pareto_set(variants->size(), best);
-    if (const auto under = json.find("under"); under != json.end() && under->is_array())
-        for (const io::Json& line : *under)
+        variants, [](const io::Json& one) { return member(one, "pareto") == true; });
+    std::string verdict = in_pareto_set(variants.size(), best);
+    if (const io::Json& under = member(json, "under"); under.is_array())
+        for (const io::Json& line : under)
             if (line.is_string()) verdict += "; " + line.get<std::string>();
     return verdict;
 }

@@ -50,11 +50,13 @@ WorkEnd MeasurementRun::end(const Result<WorkEnd>& worked) const {
 }
 
 std::optional<io::Json> report_of(const std::string& folder, const Job& job) {
+    // 300 MB of memory at most. A report of 1000 frames and two chains has 400'000 values.
+    constexpr TextLimits kLimits = {
+        .bytes = io::kReportLimits.bytes, .depth = 64, .nodes = 1'000'000, .frame_keys = true};
     const std::string path = folder + "/report.json";
     if (!made_after(path, job.created_ms)) return std::nullopt;
-    auto json = io::read_json(text_of_file(path), path, io::kReportLimits);
-    if (!json.ok() || !json->is_object()) return std::nullopt;
-    return std::move(*json);
+    auto json = io::read_json(text_of_file(path), path, kLimits);
+    return json.ok() ? std::move(*json) : io::Json();
 }
 
 }  // namespace postchain::service

@@ -43,8 +43,8 @@ struct ServeOptions {
     std::string store;  // empty = in the state folder of the user or system
     int port = 8080;
     std::string bind = "127.0.0.1";
-    std::string token_file;
     std::string users;
+    std::string user_header;
     std::vector<std::string> trusted;  // proxies
     std::string base_path;
     double frame_timeout_s = 1800;
@@ -102,16 +102,15 @@ const ParameterTable& serve_parameters() {
             .integer("port", &O::port, number_row(0, 65535, "port to listen on; 0 = any free port"))
             .text("bind", &O::bind,
                   text_row("ADDRESS",
-                           "address to listen on; any but 127.0.0.1 and ::1 needs --token-file"))
-            .text(
-                "token_file", &O::token_file,
-                text_row("FILE",
-                         "file of hashes of tokens, one a line; every request must have one of the "
-                         "tokens; SIGHUP reads it again"))
+                           "address to listen on; any but 127.0.0.1 and ::1 needs --users"))
             .text("users", &O::users,
                   text_row("FILE",
-                           "file of users, each with hashes of tokens, folders and limits; SIGHUP "
+                           "file of users, with their hashes of tokens, folders and limits; SIGHUP "
                            "reads it again"))
+            .text("user_header", &O::user_header,
+                  text_row("NAME",
+                           "header in which a trusted proxy names the user who has logged in, such "
+                           "as X-Remote-User"))
             .text("hash_token", &O::hash_token,
                   text_row("FILE",
                            "print the hash of the token in the first line of this file and end; - "
@@ -301,12 +300,10 @@ std::string address_text(const std::string& address, int port) {
 
 Result<std::shared_ptr<service::Users>> users_of(const ServeOptions& serve,
                                                  const service::Roots& roots) {
-    if (!serve.users.empty())
-        return service::Users::of_file(serve.users, [roots](const std::string& folder) {
-            return roots.within({folder}).status();
-        });
-    if (!serve.token_file.empty()) return service::Users::of_token_file(serve.token_file);
-    return std::make_shared<service::Users>();
+    if (serve.users.empty()) return std::make_shared<service::Users>();
+    return service::Users::of_file(serve.users, [roots](const std::string& folder) {
+        return roots.within({folder}).status();
+    });
 }
 
 Result<service::RemoteSettings> remote_settings(const Options& options, const ServeOptions& serve,
@@ -382,14 +379,19 @@ class Keeper {
         auto last = Clock::now();
         uint64_t beats = 0;
         while (!ends_) {
-            std::this_thread::sleep_for(kTick);
-            if (StopOnSignal::asked_to_reload()) reload();
-            if (every.count() <= 0 || Clock::now() - last < every) continue;
-            last = Clock::now();
-            // Silence makes the service manager start the service anew.
-            const uint64_t now = server_.beats();
-            if (now != beats && service_.alive() && server_.alive()) notify_system("WATCHDOG=1");
-            beats = now;
+            try {
+                std::this_thread::sleep_for(kTick);
+                if (StopOnSignal::asked_to_reload()) reload();
+                if (every.count() <= 0 || Clock::now() - last < every) continue;
+                last = Clock::now();
+                // Silence makes the service manager start the service anew.
+                const uint64_t now = server_.beats();
+                if (now != beats && service_.alive() && server_.alive())
+                    notify_system("WATCHDOG=1");
+                beats = now;
+            } catch (...) {
+                // Out of memory. If it stays so, there is silence.
+            }
         }
     }
 
@@ -455,15 +457,17 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
     std::array<char, 256> name = {};
     if (gethostname(name.data(), name.size() - 1) == 0)
         settings.guard.hosts.emplace_back(name.data());
-    if (!users->asks_for_token() && !service::is_loopback(serve.bind))
+    if (users->are_everyone() && !service::is_loopback(serve.bind))
         return Status(StatusCode::usage,
-                      "--bind " + serve.bind +
-                          " is reachable from other machines: add --token-file (see --hash-token), "
-                          "or --users");
-    if (!users->asks_for_token() && !serve.trusted.empty())
+                      "--bind " + serve.bind + " is reachable from other machines: add --users");
+    if (users->are_everyone() && !serve.trusted.empty())
         return Status(StatusCode::usage,
                       "--trusted-proxy: other machines reach the service through the proxy: add "
-                      "--token-file (see --hash-token), or --users");
+                      "--users");
+    if (!serve.user_header.empty() && serve.trusted.empty())
+        return Status(StatusCode::usage,
+                      "--user-header: add --trusted-proxy, whose header is believed");
+    settings.guard.user_header = serve.user_header;
     settings.guard.users = users;
     settings.audit = write_line;
     if (options.verbose) settings.log = [](const std::string& line) { log::detail(line); };
@@ -511,11 +515,9 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     log::info("jobs are stored in " + store);
     const service::Health health = opened->health();
     log::info("filtering on " + health.renderer);
-    if (!users->asks_for_token())
+    if (users->are_everyone())
         log::info("listening on " + address +
                   " for programs on this machine only, without a token");
-    else if (serve.users.empty())
-        log::info("listening on " + address + " for clients with a token of " + serve.token_file);
     else
         log::info(concat("listening on ", address, " for ", users->count(),
                          users->count() == 1 ? " user of " : " users of ", serve.users));
@@ -553,10 +555,9 @@ RunSubcommand add_serve(CLI::App& subcommand, Options& options) {
              "folder that must contain every path of a job, may be repeated; relative paths "
              "start at the first");
     add_settings(subcommand, serve_parameters(), "", &serve);
-    subcommand.get_option("--users")->excludes("--token-file");
     add_list(subcommand, "--trusted-proxy", "ADDRESS[/BITS]", serve.trusted,
-             "address or network of a proxy whose X-Forwarded-For, X-Forwarded-Proto and "
-             "Forwarded are believed, may be repeated");
+             "address or network of a proxy whose X-Forwarded-For and --user-header are believed, "
+             "may be repeated");
     add_list(subcommand, "--host", "NAME", serve.hosts,
              "host name by which clients reach this service, may be repeated");
     add_settings(subcommand, slurm_parameters(), "", &serve);
@@ -566,8 +567,6 @@ RunSubcommand add_serve(CLI::App& subcommand, Options& options) {
     add_device(subcommand, options);
     return [&options, &subcommand, held]() -> Result<int> {
         if (!held->config.empty()) RETURN_IF_ERROR(read_config(subcommand, *held, options));
-        if (!held->users.empty() && !held->token_file.empty())
-            return Status(StatusCode::usage, "--users excludes --token-file; give one of them");
         return run_service(options, *held);
     };
 }

@@ -91,15 +91,15 @@ JobFrame frame_of(const Statement& row) {
 }
 
 // ----------------------------------------------------------------- the queue, limits, the search
-// The reason that the owner may not have one more job of `new_frames`; empty = they may.
-std::string over_limit(Database& database, int new_frames, const User& owner) {
+// The reason that the owner may not have so many jobs and frames more; empty = they may.
+std::string over_limit(Database& database, int new_jobs, int new_frames, const User& owner) {
     Statement used(database,
                    "SELECT COUNT(*) FILTER (WHERE ended_ms = 0), SUM(frames - done - failed) "
                    "FILTER (WHERE ended_ms = 0), IFNULL(SUM(bytes), 0) + IFNULL((SELECT "
                    "SUM(bytes) FROM ledger WHERE owner = ?1), 0) FROM jobs WHERE owner = ?1",
                    owner.name);
     used.step();
-    const int64_t jobs = used.integer(0) + 1, frames = used.integer(1) + new_frames;
+    const int64_t jobs = used.integer(0) + new_jobs, frames = used.integer(1) + new_frames;
     if (owner.max_jobs > 0 && jobs > owner.max_jobs)
         return concat(owner.name, " may have ", owner.max_jobs,
                       " unfinished jobs; wait until one has ended, or cancel one");
@@ -108,7 +108,7 @@ std::string over_limit(Database& database, int new_frames, const User& owner) {
                       " frames in unfinished jobs, and would have ", frames,
                       "; submit fewer, or wait");
     if (owner.max_bytes > 0 && used.integer(2) >= owner.max_bytes)
-        return concat("the jobs of ", owner.name, " have written ", used.integer(2),
+        return concat("max_disk: the jobs of ", owner.name, " have written ", used.integer(2),
                       " bytes, the limit is ", owner.max_disk,
                       ", removed jobs included; delete outputs that are not needed, and remove "
                       "their jobs");
@@ -122,6 +122,16 @@ bool is_full(Database& database, size_t max_queue) {
 
 std::string full_text(size_t max_queue) {
     return concat(max_queue, max_queue == 1 ? " job is" : " jobs are", " waiting; try again later");
+}
+
+// Updates a job's counts of frames: all, done and failed.
+void count_frames(Database& database, int64_t job) {
+    database.run(
+        "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
+        "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
+        "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
+        "('missing', 'quarantined')) WHERE id = ?1 AND EXISTS(SELECT 1 FROM frames WHERE job = ?1)",
+        job);
 }
 
 template <class... Values>
@@ -195,13 +205,7 @@ Result<std::unique_ptr<JobStore>> JobStore::open(
     const std::function<void(const std::string&)>& warn) {
     std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep, warn));
     Status status = store->take();
-    if (status.ok())
-        status = store->change([&](Database& database) {
-            recover(database, attempts,
-                    [&](int64_t job, const std::string& type, const io::Json& data) {
-                        store->add_event(job, type, data);
-                    });
-        });
+    if (status.ok()) status = store->change([&](Database& database) { store->recover(database); });
     if (status.ok()) status = store->prune();
     if (!status.ok()) return status;
     if (warn && !store->note().empty()) warn(store->note());
@@ -225,7 +229,7 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
             }
         if (is_full(database, max_queue))
             return Added{Added::Result::full, {}, full_text(max_queue)};
-        if (auto why = over_limit(database, job.frames, owner); !why.empty())
+        if (auto why = over_limit(database, 1, job.frames, owner); !why.empty())
             return Added{Added::Result::over_limit, {}, why};
         // Nothing settles the ledger of an owner without a limit.
         if (owner.max_bytes == 0) database.run("DELETE FROM ledger WHERE owner = ?", owner.name);
@@ -413,21 +417,23 @@ Status JobStore::requeue(const std::string& id, const std::string& why, bool cou
     });
 }
 
+void JobStore::end_job(Database& database, const Job& job) {
+    const int64_t id = number_of(job.id);
+    if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
+                     "ended_ms = ?, attempts = 0, done = CASE WHEN kind <> 'run' AND ?1 = "
+                     "'done' THEN frames ELSE done END WHERE id = ? AND state = 'running'",
+                     name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
+                     id) == 0)
+        return;
+    io::Json data = {{"exit_code", job.exit_code}};
+    if (!job.message.empty()) data["message"] = job.message;
+    if (!job.verdict.empty()) data["verdict"] = job.verdict;
+    add_event(id, name_of(job.state), data);
+    database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), id);
+}
+
 Status JobStore::end(const Job& job) {
-    const Status status = change([&](Database& database) {
-        const int64_t id = number_of(job.id);
-        if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
-                         "ended_ms = ?, attempts = 0, done = CASE WHEN kind <> 'run' AND ?1 = "
-                         "'done' THEN frames ELSE done END WHERE id = ? AND state = 'running'",
-                         name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
-                         id) == 0)
-            return;
-        io::Json data = {{"exit_code", job.exit_code}};
-        if (!job.message.empty()) data["message"] = job.message;
-        if (!job.verdict.empty()) data["verdict"] = job.verdict;
-        add_event(id, name_of(job.state), data);
-        database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), id);
-    });
+    const Status status = change([&](Database& database) { end_job(database, job); });
     // If pruning fails, the next end() prunes.
     if (status.ok()) (void)prune();
     return status;
@@ -464,7 +470,7 @@ Result<Retried> JobStore::retry(const std::string& id, const User& owner, size_t
                         job);
         if (!ended.step()) return Retried();
         if (is_full(database, max_queue)) return Retried{false, full_text(max_queue)};
-        if (auto why = over_limit(database, int(ended.integer(0)), owner); !why.empty())
+        if (auto why = over_limit(database, 1, int(ended.integer(0)), owner); !why.empty())
             return Retried{false, why};
         database.run(
             "UPDATE jobs SET state = 'queued', message = '', exit_code = 0, verdict = '', ended_ms "
@@ -494,6 +500,13 @@ Result<bool> JobStore::set_priority(const std::string& id, int priority) {
 
 Result<bool> JobStore::forget(const std::string& id) {
     return change([&](Database& database) { return remove_job(database, number_of(id)); });
+}
+
+Result<std::string> JobStore::over_disk(const User& owner) const {
+    if (owner.max_bytes == 0) return std::string();
+    User of_disk = owner;
+    of_disk.max_jobs = of_disk.max_frames = 0;
+    return look([&](Database& database) { return over_limit(database, 0, 0, of_disk); });
 }
 
 Result<std::vector<LedgerEntry>> JobStore::ledger(const std::string& owner) const {
@@ -651,23 +664,24 @@ Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
     });
 }
 
+void JobStore::fail_frame(Database& database, int64_t job, int frame, const std::string& message) {
+    if (database.run("UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts "
+                     ">= ? THEN 'quarantined' ELSE 'waiting' END WHERE job = ? AND frame = ? "
+                     "AND state = 'waiting'",
+                     message, attempts_, job, frame) == 0)
+        return;
+    Statement now(database, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?", job,
+                  frame);
+    now.step();
+    const bool quarantined = now.text(0) == "quarantined";
+    database.run("UPDATE jobs SET attempts = 0, failed = failed + ? WHERE id = ?", int(quarantined),
+                 job);
+    add_event(job, quarantined ? "quarantined" : "frame_failed",
+              {{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}});
+}
+
 Status JobStore::frame_fails(const std::string& id, int frame, const std::string& message) {
-    return change([&](Database& database) {
-        const int64_t job = number_of(id);
-        if (database.run("UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts "
-                         ">= ? THEN 'quarantined' ELSE 'waiting' END WHERE job = ? AND frame = ? "
-                         "AND state = 'waiting'",
-                         message, attempts_, job, frame) == 0)
-            return;
-        Statement now(database, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?",
-                      job, frame);
-        now.step();
-        const bool quarantined = now.text(0) == "quarantined";
-        database.run("UPDATE jobs SET attempts = 0, failed = failed + ? WHERE id = ?",
-                     int(quarantined), job);
-        add_event(job, quarantined ? "quarantined" : "frame_failed",
-                  {{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}});
-    });
+    return change([&](Database& database) { fail_frame(database, number_of(id), frame, message); });
 }
 
 Status JobStore::release(const std::string& id) {
@@ -677,6 +691,50 @@ Status JobStore::release(const std::string& id) {
             "in_flight = 1",
             number_of(id));
     });
+}
+
+// ------------------------------------------------------------------------------ after a death
+int JobStore::interrupt(Database& database, int64_t job, const std::string& message) {
+    const auto begun =
+        all(Statement(database, "SELECT frame FROM frames WHERE job = ? AND in_flight = 1", job),
+            [](const Statement& row) { return int(row.integer(0)); });
+    database.run(
+        "UPDATE frames SET in_flight = 0, alone = 1, attempts = attempts - ? WHERE job = ? AND "
+        "in_flight = 1",
+        int(begun.size() > 1), job);
+    if (begun.size() == 1) fail_frame(database, job, begun[0], message);
+    return int(begun.size());
+}
+
+Result<int> JobStore::interrupted(const std::string& id, const std::string& message) {
+    return change([&](Database& database) { return interrupt(database, number_of(id), message); });
+}
+
+void JobStore::recover(Database& database) {
+    // A job in another queue goes on without this process: its death is no attempt.
+    const auto running =
+        all(Statement(database,
+                      "SELECT id, CASE remote WHEN '' THEN attempts ELSE 0 END FROM jobs WHERE "
+                      "state = 'running'"),
+            [](const Statement& row) { return std::pair(row.integer(0), int(row.integer(1))); });
+    for (const auto& [job, attempts] : running) {
+        const int in_flight =
+            interrupt(database, job, "the process died while only this frame was in flight");
+        if (in_flight == 0 && attempts >= attempts_) {
+            Job ended;
+            ended.id = std::to_string(job);
+            ended.state = JobState::failed;
+            ended.exit_code = 1;
+            ended.message = concat("the process died ", attempts, " times during this job");
+            end_job(database, ended);
+            continue;
+        }
+        database.run("UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?",
+                     in_flight > 0 ? 0 : attempts, job);
+        add_event(job, "requeued", {{"why", "the process ended"}});
+    }
+    // Of jobs that were canceled just before.
+    database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
 }
 
 }  // namespace postchain::service

@@ -147,6 +147,8 @@ class JobStore final : public StoreFile {
     // Removes an ended job with its frames and events; false for other states, and while it has
     // tasks in another queue. Its outputs count for its owner until settle().
     Result<bool> forget(const std::string& id);
+    // Why the owner's jobs may write no more (max_disk); empty = they may.
+    Result<std::string> over_disk(const User& owner) const;
     Result<std::vector<LedgerEntry>> ledger(const std::string& owner) const;
     // An entry has at most this many bytes on disk; without any it is removed.
     Status settle(const std::string& owner, const std::string& writes, int64_t bytes);
@@ -176,12 +178,21 @@ class JobStore final : public StoreFile {
     Status frame_fails(const std::string& id, int frame, const std::string& message);
     // After a stop: interrupted frames wait again, without a counted attempt.
     Status release(const std::string& id);
+    // After the death of a process that worked on the job: its frames in flight run alone from now
+    // on. If there is one, its attempt has failed; of several none is counted. Returns their
+    // number.
+    Result<int> interrupted(const std::string& id, const std::string& message);
 
   private:
     JobStore(const std::string& path, int attempts, const Retention& keep,
              std::function<void(const std::string&)> warn)
         : StoreFile(path), attempts_(attempts), keep_(keep), warn_(std::move(warn)) {}
     Status prune();
+    // Within a change.
+    void end_job(Database& database, const Job& job);
+    void fail_frame(Database& database, int64_t job, int frame, const std::string& message);
+    int interrupt(Database& database, int64_t job, const std::string& message);
+    void recover(Database& database);  // docs/service.md, "After a crash"
 
     const int attempts_;  // of a frame
     const Retention keep_;

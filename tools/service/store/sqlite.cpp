@@ -1,6 +1,8 @@
 #include "tools/service/store/sqlite.h"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <new>
 
@@ -21,6 +23,10 @@ void check(sqlite3* handle, int code) {
 }  // namespace
 
 Database::Database(const std::string& path, Open how) {
+    // Closed to other users. SQLite gives its log the same mode.
+    if (how == Open::created)
+        if (const int made = ::open(path.c_str(), O_CREAT | O_EXCL | O_CLOEXEC, 0600); made >= 0)
+            ::close(made);
     const int flags = (how == Open::reading ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
                       (how == Open::created ? SQLITE_OPEN_CREATE : 0) | SQLITE_OPEN_FULLMUTEX |
                       SQLITE_OPEN_EXRESCODE;

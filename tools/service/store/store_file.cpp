@@ -61,6 +61,32 @@ std::pair<dev_t, ino_t> identity_of(const std::string& path) {
     return {info.st_dev, info.st_ino};
 }
 
+// Of the file that links lead to.
+std::string real_path(const std::string& path) {
+    std::error_code error;
+    const auto real = fs::weakly_canonical(path, error);
+    return error ? path : real.string();
+}
+
+// Through a lock of SQLite on any of its files a reader could stop every change. Errors (output).
+Status close_to_others(const std::string& path) {
+    for (const char* suffix : {"", "-wal", "-shm"})
+        if (::chmod((real_path(path) + suffix).c_str(), 0600) != 0 && errno != ENOENT)
+            return Status(StatusCode::output, concat(path, suffix, ": ", std::strerror(errno),
+                                                     "; it must belong to this user"));
+    return Status();
+}
+
+// SQLite's log has the name of the store, so that a second one would be another log. Errors
+// (output).
+Status check_one_name(const std::string& path) {
+    struct stat found = {};
+    if (::stat(path.c_str(), &found) != 0 || found.st_nlink < 2) return Status();
+    return Status(StatusCode::output, path +
+                                          ": has a second name (hard link), by which another "
+                                          "service could use it; remove that name");
+}
+
 bool is_store(const std::string& path) try {
     Database found(path, Database::Open::existing);
     return found.number("PRAGMA application_id") == kApplication;
@@ -72,26 +98,22 @@ bool is_store(const std::string& path) try {
 }  // namespace
 
 StoreLock::~StoreLock() {
-    for (const int file : {file_, store_})
-        if (file >= 0) ::close(file);
+    if (file_ >= 0) ::close(file_);
 }
 
 Status StoreLock::take(const std::string& store) {
-    std::error_code error;
-    const auto file = fs::weakly_canonical(store, error);
-    const std::string path = (error ? store : file.string()) + ".lock";
-    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    const std::string path = real_path(store) + ".lock";
+    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file_ < 0)
         return Status(StatusCode::output, concat(path, ": ", std::strerror(errno),
                                                  "; choose another folder for the store"));
-    store_ = ::open(store.c_str(), O_RDONLY | O_CLOEXEC);
-    if (store_ < 0) return Status(StatusCode::output, concat(store, ": ", std::strerror(errno)));
-    const auto locks = [&] {
-        return ::flock(file_, LOCK_EX | LOCK_NB) == 0 && ::flock(store_, LOCK_EX | LOCK_NB) == 0;
-    };
-    // A service that was killed has its locks until it has ended.
+    struct stat found = {};
+    if (::fstat(file_, &found) != 0 || !S_ISREG(found.st_mode) || found.st_uid != ::geteuid() ||
+        ::fchmod(file_, 0600) != 0)
+        return Status(StatusCode::output, path + ": must be a file of this user; remove it");
+    // A service that was killed has its lock until it has ended.
     const auto end = std::chrono::steady_clock::now() + kLockPatience;
-    while (!locks()) {
+    while (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
         if (std::chrono::steady_clock::now() > end)
             return Status(
                 StatusCode::output,
@@ -120,14 +142,16 @@ void StoreLock::set_newest(int64_t id) const {
 
 Status StoreFile::take() {
     RETURN_IF_ERROR(io::check_folder_of(path_));
+    RETURN_IF_ERROR(lock_.take(path_));
+    RETURN_IF_ERROR(check_one_name(path_));
     try {
         database_.emplace(path_);
-        RETURN_IF_ERROR(lock_.take(path_));
         prepare(*database_, path_, [&](int64_t version) {
             const std::string copy = concat(path_, ".v", version);
             if (Status copied = back_up(path_, copy); !copied.ok()) throw copied;
             note_ = concat(path_, " is converted; a copy for the former program is ", copy);
         });
+        RETURN_IF_ERROR(close_to_others(path_));
         Transaction transaction(*database_);
         const int64_t former = newest_event_id(*database_);
         begin_epoch(*database_, lock_.newest());

@@ -29,10 +29,9 @@ class StoreLock {
     StoreLock(const StoreLock&) = delete;
     StoreLock& operator=(const StoreLock&) = delete;
 
-    // Locks STORE.lock until this object or the process ends, beside the file that links lead to,
-    // and the store itself, which exists and may have names in other folders (hard links): it is
-    // one store under every name. Errors (output): another service has it, or the file cannot be
-    // created.
+    // Locks STORE.lock, beside the file that links lead to, until this object or the process ends.
+    // It is closed to other users: whoever can read a file can lock it. Errors (output): another
+    // service has it, it is not of this user, or cannot be created.
     Status take(const std::string& store);
 
     // The id of the last event of the store, kept in the file of the lock, which a copy does not
@@ -42,8 +41,6 @@ class StoreLock {
 
   private:
     int file_ = -1;
-    // SQLite's own locks end when any descriptor of the store is closed: it is closed after them.
-    int store_ = -1;
 };
 
 class StoreFile {
@@ -65,8 +62,9 @@ class StoreFile {
     StoreFile(const StoreFile&) = delete;
     StoreFile& operator=(const StoreFile&) = delete;
 
-    // Locks the file and creates its tables if it is new. Errors (output): it cannot be created or
-    // written, is in use, is damaged, or is from another program or version.
+    // Locks the file, creates its tables if it is new, and closes it to other users. Errors
+    // (output): it cannot be created or written, is in use, is damaged, is from another program or
+    // version, or has a second name.
     Status take();
     // Runs `work` with the database in a transaction. Returns its result, or a Status if it has
     // none.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <utility>
 #include <vector>
 
 namespace postchain::service {
@@ -122,15 +121,6 @@ int64_t now_ms() {
     return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-void count_frames(Database& database, int64_t job) {
-    database.run(
-        "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
-        "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
-        "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
-        "('missing', 'quarantined')) WHERE id = ?1 AND EXISTS(SELECT 1 FROM frames WHERE job = ?1)",
-        job);
-}
-
 std::string names_of_request(const std::string& body) {
     std::string text;
     for (const char* key : {"input", "output", "chain", "chain_b", "study", "camera"})
@@ -203,62 +193,6 @@ void prepare(Database& database, const std::string& path,
     database.run(concat("PRAGMA application_id = ", kApplication));
     database.run(concat("PRAGMA user_version = ", kVersion));
     transaction.commit();
-}
-
-void recover(Database& database, int most_attempts, const EventSink& add_event) {
-    std::vector<std::pair<int64_t, int>> found;  // jobs with their attempts
-    {
-        // A job in another queue goes on without this process: its death is no attempt.
-        Statement jobs(database,
-                       "SELECT id, CASE remote WHEN '' THEN attempts ELSE 0 END FROM jobs WHERE "
-                       "state = 'running'");
-        while (jobs.step()) found.emplace_back(jobs.integer(0), int(jobs.integer(1)));
-    }
-    for (const auto& [job, attempts] : found) {
-        const int64_t in_flight =
-            database.number("SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1", job);
-        // One of several frames in flight may have killed the process. The attempt counts for none
-        // of them, and each runs alone from now on. For a frame that ran alone it counts.
-        if (in_flight > 1)
-            database.run(
-                "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1", job);
-        std::vector<int> given_up;
-        {
-            Statement frames(database,
-                             "SELECT frame FROM frames WHERE job = ? AND in_flight = 1 AND "
-                             "attempts >= ?",
-                             job, most_attempts);
-            while (frames.step()) given_up.push_back(int(frames.integer(0)));
-        }
-        for (const int frame : given_up) {
-            const std::string message = concat(
-                "the process died while only this frame was in "
-                "flight, at the last of ",
-                most_attempts, " attempts");
-            database.run(
-                "UPDATE frames SET state = 'quarantined', message = ? WHERE job = ? AND frame = ?",
-                message, job, frame);
-            add_event(job, "quarantined",
-                      {{"frame", frame}, {"attempts", most_attempts}, {"message", message}});
-        }
-        count_frames(database, job);
-        if (in_flight == 0 && attempts >= most_attempts) {
-            const std::string message =
-                concat("the process died ", attempts, " times during this job");
-            database.run(
-                "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? WHERE "
-                "id = ?",
-                message, now_ms(), job);
-            add_event(job, "failed", {{"exit_code", 1}, {"message", message}});
-            database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database),
-                         job);
-            continue;
-        }
-        database.run("UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?",
-                     in_flight > 0 ? 0 : attempts, job);
-        add_event(job, "requeued", {{"why", "the process ended"}});
-    }
-    database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
 }
 
 bool remove_job(Database& database, int64_t job) {

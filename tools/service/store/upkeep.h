@@ -1,12 +1,11 @@
-// Upkeep of a store: creates and converts its tables, recovers jobs of a dead process, removes old
-// rows. Throws SqlError, or Status if the file is not a store of this program.
+// Upkeep of a store: creates and converts its tables, removes old rows. Throws SqlError, or Status
+// if the file is not a store of this program.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <string>
 
-#include "tools/sequence/files/json.h"
 #include "tools/service/store/sqlite.h"
 
 namespace postchain::service {
@@ -21,9 +20,6 @@ struct Retention {
 inline constexpr int kMaxEndedFrames = 200'000;  // in all
 // Limit on events, without those of unfinished jobs.
 inline constexpr int kMaxEvents = 100'000;
-
-// Stores an event: number of the job, type and data.
-using EventSink = std::function<void(int64_t job, const std::string& type, const io::Json& data)>;
 
 int64_t now_ms();  // since 1970-01-01 UTC
 
@@ -43,10 +39,6 @@ void begin_epoch(Database& database, int64_t last_seen);
 // Whether an event's id is of a time that a restored copy does not know.
 bool is_lost_event(Database& database, int64_t id);
 
-// Recovers the jobs that ran when the last process died: docs/service.md, "After a crash". Requires
-// a transaction.
-void recover(Database& database, int most_attempts, const EventSink& add_event);
-
 // Removes old jobs and events, the ones that ended first. Returns a warning if the clock has
 // jumped: then no job is removed by its age. Requires a transaction.
 std::string prune(Database& database, const Retention& keep);
@@ -57,8 +49,5 @@ bool remove_job(Database& database, int64_t job);
 
 // SQL of the strings of a request that a search reads, in lower case. `body`: its parameter.
 std::string names_of_request(const std::string& body);
-
-// Updates a job's counts of frames: all, done and failed.
-void count_frames(Database& database, int64_t job);
 
 }  // namespace postchain::service

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <fstream>
 
 #include "config/reporter.h"
 #include "config/scalar.h"
@@ -20,34 +18,16 @@ using Digest = std::array<unsigned char, 32>;
 constexpr std::string_view kHashName = "blake2b-";
 constexpr size_t kMaxTokens = 8;  // of a user
 
-std::string hex_of(const Digest& bytes) {
-    std::array<char, 2 * sizeof(Digest) + 1> text = {};
-    sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
-    return text.data();
-}
-
-// Before each use of libsodium; only the first call does anything.
-void begin_sodium() {
-    if (sodium_init() < 0) std::abort();  // the kernel gives no random numbers
-}
-
-// 256 random bits in hexadecimal.
-std::string new_secret() {
-    begin_sodium();
-    Digest bytes = {};
-    randombytes_buf(bytes.data(), bytes.size());
-    return hex_of(bytes);
-}
-
-// Secrets are random and long, so that neither a salt nor a slow hash is needed, and hashes may be
+// Tokens are random and long, so that neither a salt nor a slow hash is needed, and hashes may be
 // compared in any time.
-std::string hash_of(const std::string& secret) {
-    begin_sodium();
+std::string hash_of(const std::string& token) {
     Digest bytes = {};
     crypto_generichash(bytes.data(), bytes.size(),
-                       reinterpret_cast<const unsigned char*>(secret.data()), secret.size(),
-                       nullptr, 0);
-    return std::string(kHashName) + hex_of(bytes);
+                       reinterpret_cast<const unsigned char*>(token.data()), token.size(), nullptr,
+                       0);
+    std::array<char, 2 * sizeof(Digest) + 1> text = {};
+    sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
+    return std::string(kHashName) + text.data();
 }
 
 Status check_hash(const std::string& text) {
@@ -70,26 +50,6 @@ Status check_token(const std::string& token) {
         return Status(StatusCode::usage,
                       "a token may have printable ASCII characters without spaces only");
     return Status();
-}
-
-Result<std::vector<std::string>> read_tokens(const std::string& path) {
-    const std::string place = "--token-file " + path;
-    std::ifstream in(path);
-    if (!in) return Status(StatusCode::usage, place + ": cannot be read");
-    std::vector<std::string> hashes;
-    int number = 0;
-    for (std::string line; std::getline(in, line) && hashes.size() <= kMaxTokens;) {
-        ++number;
-        line.resize(line.find_last_not_of(" \t\r") + 1);
-        if (line.empty() || line[0] == '#') continue;
-        if (Status status = check_hash(line); !status.ok())
-            return Status(StatusCode::usage, concat(place, ":", number, ": ", status.message()));
-        hashes.push_back(line);
-    }
-    if (hashes.empty() || hashes.size() > kMaxTokens)
-        return Status(StatusCode::usage, concat(place, ": expected 1 to ", kMaxTokens,
-                                                " hashes of tokens, one a line"));
-    return hashes;
 }
 
 // The settings of a user, except its lists of folders and tokens.
@@ -165,8 +125,6 @@ class UsersReader {
             }
         }
         if (!entry.value.find("max_priority") && !user->admin) user->max_priority = 0;
-        if (!entry.value.find("tokens"))
-            reporter_.error(entry.value, place + ".tokens", "is required");
         for (const std::string& hash : user->tokens)
             for (const KnownUser& other : users_)
                 if (std::ranges::count(other->tokens, hash) > 0)
@@ -218,135 +176,51 @@ Users::Users() {
     users_ = {std::make_shared<const User>(everyone)};
 }
 
-std::shared_ptr<Users> Users::of_token(const std::string& token) {
-    auto users = std::make_shared<Users>();
-    User one = *users->users_.front();
-    one.tokens = {hash_of(token)};
-    users->users_ = {std::make_shared<const User>(std::move(one))};
-    return users;
-}
-
-Result<std::shared_ptr<Users>> Users::of_token_file(const std::string& path) {
-    auto users = std::make_shared<Users>();
-    users->path_ = path;
-    RETURN_IF_ERROR(users->reload());
-    return users;
-}
-
 Result<std::shared_ptr<Users>> Users::of_file(const std::string& path,
                                               const CheckFolder& check_folder) {
     auto users = std::make_shared<Users>();
-    users->users_path_ = path;
+    users->path_ = path;
     users->check_folder_ = check_folder;
     RETURN_IF_ERROR(users->reload());
     return users;
 }
 
-Result<Users::List> Users::read() const {
-    if (users_path_.empty()) {
-        User one;
-        one.admin = true;
-        ASSIGN_OR_RETURN(one.tokens, read_tokens(path_));
-        return List{std::make_shared<const User>(std::move(one))};
-    }
-    ASSIGN_OR_RETURN(const auto text, read_text_file(users_path_, StatusCode::usage));
-    return UsersReader(users_path_, check_folder_).read(text, users_path_);
-}
-
 Status Users::reload() {
-    if (path_.empty() && users_path_.empty()) return Status();
-    ASSIGN_OR_RETURN(auto found, read());
+    if (path_.empty()) return Status();
+    ASSIGN_OR_RETURN(const auto text, read_text_file(path_, StatusCode::usage));
+    ASSIGN_OR_RETURN(auto found, UsersReader(path_, check_folder_).read(text, path_));
     const std::lock_guard lock(mutex_);
     users_ = std::move(found);
-    // Sessions last no longer than their token.
-    std::erase_if(sessions_, [&](const auto& one) {
-        const KnownUser user = with_hash(one.second.token);
-        return !user || user->name != one.second.user;
-    });
     return Status();
 }
 
-Users::List Users::list() const {
-    const std::lock_guard lock(mutex_);
-    return users_;
-}
-
-bool Users::asks_for_token() const {
-    const List users = list();
-    return users.empty() || !users.front()->tokens.empty();
-}
-
 size_t Users::count() const {
-    return list().size();
-}
-
-// Requires the lock.
-KnownUser Users::with_hash(const std::string& hash) const {
-    for (const KnownUser& user : users_)
-        if (std::ranges::count(user->tokens, hash) > 0) return user;
-    return nullptr;
-}
-
-KnownUser Users::with_token(const std::string& given) const {
-    const std::string hash = hash_of(given);
     const std::lock_guard lock(mutex_);
-    return with_hash(hash);
-}
-
-std::string Users::begin_session(const std::string& token, Clock::time_point now) const {
-    const std::string hash = hash_of(token);
-    std::string secret = new_secret();
-    const std::lock_guard lock(mutex_);
-    const KnownUser user = with_hash(hash);
-    if (!user) return "";
-    size_t count = 0;
-    auto oldest = sessions_.end();
-    for (auto at = sessions_.begin(); at != sessions_.end(); ++at) {
-        if (at->second.user != user->name) continue;
-        ++count;
-        if (oldest == sessions_.end() || at->second.last < oldest->second.last) oldest = at;
-    }
-    if (count >= kSessions) sessions_.erase(oldest);
-    sessions_[hash_of(secret)] = {user->name, hash, now, now};
-    return secret;
-}
-
-KnownUser Users::in_session(const std::string& given, Clock::time_point now) const {
-    if (given.empty()) return nullptr;
-    const std::string hash = hash_of(given);
-    const std::lock_guard lock(mutex_);
-    const auto found = sessions_.find(hash);
-    if (found == sessions_.end()) return nullptr;
-    Session& session = found->second;
-    if (has_ended(session, now)) {
-        sessions_.erase(found);
-        return nullptr;
-    }
-    session.last = now;
-    return with_hash(session.token);
-}
-
-bool Users::has_session(const std::string& given, Clock::time_point now) const {
-    const std::string hash = hash_of(given);
-    const std::lock_guard lock(mutex_);
-    const auto found = sessions_.find(hash);
-    return found != sessions_.end() && !has_ended(found->second, now);
-}
-
-void Users::end_session(const std::string& given) const {
-    const std::string hash = hash_of(given);
-    const std::lock_guard lock(mutex_);
-    sessions_.erase(hash);
+    return users_.size();
 }
 
 KnownUser Users::named(const std::string& name) const {
-    for (const KnownUser& user : list())
-        if (user->name == name) return user;
-    return nullptr;
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(
+        users_, name, [](const auto& one) -> auto& { return one->name; });
+    return found == users_.end() ? nullptr : *found;
+}
+
+Sender Users::with_token(const std::string& token) const {
+    const std::string hash = hash_of(token);
+    const std::lock_guard lock(mutex_);
+    for (const KnownUser& user : users_)
+        if (std::ranges::count(user->tokens, hash) > 0) return {user, hash};
+    return {};
+}
+
+bool Users::still_have(const Sender& sender) const {
+    const KnownUser user = named(sender.user->name);
+    return user && (sender.token.empty() || std::ranges::count(user->tokens, sender.token) > 0);
 }
 
 Result<std::string> hash_of_token(const std::string& token) {
-    if (Status status = check_token(token); !status.ok()) return status;
+    RETURN_IF_ERROR(check_token(token));
     return hash_of(token);
 }
 

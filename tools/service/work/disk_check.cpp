@@ -41,13 +41,17 @@ struct DiskCheck::Inside {
 
     void check() {
         std::string found;
-        for (const std::string& folder : folders) {
-            {
-                const std::lock_guard lock(mutex);
-                checking = folder;
+        try {
+            for (const std::string& folder : folders) {
+                {
+                    const std::lock_guard lock(mutex);
+                    checking = folder;
+                }
+                const std::string trouble = trouble_of(folder);
+                if (!trouble.empty()) found += (found.empty() ? "" : "; ") + trouble;
             }
-            const std::string trouble = trouble_of(folder);
-            if (!trouble.empty()) found += (found.empty() ? "" : "; ") + trouble;
+        } catch (...) {
+            found = status_of_exception("the disks").message();
         }
         const std::lock_guard lock(mutex);
         fault = found;

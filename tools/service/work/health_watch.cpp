@@ -1,5 +1,7 @@
 #include "tools/service/work/health_watch.h"
 
+#include <optional>
+
 namespace postchain::service {
 namespace {
 
@@ -23,9 +25,15 @@ void HealthWatch::loop() {
     std::unique_lock lock(mutex_);
     while (!changed_.wait_for(lock, kPeriod, [&] { return ends_; })) {
         lock.unlock();
-        WatchedHealth now = look_();
+        std::optional<WatchedHealth> now;
+        try {
+            now = look_();
+        } catch (...) {
+            // Out of memory. The next look may succeed.
+        }
         lock.lock();
-        last_ = std::move(now);
+        if (!now) continue;
+        last_ = std::move(*now);
         looked_ = Clock::now();
     }
 }

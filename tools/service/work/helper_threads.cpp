@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "chain/base/stop.h"
@@ -32,8 +32,14 @@ std::chrono::nanoseconds time_on_processor(clockid_t clock) {
 }  // namespace
 
 Result<std::thread> start_thread(std::function<void()> work) try {
-    return std::thread(std::move(work));
-} catch (const std::system_error& error) {
+    return std::thread([work = std::move(work)] {
+        try {
+            work();
+        } catch (...) {
+            // Out of memory, at a place that has not foreseen it.
+        }
+    });
+} catch (const std::exception& error) {
     return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
 }
 
@@ -146,7 +152,15 @@ struct HelperThreads::Inside {
 
     static Status add(const std::shared_ptr<Inside>& inside) {
         auto helper = std::make_shared<Helper>();
-        auto thread = start_thread([inside, helper] { inside->loop(*helper); });
+        auto thread = start_thread([inside, helper] {
+            while (!helper->ended) {
+                try {
+                    inside->loop(*helper);
+                } catch (...) {
+                    // Out of memory between two tasks; the next one may be taken.
+                }
+            }
+        });
         if (!thread.ok()) return thread.status();
         helper->thread = std::move(*thread);
         inside->helpers.push_back(std::move(helper));

@@ -19,7 +19,8 @@
 
 namespace postchain::service {
 
-// Errors (internal): the system starts no more threads.
+// A thread that an exception of `work` ends, and not the process. Errors (internal): the system
+// starts no more threads.
 Result<std::thread> start_thread(std::function<void()> work);
 
 // Whose turn a task takes, what is called if it makes way for another one, and the flag that tells

@@ -85,6 +85,29 @@ int64_t bytes_on_disk(const std::string& writes) {
     return bytes;
 }
 
+Result<bool> settle(JobStore& store, const User& user) {
+    bool freed = false;
+    if (user.max_bytes == 0) return freed;
+    ASSIGN_OR_RETURN(const auto entries, store.ledger(user.name));
+    for (const LedgerEntry& entry : entries) {
+        const int64_t bytes = bytes_on_disk(entry.writes);
+        if (bytes >= entry.bytes) continue;
+        RETURN_IF_ERROR(store.settle(user.name, entry.writes, bytes));
+        freed = true;
+    }
+    return freed;
+}
+
+Status check_disk(JobStore& store, const KnownUser& owner) {
+    if (!owner) return Status();
+    const auto why = store.over_disk(*owner);
+    // A store that fails is for the next change to say.
+    if (!why.ok() || why->empty()) return Status();
+    const auto freed = settle(store, *owner);
+    if (freed.ok() && *freed) return check_disk(store, owner);
+    return Status(StatusCode::output, *why + "; then retry the job");
+}
+
 std::string sidecar_of(const std::string& output, const Roots& roots) {
     const auto path = roots.resolve(sequence::sidecar_path(output));
     if (!path.ok()) return "";
@@ -158,19 +181,14 @@ Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
     return file_at(*path);
 }
 
-Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, int first, int last,
-                                           const Roots& roots) {
-    std::vector<ResultFile> files;
-    for (const JobFrame& frame : frames) {
-        const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
-        if (!done || frame.frame < first || frame.frame > last) continue;
-        const auto path = roots.resolve(frame.output);
-        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message()};
-        std::error_code error;
-        if (fs::is_regular_file(*path, error)) files.push_back(file_at(*path));
-    }
-    if (files.empty()) return not_found("no finished frame of this job is on disk in that range");
-    return files;
+Answer<ResultFile> output_of(const JobFrame& frame, const Roots& roots) {
+    const auto path = roots.resolve(frame.output);
+    if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message()};
+    const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
+    std::error_code error;
+    if (!done || !fs::is_regular_file(*path, error))
+        return not_found(concat("frame ", frame.frame, " is not finished, or not on disk"));
+    return file_at(*path);
 }
 
 }  // namespace postchain::service

@@ -31,12 +31,16 @@ Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots&
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name, const JobReader& reader);
 
-// The outputs of finished frames first..last. Problems: not_found, if there is none.
-Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, int first, int last,
-                                           const Roots& roots);
+// The output of a finished frame. Problems: not_found, if there is none.
+Answer<ResultFile> output_of(const JobFrame& frame, const Roots& roots);
 
 // Bytes on disk of what a job's NewJob::writes names: the frames of patterns, with the files that
 // are named after them, and all files in folders.
 int64_t bytes_on_disk(const std::string& writes);
+// Whether outputs of removed jobs that count for the user are no longer on disk.
+Result<bool> settle(JobStore& store, const User& user);
+// Errors (output): a job's owner has written more than max_disk, and no output was deleted. Null:
+// no limit.
+Status check_disk(JobStore& store, const KnownUser& owner);
 
 }  // namespace postchain::service

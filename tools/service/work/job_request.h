@@ -92,6 +92,7 @@ class Readers {
     Result<JobReader> of(const std::string& owner) const;
     // Reads a job again. Errors: as above, or those of its body.
     Result<ReadJob> read(const Job& job) const;
+    KnownUser owner_of(const Job& job) const { return users_.named(job.owner); }
     std::string shown_in(const std::string& text) const { return all_.roots().shown_in(text); }
 
   private:

@@ -5,6 +5,19 @@
 #include "tools/sequence/record/frame_report.h"
 
 namespace postchain::service {
+namespace {
+
+// Such a text may be from a user's file, and every list of jobs has it.
+std::string shortened(std::string text) {
+    constexpr size_t kMost = 16'384;  // bytes
+    if (text.size() <= kMost) return text;
+    size_t end = kMost - 3;
+    while (end > 0 && (text[end] & 0xc0) == 0x80) --end;  // within a character of UTF-8
+    return text.substr(0, end) + "...";
+}
+
+}  // namespace
+
 void Progress::step(sequence::FrameStep step, int frame, bool begins, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
     if (step == sequence::FrameStep::filter) waits_since_.reset();
@@ -63,8 +76,8 @@ void WorkEnd::say(const std::string& text) {
 Job ended_job(Job job, const WorkEnd& end, const Readers& readers) {
     job.state = end.state;
     job.exit_code = end.exit_code;
-    job.message = readers.shown_in(end.message);
-    job.verdict = end.verdict;
+    job.message = shortened(readers.shown_in(end.message));
+    job.verdict = shortened(end.verdict);
     return job;
 }
 

@@ -33,6 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMaxQueued = 1'000'000;  // as of --max-queue
+constexpr int kFailedPolls = 3;           // in a row, until the service is not ready
 
 // Words of `postchain run` for the settings that the job gives, other than its files and frames.
 std::vector<std::string> words_of(const JobRequest& request) {
@@ -179,10 +180,10 @@ BackendState RemoteBackend::state() const {
     const std::lock_guard lock(mutex_);
     BackendState state;
     const auto silence = Clock::now() - heard_;
-    state.works = silence <= settings_.silence;
+    state.works = silence <= settings_.silence && failed_polls_ < kFailedPolls;
     state.renderer = settings_.queue->name();
     state.trouble = trouble_;
-    if (!state.works)
+    if (silence > settings_.silence)
         state.trouble = concat(settings_.queue->name(), " has not answered for ",
                                std::chrono::duration_cast<std::chrono::seconds>(silence).count(),
                                " s", trouble_.empty() ? "" : ": ", trouble_);
@@ -197,12 +198,16 @@ void RemoteBackend::loop() {
         awake_ = false;
         began_ = Clock::now();
         lock.unlock();
+        std::string failure;
         try {
             poll_queue();
         } catch (...) {
-            // Out of memory at a place without a Status; a later poll may succeed.
+            failure = status_of_exception("following the jobs").message();
         }
         lock.lock();
+        // A later poll may succeed, such as after a lack of memory.
+        failed_polls_ = failure.empty() ? 0 : failed_polls_ + 1;
+        if (!failure.empty()) trouble_ = failure;
         began_.reset();
         changed_.notify_all();
         changed_.wait_for(lock, idle_ ? settings_.idle_poll : settings_.poll,
@@ -279,8 +284,10 @@ void RemoteBackend::poll_queue() {
             return found == tasks->end() ? RemoteTasks() : found->second;
         };
         const auto rank = ranks.find(one.job.id);
-        const Status status = follow(one, {of(one.remote), of(one.report)},
-                                     rank == ranks.end() ? RemoteRank() : rank->second);
+        const Status status = guarded(one.job, [&] {
+            return follow(one, {of(one.remote), of(one.report)},
+                          rank == ranks.end() ? RemoteRank() : rank->second);
+        });
         note(status);
         if (status.ok()) hear_from_queue();
     }
@@ -305,7 +312,7 @@ Status RemoteBackend::take_waiting() {
         const auto whole = store_.job(job.id);  // with its body
         note(whole.status());
         if (!whole.ok() || !*whole) continue;
-        const Status taken = take(**whole);
+        const Status taken = guarded(**whole, [&] { return take(**whole); });
         note(taken);
         if (taken.ok()) hear_from_queue();
     }
@@ -320,11 +327,21 @@ Status RemoteBackend::take_waiting() {
         --room;
         if (!next->owner.empty() && ++jobs_of[next->owner] >= settings_.max_jobs_of_user)
             full.push_back(next->owner);
-        const Status taken = take(*next);
+        const Status taken = guarded(*next, [&] { return take(*next); });
         note(taken);
         if (taken.ok()) hear_from_queue();
     }
     return first;
+}
+
+// An exception ends this job alone. A later poll then cancels its tasks.
+Status RemoteBackend::guarded(const Job& job, const std::function<Status()>& work) {
+    try {
+        return work();
+    } catch (...) {
+        const Status why = status_of_exception("job " + job.id);
+        return job.ended_ms != 0 ? why : enter_end(job, WorkEnd::failed(why));
+    }
 }
 
 Status RemoteBackend::enter_end(const Job& job, const WorkEnd& end) {
@@ -363,6 +380,8 @@ void RemoteBackend::clean_up() const {
 Status RemoteBackend::take(const Job& job) {
     auto read = readers_.read(job);
     if (!read.ok()) return enter_end(job, WorkEnd::failed(read.status()));
+    if (const Status full = check_disk(store_, readers_.owner_of(job)); !full.ok())
+        return enter_end(job, WorkEnd::failed(full));
     JobRequest& request = read->request;
     ASSIGN_OR_RETURN(const auto begun, store_.has_begun(job.id));
     if (!begun && job.kind != JobKind::run) {
@@ -509,8 +528,11 @@ Status RemoteBackend::follow(const Handed& handed, const Found& found, const Rem
         RETURN_IF_ERROR(settings_.queue->change(id, rank));
         ranks_[job.id] = rank;
     }
-    return job.kind == JobKind::run ? follow_frames(job, read->request, found.tasks)
-                                    : follow_measurement(handed, *read, id, found);
+    RETURN_IF_ERROR(job.kind == JobKind::run ? follow_frames(job, read->request, found.tasks)
+                                             : follow_measurement(handed, *read, id, found));
+    // The next call cancels its tasks.
+    const Status full = found.tasks.ended() ? Status() : check_disk(store_, readers_.owner_of(job));
+    return full.ok() ? full : enter_end(job, WorkEnd::failed(full));
 }
 
 // The files of a task are seen here some time after they were written there.
@@ -534,6 +556,7 @@ Status RemoteBackend::follow_frames(const Job& job, const JobRequest& request,
 void RemoteBackend::say_progress(const Job& job, const JobRequest& request) {
     const auto found = request.measurement->progress(folder_of(job.id));
     if (!found || std::exchange(said_[job.id], *found) == *found) return;
+    (void)store_.has_written(job.id, bytes_on_disk(request.measurement->report_folder()));
     (void)store_.say(
         job.id, "progress",
         {{"what", readers_.shown_in(found->what)}, {"done", found->done}, {"total", found->total}});

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -66,6 +67,7 @@ class RemoteBackend final : public Backend {
     void hear_from_queue();
     // Jobs that have room in the queue, in their order.
     Status take_waiting();
+    Status guarded(const Job& job, const std::function<Status()>& work);
     Status take(const Job& job);
     Status hand_over(const Job& job, const ReadJob& read, std::string name);
     Status follow(const Handed& handed, const Found& found, const RemoteRank& rank);
@@ -98,6 +100,7 @@ class RemoteBackend final : public Backend {
     bool awake_ = false, ends_ = false;
     std::optional<Clock::time_point> began_;  // the poll under way
     std::string trouble_;
+    int failed_polls_ = 0;                    // in a row, by exceptions
     Clock::time_point heard_ = Clock::now();  // from the queue, and all work on its answer done
     // Used by the thread alone, by the job's id.
     std::map<std::string, ReadJob> requests_;

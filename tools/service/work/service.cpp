@@ -210,9 +210,6 @@ struct Service::State {
     void check_known(const std::string& id) const;
     JobFrame known(const std::string& id, int frame) const;
     JobReader reader_of(const User& user) const;
-    // Whether outputs of removed jobs that count for the user are no longer on disk.
-    bool settle(const User& user) const;
-
     // An image of a file, by another process if there is a program for it.
     Result<std::string> image(const ShownFrame& shown, const Roots& roots,
                               const ImageWanted& wanted);
@@ -283,18 +280,6 @@ JobReader Service::State::reader_of(const User& user) const {
     auto own = readers.of(user);
     if (!own.ok()) throw Problem{Problem::Kind::forbidden, own.status().message()};
     return std::move(*own);
-}
-
-bool Service::State::settle(const User& user) const {
-    bool freed = false;
-    if (user.max_bytes == 0) return freed;
-    for (const LedgerEntry& entry : stored(store->ledger(user.name))) {
-        const int64_t bytes = bytes_on_disk(entry.writes);
-        if (bytes >= entry.bytes) continue;
-        const Status status = store->settle(user.name, entry.writes, bytes);
-        freed = freed || status.ok();
-    }
-    return freed;
 }
 
 Result<std::string> Service::State::image(const ShownFrame& shown, const Roots& roots,
@@ -455,7 +440,8 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             return stored(state_->store->add(entry, state_->settings.max_queue, user));
         };
         Added added = add();
-        if (added.result == Added::Result::over_limit && state_->settle(user)) added = add();
+        if (added.result == Added::Result::over_limit && stored(settle(*state_->store, user)))
+            added = add();
         switch (added.result) {
             case Added::Result::made:
                 *created = true;
@@ -534,7 +520,7 @@ Answer<Job> Service::retry(const User& user, const std::string& id) {
                 return stored(state_->store->retry(id, who, state_->settings.max_queue));
             };
             Retried retried = again();
-            if (!retried.why.empty() && state_->settle(who)) retried = again();
+            if (!retried.why.empty() && stored(settle(*state_->store, who))) retried = again();
             if (!retried.why.empty())
                 throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
             return retried.done;
@@ -582,12 +568,9 @@ Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
         [&] { return taken(report_file_of(state_->known(id), name, state_->reader_of(user))); });
 }
 
-Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
-                                                 int last) const {
+Answer<ResultFile> Service::output(const User& user, const std::string& id, int frame) const {
     return answer([&] {
-        state_->check_known(id);
-        return taken(outputs_of(stored(state_->store->frames(id)), first, last,
-                                state_->reader_of(user).roots()));
+        return taken(output_of(state_->known(id, frame), state_->reader_of(user).roots()));
     });
 }
 

@@ -183,9 +183,8 @@ class Service {
     // A file of a job's report, such as "index.html" or "report.json".
     Answer<ResultFile> report_file(const User& user, const std::string& id,
                                    const std::string& name) const;
-    // The outputs of a job's finished frames first..last, in order.
-    Answer<std::vector<ResultFile>> outputs(const User& user, const std::string& id, int first,
-                                            int last) const;
+    // The output of a job's finished frame.
+    Answer<ResultFile> output(const User& user, const std::string& id, int frame) const;
 
     // JSON, as `postchain plan --json`.
     Answer<std::string> plan(const User& user, const std::string& body);

@@ -6,6 +6,7 @@
 
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
+#include "tools/service/work/job_files.h"
 
 namespace postchain::service {
 namespace {
@@ -261,9 +262,15 @@ RunDecision Worker::ask_gate(WorkerThread& self) {
     return decision;
 }
 
-// Makes way for a job of larger priority, and after a slice of time for one of another user.
+// Stops a job whose owner has written too much. Makes way for a job of larger priority, and after
+// a slice of time for one of another user.
 void Worker::between(WorkerThread& self, const Job& job) {
     if (self.stop) return;
+    self.full = check_disk(store_, readers_.owner_of(job));
+    if (!self.full.ok()) {
+        self.stop = true;
+        return;
+    }
     const auto now = store_.job(job.id);  // its priority may have been changed
     if (!now.ok() || !*now) return;
     const int priority = (*now)->priority;
@@ -279,9 +286,15 @@ void Worker::between(WorkerThread& self, const Job& job) {
     self.stop = true;
 }
 
+void Worker::count_bytes(const Job& job, const JobRequest& request) {
+    (void)store_.has_written(job.id, bytes_on_disk(request.measurement->report_folder()));
+}
+
 WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
     auto read = readers_.read(job);
     if (!read.ok()) return WorkEnd::failed(read.status());
+    if (Status full = check_disk(store_, readers_.owner_of(job)); !full.ok())
+        return WorkEnd::failed(full);
     JobRequest& request = read->request;
     if (request.frame_timeout_s > 0) {
         const std::lock_guard lock(mutex_);
@@ -300,7 +313,9 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
                               settings_.try_file,
                               ask,
                               [&] {
-                                  if (!self.lost) between(self, job);
+                                  if (self.lost) return;
+                                  if (request.measurement) count_bytes(job, request);
+                                  between(self, job);
                               },
                               [&](double seconds) {
                                   const std::lock_guard lock(mutex_);
@@ -309,8 +324,8 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
     Measurement* measurement = request.measurement.get();
     WorkEnd end =
         measurement ? measurement->work(job, context) : work_on_frames(job, request, context);
-    if (measurement && !self.lost)
-        (void)store_.has_written(job.id, bytes_on_disk(measurement->report_folder()));
+    if (measurement && !self.lost) count_bytes(job, request);
+    if (end.how == WorkEnd::How::stopped && !self.full.ok()) end = WorkEnd::failed(self.full);
     if (end.how == WorkEnd::How::gl_failed && measurement && attempts >= settings_.attempts)
         end = WorkEnd::failed(Status(StatusCode::gl, end.message));
     return end;
@@ -348,6 +363,7 @@ void Worker::work(WorkerThread& self, const Job& job) {
         limit_s_ = settings_.frame_timeout_s;
         self.stop = false;
         self.preempted = false;
+        self.full = Status();
         self.began = Clock::now();
         self.progress.does("the job was not read");
     }

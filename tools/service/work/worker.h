@@ -51,6 +51,7 @@ class Worker final : public Backend {
         std::atomic<bool> stop = false;
         std::atomic<bool> lost = false;  // replaced: must not change the store
         bool preempted = false;
+        Status full;  // why the running job's owner may write no more
         Progress progress;
         Clock::time_point began;                                   // the running job
         std::chrono::milliseconds wait = std::chrono::seconds(1);  // before the next retry
@@ -65,6 +66,7 @@ class Worker final : public Backend {
     WorkEnd work_on(WorkerThread& self, const Job& job, int attempts);
     bool enter_end(const WorkerThread& self, const Job& job, const WorkEnd& end);
     void between(WorkerThread& self, const Job& job);
+    void count_bytes(const Job& job, const JobRequest& request);
     RunDecision ask_gate(WorkerThread& self);
     void watch();
     void replace_thread(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Makes the folder of the dataset that others download (docs/scenes.md).
 
-    tests/cycles/package.py OUT FOLDER --results results.json
+    tools/research/cycles/package.py OUT FOLDER --results results.json
 
-OUT is the folder of dataset.py, FOLDER must not exist, results.json is that of tests/bench/quality.py --json.
+OUT is the folder of dataset.py, FOLDER must not exist, results.json is that of tools/research/quality.py --json.
 Scenes may be incomplete; README.md lists what lacks.
 """
 import argparse
@@ -15,10 +15,10 @@ import sys
 
 import dataset
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-CODE = ["tests/cycles/*.py", "tests/cycles/scenes/*.py", "tools/blender/postchain_blender/camera.py",
-        "tools/blender/postchain_blender/peel.py", "tests/bench/quality.py", "tests/bench/quality_tables.py",
-        "tests/bench/rims.py", "tests/bench/frame.py", "tests/bench/scatter_gather.py", "docs/scenes.md",
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+CODE = ["tools/research/cycles/*.py", "tools/research/cycles/scenes/*.py", "tools/blender/postchain_blender/camera.py",
+        "tools/blender/postchain_blender/peel.py", "tools/research/quality.py", "tools/research/quality_tables.py",
+        "tools/research/rims.py", "tools/research/frame.py", "tools/research/scatter_gather.py", "docs/scenes.md",
         "docs/metrics.md", "LICENSE"]
 README = """# Motion blur and depth of field of path-traced scenes
 
@@ -35,9 +35,9 @@ code/docs/metrics.md. License of everything here: Apache 2.0, code/LICENSE; noth
 {lacking}
 
     sha256sum -c SHA256SUMS                          # whole and unchanged
-    code/tests/cycles/dataset.py scenes --check      # pixels as in the manifest
-    code/tests/cycles/dataset.py AGAIN               # renders all again with Blender 3.4.1
-    code/tests/bench/quality.py POSTCHAIN scenes:11 --json results.json
+    code/tools/research/cycles/dataset.py scenes --check   # pixels as in the manifest
+    code/tools/research/cycles/dataset.py AGAIN            # renders all again with Blender 3.4.1
+    code/tools/research/quality.py POSTCHAIN scenes:11 --json results.json
 
 `quality.py` needs {version}, python3-numpy and python3-openimageio. To compare another filter, write its
 images as scenes/SCENE/peer_NAME.0011.exr and add a row with `peer_NAME` to a table of `quality.py`. Choose no
@@ -71,13 +71,13 @@ def lacking_text(out):
 def package(out, folder, results):
     content = json.loads(results.read_text("utf8"))
     if not {"commit", "version", "figures"} <= content.keys():
-        sys.exit(f"{results}: no results of quality.py; make them with tests/bench/quality.py ... --json")
+        sys.exit(f"{results}: no results of quality.py; make them with tools/research/quality.py ... --json")
     if "-dirty" in content["commit"] or "no repository" in content["commit"]:
         sys.exit(f"{results}: measured at {content['commit']}, which names no commit; commit all changes "
                  "and measure again in a checkout")
     found = dataset.manifest(out)
     if not found:
-        sys.exit(f"{out}: no scene; render with tests/cycles/dataset.py {out}")
+        sys.exit(f"{out}: no scene; render with tools/research/cycles/dataset.py {out}")
     if folder.exists():
         sys.exit(f"{folder} exists; choose another folder or remove it")
     for scene, files in found.items():
@@ -85,9 +85,8 @@ def package(out, folder, results):
             copy(out / scene / name, folder / "scenes" / scene / name)
     for pattern in CODE:
         for path in sorted(ROOT.glob(pattern)):
-            if not path.name.endswith("_test.py"):
-                copy(path, folder / "code" / path.relative_to(ROOT))
-    (folder / "code/tests/cycles/manifest.json").write_text(dataset.manifest_text(found), "utf8")
+            copy(path, folder / "code" / path.relative_to(ROOT))
+    (folder / "code/tools/research/cycles/manifest.json").write_text(dataset.manifest_text(found), "utf8")
     copy(results, folder / "results/results.json")
     values = {"version": content["version"], "commit": content["commit"],
               "scenes": ", ".join(f"`{scene}`" for scene in found), "lacking": lacking_text(out)}

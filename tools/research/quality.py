@@ -2,7 +2,7 @@
 """Error of chains against path-traced ground truth, and time, as the tables of
 docs/quality.md and docs/studies/tables.md.
 
-    tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
+    tools/research/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
                            [--row TEXT] [--repeat 3] [--exact EXACT_SHOTS] [--json FILE] [--write FILE]
                            [--pictures FOLDER]
 

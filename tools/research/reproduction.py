@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Measures the claims of the 2013 report: docs/reproduction.md, its tables in docs/studies/tables.md.
 
-    PYTHONPATH=build/python tests/bench/reproduction.py FOLDER [--data DATA] [--only 4.3] [--write FILE]
+    PYTHONPATH=build/python tools/research/reproduction.py FOLDER [--data DATA] [--only 4.3] [--write FILE]
                                                            [--pictures FOLDER]
 
 FOLDER gets the generated scenes and results.json. Interrupted, the same command continues: a measurement that
@@ -36,11 +36,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/measure/study"))
 import recompute  # noqa: E402
 
-MARK = "<!-- tables of tests/bench/reproduction.py -->"
+MARK = "<!-- tables of tools/research/reproduction.py -->"
 WIDTH, HEIGHT = 240, 135
 SEEDS = range(4)
-FILTERS = ["chain", "passes", "shaders", "tools/metrics", "tools/scenes", "tests/bench/guertin.py",
-           "tests/bench/cards.py"]
+FILTERS = ["chain", "passes", "shaders", "tools/metrics", "tools/scenes", "tools/research/guertin.py",
+           "tools/research/cards.py"]
 SHOTS = [("wheels", "wheels"), ("flagpole", "flagpole"), ("crossing", "crossing")]  # name, family
 SCENES = [("wheels", "wheels"), ("poles", "poles"), ("crossing", "crossing"), ("zoom", "zoom")]
 CARDS = (160, 100)

@@ -2,7 +2,7 @@
 """Depth of field at half resolution as in engines, a baseline for docs/quality.md: scatter as gather after
 J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014.
 
-    tests/bench/scatter_gather.py SHARP.exr --camera camera.json --frame N -o OUT.exr
+    tools/research/scatter_gather.py SHARP.exr --camera camera.json --frame N -o OUT.exr
 
 OUT has the channels of SHARP, the color filtered.
 

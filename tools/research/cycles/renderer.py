@@ -11,7 +11,7 @@ import bpy
 import model
 import request
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools", "blender",
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "blender",
                              "postchain_blender"))
 import camera  # noqa: E402
 import peel  # noqa: E402

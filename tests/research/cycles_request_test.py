@@ -7,7 +7,7 @@ import sys
 import tempfile
 import unittest
 
-SCRIPTS = pathlib.Path(__file__).resolve().parent
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "tools/research/cycles"
 sys.path.insert(0, str(SCRIPTS))
 import request  # noqa: E402
 

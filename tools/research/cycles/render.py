@@ -1,6 +1,6 @@
 """Renders a scene of scenes/ with Cycles (docs/scenes.md):
 
-blender -b -P tests/cycles/render.py -- SCENE OUT [--frames 1-12] ...
+blender -b -P tools/research/cycles/render.py -- SCENE OUT [--frames 1-12] ...
 """
 import importlib
 import os

@@ -11,8 +11,9 @@ import tempfile
 import unittest
 from unittest import mock
 
-SCRIPTS = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(SCRIPTS), str(SCRIPTS.parent / "support")]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCRIPTS = ROOT / "tools/research/cycles"
+sys.path[:0] = [str(SCRIPTS), str(ROOT / "tests/support")]
 import dataset  # noqa: E402
 import package  # noqa: E402
 import request  # noqa: E402
@@ -153,9 +154,9 @@ class Dataset(unittest.TestCase):
         self.assertIn("exists; choose another", self.refused())
 
         blender = self.out / "blender"
-        blender.write_text(BLENDER.format(python=sys.executable, scripts=str(folder / "code/tests/cycles")))
+        blender.write_text(BLENDER.format(python=sys.executable, scripts=str(folder / "code/tools/research/cycles")))
         blender.chmod(0o755)
-        own = [sys.executable, "-B", folder / "code/tests/cycles/dataset.py"]
+        own = [sys.executable, "-B", folder / "code/tools/research/cycles/dataset.py"]
         subprocess.run([*own, folder / "scenes", "--check"], check=True)
         again = subprocess.run([*own, folder / "again", "rain", "--limit", "1", "--blender", blender],
                                capture_output=True, text=True, check=False)
@@ -163,10 +164,11 @@ class Dataset(unittest.TestCase):
         self.assertTrue((folder / "again/rain/sharp.0010.exr").exists())
 
     def test_a_package_has_every_module_that_its_scripts_import(self):
-        own = {path.stem for pattern in ("tests/*/*.py", "tools/blender/postchain_blender/*.py")
+        own = {path.stem for pattern in ("tools/research/*.py", "tools/research/cycles/*.py",
+                                               "tools/blender/postchain_blender/*.py")
                for path in package.ROOT.glob(pattern)}
         held = [path for pattern in package.CODE for path in package.ROOT.glob(pattern)
-                if path.suffix == ".py" and not path.name.endswith("_test.py")]
+                if path.suffix == ".py"]
         self.assertGreater(len(held), 20)
         for path in held:
             for node in ast.walk(ast.parse(path.read_text("utf8"))):

@@ -1,5 +1,5 @@
 """The report's motion blur in NumPy, from docs/motion_blur.md, with switches that the product does not have.
-tests/bench/reproduction.py measures them."""
+tools/research/reproduction.py measures them."""
 import numpy as np
 
 DEFAULTS = {

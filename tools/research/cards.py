@@ -1,5 +1,5 @@
 """Ten scenes of flat, textured cards that move, turn and grow, with ground truth, in NumPy: families of scenes for
-tests/bench/reproduction.py."""
+tools/research/reproduction.py."""
 import math
 
 import numpy as np

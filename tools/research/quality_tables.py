@@ -2,7 +2,7 @@
 import itertools
 import sys
 
-MARK = "<!-- tables of tests/bench/quality.py -->"
+MARK = "<!-- tables of tools/research/quality.py -->"
 NOISE = "noise of the ground truth"
 TRUTH = {"motion": "mb", "lens": "dof", "both": "both"}  # ground truth for each table
 

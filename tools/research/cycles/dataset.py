@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Renders the scenes of the test set and writes their manifest (docs/scenes.md).
 
-    tests/cycles/dataset.py OUT [SCENE...] [--blender blender] [--threads N] [--limit N]
-    tests/cycles/dataset.py OUT --check
+    tools/research/cycles/dataset.py OUT [SCENE...] [--blender blender] [--threads N] [--limit N]
+    tools/research/cycles/dataset.py OUT --check
 
 One Blender runs at a time, as niced as this script. The images that tables need most, of all
 scenes, come first. Repeat the command after an interruption: whole images are kept. --limit stops after N

@@ -9,8 +9,9 @@ import sys
 import tempfile
 import unittest
 
-SCRIPTS = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(SCRIPTS), str(SCRIPTS.parent / "support")]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCRIPTS = ROOT / "tools/research/cycles"
+sys.path[:0] = [str(SCRIPTS), str(ROOT / "tests/support")]
 import dataset  # noqa: E402
 import request  # noqa: E402
 from skips import skip  # noqa: E402

@@ -1,7 +1,7 @@
 """Blender's Vector Blur and Defocus nodes with the settings that are best on the ground truth of a scene, of
 each kind that the frame has: peer_*.####.exr and peers.####.json, the settings.
 
-blender -b -P tests/cycles/peers.py -- SCENE_FOLDER FRAME   (docs/scenes.md)
+blender -b -P tools/research/cycles/peers.py -- SCENE_FOLDER FRAME   (docs/scenes.md)
 """
 import itertools
 import json

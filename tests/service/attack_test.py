@@ -372,17 +372,6 @@ class RequestIdsOfProxies(Attacked):
             self.assertEqual(headers["x-request-id"] == given, taken, given)
 
 
-class Bases(Attacked):
-    """Behind a proxy that passes the service's address on."""
-    settings = ["base=1"]
-
-    def test_addresses_in_the_page_are_relative_to_a_folder(self):
-        for target, status, location in [("/base", 308, "/base/"), ("/base/", 200, None), ("/base/healthz", 200, None),
-                                         ("/based", 404, None)]:
-            got, headers, _ = self.server.ask("GET", target)
-            self.assertEqual((got, headers.get("location")), (status, location), target)
-
-
 class Resets(Attacked):
     """A client knows events that the store does not: an older copy was put back."""
 

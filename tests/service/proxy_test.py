@@ -60,7 +60,7 @@ class Behind:
         users = self.path / "users.yaml"
         users.write_text("postchain_users: 1\nusers:\n  ann: {}\n  ops: {admin: true}\n"
                          f"  farm: {{tokens: [{token_hash(TOKEN)}]}}\n")
-        self.server = Server([PROGRAM, "trust_own=1", "base=1", "heartbeat=600000", f"users={users}",
+        self.server = Server([PROGRAM, "trust_own=1", "heartbeat=600000", f"users={users}",
                               "user_header=X-Remote-User"])
         self.addCleanup(self.server.stop)
         self.log_in = self.enterContext(http.server.ThreadingHTTPServer(("127.0.0.1", 0), SingleSignOn))
@@ -88,7 +88,7 @@ class Behind:
         return {"Authorization": "Basic " + base64.b64encode(f"{name}:{PASSWORD}".encode()).decode()}
 
     def recipe(self, name):
-        text = (RECIPES / name).read_text().replace("/postchain/", "/base/").replace("/postchain*", "/base*")
+        text = (RECIPES / name).read_text()
         self.assertEqual((text.count("127.0.0.1:8080"), text.count("127.0.0.1:4180")), (1, 1))
         return (text.replace("127.0.0.1:8080", f"127.0.0.1:{self.server.port}")
                 .replace("127.0.0.1:4180", f"127.0.0.1:{self.log_in.server_port}"))
@@ -113,45 +113,46 @@ class Behind:
             return error.code
 
     def test_page_requests_and_downloads(self):
-        page = self.get("/base/").read().decode()
+        page = self.get("/postchain/").read().decode()
+        self.assertEqual(self.get("/postchain").read().decode(), page)
         # Every file that the page names, and every address in its script, is below the page.
-        script = self.get("/base/page/main.js").read().decode()
+        script = self.get("/postchain/page/main.js").read().decode()
         for name in re.findall(r'(?:href|src)="([^"#]+)"', page):
-            self.assertEqual(self.get("/base/" + name).status, 200, name)
+            self.assertEqual(self.get("/postchain/" + name).status, 200, name)
         self.assertEqual(re.findall(r'["`]/(?:v1|page|readyz|openapi)', page + script), [])
         # As a browser sends it, with the port of the proxy.
-        made = self.get("/base/v1/jobs", {"Content-Type": "application/json",
+        made = self.get("/postchain/v1/jobs", {"Content-Type": "application/json",
                                           "Origin": f"http://127.0.0.1:{self.port}",
                                           "Sec-Fetch-Site": "same-origin"}, b"{}")
         self.assertGreater(len(made.headers["X-Request-Id"]), 30, "is that of the proxy")
         self.assertEqual((made.status, made.headers["Location"]), (202, "jobs/j1"))
-        self.assertEqual(self.get("/base/v1/" + made.headers["Location"]).status, 200)
-        data = self.get("/base/v1/jobs/j1/frames/2/output").read()
+        self.assertEqual(self.get("/postchain/v1/" + made.headers["Location"]).status, 200)
+        data = self.get("/postchain/v1/jobs/j1/frames/2/output").read()
         self.assertEqual(data, b"2" * 600_000)
-        self.assertEqual(self.get("/base/v1/jobs/j1/report/index.html").status, 200)
+        self.assertEqual(self.get("/postchain/v1/jobs/j1/report/index.html").status, 200)
 
     def test_events_come_as_they_happen(self):
         """The job waits until its first event has come: a buffer would keep it."""
-        self.get("/base/v1/jobs", {"Content-Type": "application/json"}, b"{}")
+        self.get("/postchain/v1/jobs", {"Content-Type": "application/json"}, b"{}")
         types = []
-        with self.get("/base/v1/jobs/j1/events") as events:
+        with self.get("/postchain/v1/jobs/j1/events") as events:
             for line in events:
                 if line.startswith(b"data: "):
                     types.append(json.loads(line[6:])["type"])
                     if types == ["queued"]:
-                        self.server.ask("DELETE", "/base/v1/jobs/j1", None, {"X-Remote-User": "ops"})
+                        self.server.ask("DELETE", "/v1/jobs/j1", None, {"X-Remote-User": "ops"})
         self.assertEqual(types, ["queued", "canceled"])
 
     def test_users(self):
         def user(**more):
-            return json.loads(self.get("/base/v1/user", **more).read())["user"]
+            return json.loads(self.get("/postchain/v1/user", **more).read())["user"]
         token, claim = {"Authorization": f"Bearer {TOKEN}"}, {"X-Remote-User": "ops"}
         self.assertEqual([user(), user(user="ops"), user(headers=token, user=None)], ["ann", "ops", "farm"])
-        self.assertEqual(self.status("/base/v1/user", user="eve"), 403, "is not in the file")
+        self.assertEqual(self.status("/postchain/v1/user", user="eve"), 403, "is not in the file")
         # A client's own header counts for nothing.
         self.assertEqual([user(headers=claim), user(headers=claim | token, user=None)], ["ann", "farm"])
         for headers in ({}, claim, {"Authorization": "Bearer wrong"}, claim | {"Authorization": "Bearer wrong"}):
-            for path in ("/base/v1/user", "/base/v1/jobs"):
+            for path in ("/postchain/v1/user", "/postchain/v1/jobs"):
                 self.assertEqual(self.status(path, headers, user=None), 401, headers)
 
     def test_pages_of_other_sites_change_nothing(self):
@@ -160,11 +161,11 @@ class Behind:
         for headers in ({"Origin": "https://evil.example"}, {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site"},
                         {"Sec-Fetch-Site": "same-site", "Sec-Fetch-Mode": "navigate"},
                         {"Origin": "https://evil.example", "Sec-Fetch-Site": "cross-site"}):
-            for path, more in (("/base/v1/jobs", body), ("/base/v1/jobs/j1/retry", {})):
+            for path, more in (("/postchain/v1/jobs", body), ("/postchain/v1/jobs/j1/retry", {})):
                 self.assertEqual(self.status(path, more | headers, b"{}" if more else b""), 403, headers)
-        self.assertEqual(json.loads(self.get("/base/v1/jobs").read())["jobs"], [])
+        self.assertEqual(json.loads(self.get("/postchain/v1/jobs").read())["jobs"], [])
         link = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"}
-        self.assertEqual(self.status("/base/", link), 200)
+        self.assertEqual(self.status("/postchain/", link), 200)
 
 
 class Nginx(Behind, unittest.TestCase):

@@ -55,7 +55,6 @@ int main(int argc, char** argv) {
         {"closing", [&](long v) { settings.closing = ms(v); }},
         {"working", [&](long v) { settings.working = ms(v); }},
         {"trust_own", [&](long) { settings.guard.trusted = {*Network::parse("127.0.0.0/8")}; }},
-        {"base", [&](long) { settings.guard.base = "/base"; }},
     };
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];

@@ -53,7 +53,7 @@ class Serve(Served):
                 (["--trusted-proxy", "127.0.0.1"], "add --users"),
                 (["--user-header", "X-User", *users], "add --trusted-proxy"),
                 (["--farm-frames", "3"], "add --backend slurm"), (["--slurm-option=-p=a"], "add --backend slurm"),
-                (["--backend", "slurm"], "add --farm-folder"), (["--base-path", "x"], "begins with /"),
+                (["--backend", "slurm"], "add --farm-folder"),
                 (["--hash-token", str(self.path / "none")], "cannot be read"),
                 (["--bind", "localhost"], "add --users")]:
             self.fails(2, text, *words)
@@ -122,12 +122,11 @@ class Serve(Served):
 
     def test_host_ready_and_interrupt(self):
         with self.notified() as (system, environment):
-            with self.serving("--host", "farm.example", "--base-path", "/farm/", ends_by=signal.SIGINT,
+            with self.serving("--host", "farm.example", ends_by=signal.SIGINT,
                               env=environment) as server:
                 self.assertEqual(system.recv(100), b"READY=1")
                 for host, status in [("farm.example", 200), ("other.example", 421)]:
-                    for target in ("/readyz", "/farm/readyz"):
-                        self.assertEqual(server.ask("GET", target, None, {"Host": host})[0], status)
+                    self.assertEqual(server.ask("GET", "/readyz", None, {"Host": host})[0], status)
             self.assertEqual(system.recv(100), b"STOPPING=1")
 
     def test_a_study_survives_kills(self):

@@ -112,9 +112,9 @@ function first_start() {
 /** Without a user: a proxy logs people in. */
 function refuse(refusal) {
     source?.close();
-    by_id("work").hidden = true;
+    for (const name of ["work", "new-job"]) by_id(name).hidden = true;
     by_id("refused").hidden = false;
-    by_id("refusal").textContent = printable(refusal.message);
+    by_id("refusal").textContent = refusal.status === 403 ? printable(refusal.message) : "";
     say("");
 }
 

@@ -150,7 +150,7 @@ void Connection::on_header(const error_code& error) {
     admitted_ = std::move(std::get<Admitted>(admitted));
     sender_ = admitted_->sender;
     const bool has_token = !shared_.api.guard().users().are_everyone() && sender_.user;
-    if (over_limit_ && !has_token && !admitted_->match.route->at_once)
+    if (over_limit_ && !has_token && !admitted_->match.route->is("at_once"))
         return reply(too_many_connections());
     proven_ |= sender_.user != nullptr;
     request_.share = shared_.api.guard().share_of(request_, sender_.user);
@@ -195,7 +195,8 @@ void Connection::work() {
             self->reply(std::move(answer));
         });
     };
-    if (admitted_->match.route->at_once) return shared_.api.run(*admitted_, request_, respond);
+    if (admitted_->match.route->is("at_once"))
+        return shared_.api.run(*admitted_, request_, respond);
     if (!find_place()) return respond(too_many());
     waits_ = true;
     shared_.traffic.waiting.Increment();
@@ -207,7 +208,7 @@ void Connection::work() {
     };
     watch_client();
     // The task has its own copies: after a deadline the connection may go on to another request.
-    HelperThreads& pool = admitted_->match.route->reads_files ? shared_.disk_pool : shared_.pool;
+    HelperThreads& pool = admitted_->match.route->is("files") ? shared_.disk_pool : shared_.pool;
     const bool taken = pool.run(
         [&shared = shared_, answer, admitted = *admitted_, request = request_] {
             // Nobody waits for the work of a client that has left.
@@ -299,12 +300,12 @@ bool Connection::is_over_budget(size_t bytes) const {
 void Connection::audit(const Reply& answer) const {
     if (!shared_.settings.audit || request_.method.empty()) return;
     const bool wrong = !admitted_ && answer.status == 401 && request_.header("Authorization");
-    const bool changes = admitted_ && admitted_->match.route->audited;
+    const bool changes = admitted_ && admitted_->match.route->is("audited");
     if (!wrong && !changes) return;
     LogLine line;
     const std::string address = shared_.api.guard().address_of(request_);
     line.fields = {{"event", "audit"},
-                   {"action", wrong ? "logIn" : admitted_->match.route->operation},
+                   {"action", wrong ? "logIn" : admitted_->match.route->operation()},
                    {"address", address},
                    {"status", answer.status},
                    {"request", request_.id}};
@@ -322,8 +323,9 @@ void Connection::audit(const Reply& answer) const {
             job = admitted_->match.values[0].substr(0, 40);
             line.fields["job"] = job;
         }
-        line.message = concat(who, ": ", admitted_->match.route->operation, job.empty() ? "" : " ",
-                              job, ", status ", answer.status, ", request ", request_.id);
+        line.message =
+            concat(who, ": ", admitted_->match.route->operation(), job.empty() ? "" : " ", job,
+                   ", status ", answer.status, ", request ", request_.id);
     }
     shared_.settings.audit(line);
 }

@@ -213,11 +213,4 @@ std::string Guard::share_of(const Request& request, const KnownUser& user) const
     return "\n" + place_of(address_of(request));
 }
 
-std::string Guard::without_base(const std::string& target) const {
-    const std::string& base = settings_.base;
-    if (base.empty() || !target.starts_with(base)) return target;
-    const std::string rest = target.substr(base.size());
-    return rest.starts_with("/") ? rest : target;
-}
-
 }  // namespace postchain::service

@@ -49,7 +49,6 @@ struct GuardSettings {
     std::vector<std::string> hosts;  // names allowed in Host beside addresses and localhost
     Networks trusted;                // proxies
     std::string user_header;         // in which they name the user; empty = they do not
-    std::string base;                // "/postchain": the path before every address; may be empty
 };
 
 class Guard {
@@ -69,11 +68,6 @@ class Guard {
     }
     // Whose turn a request takes: its user's, or its client's if the user has no name.
     std::string share_of(const Request& request, const KnownUser& user) const;
-    // The address without the base path, which some proxies remove and others do not.
-    std::string without_base(const std::string& target) const;
-    bool is_base(const std::string& target) const {
-        return !settings_.base.empty() && target == settings_.base;
-    }
     bool trusts(const std::string& address) const {
         return has_address(settings_.trusted, address);
     }

@@ -48,29 +48,60 @@ std::optional<std::vector<std::string>> match(const std::string& path,
 
 // Why a query is refused; empty = it is not.
 std::string fault_of(const Route& route, const std::string& name, const std::string& value) {
-    const auto found = std::ranges::find(route.queries, name, &QueryParameter::name);
-    if (found == route.queries.end()) return "unknown query parameter '" + name + "'";
-    if (!found->words.empty() && std::ranges::find(found->words, value) == found->words.end())
-        return name + " is not one of " + joined(found->words, ", ");
-    if (!found->pattern.empty() && !std::regex_match(value, std::regex(found->pattern)))
-        return name + " is not valid; expected: " + found->description;
-    if (const auto& range = found->integer) {
+    if (!route.queries.contains(name)) return "unknown query parameter '" + name + "'";
+    const io::Json& schema = route.queries[name];
+    if (const auto words = schema.find("enum"); words != schema.end()) {
+        const auto list = words->get<std::vector<std::string>>();
+        if (std::ranges::count(list, value) == 0) return name + " is not one of " + joined(list);
+    }
+    if (const auto pattern = schema.find("pattern");
+        pattern != schema.end() &&
+        !std::regex_match(value, std::regex(pattern->get<std::string>())))
+        return name + " is not valid; expected: " + schema["description"].get<std::string>();
+    if (schema.value("type", "") == "integer") {
+        const int64_t least = schema["minimum"], most = schema["maximum"];
         const auto number = number_of<int64_t>(value);
-        if (!number || *number < range->least || *number > range->most)
-            return concat(name, " is not an integer in ", range->least, "..", range->most);
+        if (!number || *number < least || *number > most)
+            return concat(name, " is not an integer in ", least, "..", most);
     }
     return "";
 }
 
 bool takes(const Route& route, const std::string& method) {
-    return route.method == method || (method == "HEAD" && route.method == "GET" && !route.streams);
+    return route.method == method ||
+           (method == "HEAD" && route.method == "GET" && !route.is("streams"));
 }
 
 }  // namespace
 
 std::string Call::query(const std::string& name) const {
-    const auto found = target.query.find(name);
-    return found == target.query.end() ? "" : found->second;
+    if (const auto given = target.query.find(name); given != target.query.end())
+        return given->second;
+    const io::Json schema = route.queries.value(name, io::Json::object());
+    const auto preset = schema.find("default");
+    if (preset == schema.end()) return "";
+    return preset->is_string() ? preset->get<std::string>() : preset->dump();
+}
+
+bool Route::is(const char* word) const {
+    const auto words = about.find("is");
+    return words != about.end() && std::ranges::count(*words, word) > 0;
+}
+
+std::vector<Route> routes_of(const std::map<std::string, Handler>& handlers) {
+    const auto interface = io::Json::parse(kInterface);
+    std::vector<Route> routes;
+    for (const auto& [key, about] : interface["operations"].items()) {
+        const size_t space = key.find(' ');
+        Route& route = routes.emplace_back();
+        route.method = key.substr(0, space);
+        route.path = key.substr(space + 1);
+        route.about = about;
+        route.handle = handlers.at(route.operation());
+        for (const std::string row : about.value("queries", io::Json::array()))
+            route.queries[row.substr(0, row.find('.'))] = interface["queries"][row];
+    }
+    return routes;
 }
 
 Handler replies(std::function<Reply(const Call&)> reply) {
@@ -81,7 +112,7 @@ Handler replies(std::function<Reply(const Call&)> reply) {
 
 bool is_open(const std::vector<Route>& routes, const std::string& method, const Target& target) {
     return std::ranges::any_of(routes, [&](const Route& route) {
-        return route.open && takes(route, method) && match(route.path, target.segments);
+        return takes(route, method) && match(route.path, target.segments) && route.is("open");
     });
 }
 
@@ -95,13 +126,13 @@ std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const st
             for (const auto& [key, value] : target.query)
                 if (const std::string fault = fault_of(route, key, value); !fault.empty())
                     return problem(400, fault);
-            for (const QueryParameter& query : route.queries)
-                if (query.required && !target.query.contains(query.name))
-                    return problem(400, query.name + " is not given");
+            for (const auto& [name, schema] : route.queries.items())
+                if (schema.contains("required") && !target.query.contains(name))
+                    return problem(400, name + " is not given");
             return Match{&route, std::move(*values)};
         }
         allowed.push_back(route.method);
-        if (route.method == "GET" && !route.streams) allowed.push_back("HEAD");
+        if (route.method == "GET" && !route.is("streams")) allowed.push_back("HEAD");
     }
     if (allowed.empty()) return problem(404, "unknown address");
     std::string list;

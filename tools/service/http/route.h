@@ -1,15 +1,17 @@
-// The table of routes: paths, methods and replies. Router, Allow, handlers and /openapi.json are
-// made from its rows.
+// Routes: the operations of the interface (interface.cpp) with their handlers. Router, Allow and
+// /openapi.json are made from them.
 #pragma once
 
 #include <charconv>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "tools/sequence/files/json.h"
 #include "tools/service/http/message.h"
 #include "tools/service/store/users.h"
 
@@ -18,28 +20,23 @@ namespace postchain::service {
 // The name of a user who is not known, at routes that are open. No user of a file has it.
 inline constexpr const char* kStranger = "\n";
 
+extern const char* const kInterface;  // JSON, interface.cpp
+
+struct Route;
+
 // A request with its route.
 struct Call {
     const Request& request;
     const Target& target;
+    const Route& route;
     std::vector<std::string> values;  // of the path's {names}, in order
     const User& user;
 
-    std::string query(const std::string& name) const;  // empty = not given
+    std::string query(const std::string& name) const;  // empty = not given, and without a default
+    template <class T>
+    T number(const std::string& name) const;  // of a query that has a default or is required
 };
 using Handler = std::function<void(const Call&, const Respond&)>;
-
-struct QueryParameter {
-    std::string name;
-    std::string description;
-    std::vector<std::string> words = {};  // the values it may have; empty = any
-    std::string pattern = {};             // instead of words: a regular expression
-    struct Range {
-        int64_t least, most;
-    };
-    std::optional<Range> integer = {};  // instead of words
-    bool required = false;
-};
 
 // The whole text as a number.
 template <class T>
@@ -53,22 +50,22 @@ std::optional<T> number_of(const std::string& text) {
 struct Route {
     std::string method = "GET";  // HEAD is GET without a body
     std::string path = {};       // "/v1/jobs/{id}"; "{name...}" takes the rest of the path
-    std::string operation = {};  // operationId
-    std::string summary = {};    // one line for /openapi.json
     Handler handle = {};
-    bool open = false;                         // requires no token
-    std::vector<QueryParameter> queries = {};  // others are refused
-    std::string body = {};                     // name of the body's schema; empty = no body
-    bool audited = false;                      // a line of the log for each request
-    int status = 200;                          // on success
-    std::vector<int> refusals = {};            // statuses besides those that any route has
-    std::string type = "application/json";
-    std::vector<std::string> other_types = {};  // that a request may ask for
-    std::string schema = {};                    // name of the reply's schema; empty = none
-    bool streams = false;                       // HEAD is not possible
-    bool at_once = false;                       // the reply is immediate and needs no other thread
-    bool reads_files = false;                   // may wait for a disk: runs on Shared::disk_pool
+    io::Json about = {};    // of the interface
+    io::Json queries = {};  // JSON Schemas by name; other queries are refused
+
+    std::string operation() const { return about.value("id", ""); }
+    bool has_body() const { return about.contains("body"); }
+    bool is(const char* word) const;
 };
+
+template <class T>
+T Call::number(const std::string& name) const {
+    return number_of<T>(query(name)).value_or(T());
+}
+
+// A route for each operation. `handlers` has one for each, by its id.
+std::vector<Route> routes_of(const std::map<std::string, Handler>& handlers);
 
 // A handler that replies at the end of the call.
 Handler replies(std::function<Reply(const Call&)> reply);

@@ -35,17 +35,10 @@ Reply reply_to(const Answer<T>& answer, const Made& made) {
 ImageWanted image_wanted(const Call& call) {
     ImageWanted wanted;
     if (call.query("type") == "values") wanted.type = page::kPictureType;
-    if (const auto side = number_of<int>(call.query("side"))) wanted.side = *side;
+    wanted.side = call.number<int>("side");
     wanted.share = call.request.share;
     wanted.left = call.request.left;
     return wanted;
-}
-
-std::vector<QueryParameter> image_queries() {
-    return {{"type", "png: 8 bits; values: half floats for a page", {"png", "values"}},
-            {.name = "side",
-             .description = concat("largest width and height; default ", ImageWanted().side),
-             .integer = {{1, kLargestImageSide}}}};
 }
 
 std::function<void(Answer<Picture>)> image_to(const Respond& respond) {
@@ -66,8 +59,6 @@ Reply job_reply(int status, const Answer<Job>& answer) {
 }
 
 // --------------------------------------------------------------- jobs: submission, list, changes
-constexpr int kJobs = 50, kMaxJobs = 500;  // per reply
-
 Reply submit(Service& service, const Call& call) {
     const std::string* key = call.request.header("Idempotency-Key");
     if (key && key->empty()) return problem(400, "Idempotency-Key is empty");
@@ -80,8 +71,8 @@ Reply submit(Service& service, const Call& call) {
     return reply;
 }
 
-Reply list(const Service& service, const Call& call) {
-    const size_t most = number_of<size_t>(call.query("limit")).value_or(kJobs);
+Reply list(Service& service, const Call& call) {
+    const auto most = call.number<size_t>("limit");
     auto answer = service.jobs({call.query("state"), call.query("owner"), call.query("search"),
                                 call.query("before"), most + 1});
     return reply_to(answer, [most](std::vector<Job> jobs) {
@@ -94,92 +85,7 @@ Reply list(const Service& service, const Call& call) {
     });
 }
 
-std::vector<std::string> states() {
-    std::vector<std::string> names;
-    for (const JobState state : kJobStates) names.emplace_back(name_of(state));
-    return names;
-}
-
-void add_job_routes(std::vector<Route>& routes, Service& service) {
-    const auto job = [&](Answer<Job> (Service::*change)(const User&, const std::string&)) {
-        return replies([&service, change](const Call& call) {
-            return job_reply(200, (service.*change)(call.user, call.values[0]));
-        });
-    };
-    routes.push_back({.method = "POST",
-                      .path = "/v1/jobs",
-                      .operation = "submitJob",
-                      .summary = "Submits a job",
-                      .handle = replies([&](const Call& call) { return submit(service, call); }),
-                      .body = "JobRequest",
-                      .audited = true,
-                      .status = 202,
-                      .refusals = {403, 409, 422},
-                      .schema = "Job",
-                      .reads_files = true});
-    routes.push_back(
-        {.path = "/v1/jobs",
-         .operation = "listJobs",
-         .summary = "Jobs, newest first",
-         .handle = replies([&](const Call& call) { return list(service, call); }),
-         .queries = {{"state", "only jobs in this state", states()},
-                     {"owner", "only jobs of this user"},
-                     {"search",
-                      "words that all occur in a job's id, kind, state, owner, message, input, "
-                      "output, camera, chains or study; case does not matter"},
-                     {"before", "a job's id: only older jobs", {}, "[1-9][0-9]{0,18}"},
-                     {.name = "limit",
-                      .description = concat("maximum number of jobs; default ", kJobs),
-                      .integer = {{1, kMaxJobs}}}},
-         .schema = "Jobs"});
-    routes.push_back({.path = "/v1/jobs/{id}",
-                      .operation = "getJob",
-                      .summary = "A job",
-                      .handle = replies([&](const Call& call) {
-                          return job_reply(200, service.job(call.values[0]));
-                      }),
-                      .schema = "Job"});
-    routes.push_back({.method = "PATCH",
-                      .path = "/v1/jobs/{id}",
-                      .operation = "changeJob",
-                      .summary = "Changes the priority of an unfinished job",
-                      .handle = replies([&](const Call& call) {
-                          return job_reply(
-                              200, service.change(call.user, call.values[0], call.request.body));
-                      }),
-                      .body = "JobChange",
-                      .audited = true,
-                      .refusals = {403, 409, 422},
-                      .schema = "Job"});
-    routes.push_back({.method = "DELETE",
-                      .path = "/v1/jobs/{id}",
-                      .operation = "cancelJob",
-                      .summary = "Cancels a job",
-                      .handle = job(&Service::cancel),
-                      .audited = true,
-                      .refusals = {403, 409},
-                      .schema = "Job"});
-    routes.push_back({.method = "POST",
-                      .path = "/v1/jobs/{id}/retry",
-                      .operation = "retryJob",
-                      .summary = "Runs the unfinished frames of a failed or canceled job",
-                      .handle = job(&Service::retry),
-                      .audited = true,
-                      .refusals = {403, 409},
-                      .schema = "Job",
-                      .reads_files = true});
-    routes.push_back({.method = "DELETE",
-                      .path = "/v1/jobs/{id}/record",
-                      .operation = "forgetJob",
-                      .summary = "Removes an ended job from the store; its outputs stay",
-                      .handle = job(&Service::forget),
-                      .audited = true,
-                      .refusals = {403, 409},
-                      .schema = "Job"});
-}
-
 // --------------------------------------------- results: frames, events, images, reports, outputs
-constexpr int kFrames = 1000, kMaxFrames = 5000;  // per reply
 constexpr const char* kNoFrame = "the frame is not a number";
 constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is not the number of an event";
 
@@ -212,7 +118,7 @@ std::optional<EventsWanted> events_wanted(const Service& service, const Call& ca
     return wanted;
 }
 
-Reply job_events(const Service& service, const Call& call) {
+Reply job_events(Service& service, const Call& call) {
     auto wanted = events_wanted(service, call, call.values[0]);
     if (!wanted) return problem(400, kNoEvent);
     return reply_to(service.job(call.values[0]), [&](const Job& job) {
@@ -229,16 +135,15 @@ Reply job_events(const Service& service, const Call& call) {
     });
 }
 
-Reply all_events(const Service& service, const Call& call) {
+Reply all_events(Service& service, const Call& call) {
     Reply reply;
     reply.type = "text/event-stream";
     reply.events = events_wanted(service, call, "");
     return reply.events ? reply : problem(400, kNoEvent);
 }
 
-Reply frames(const Service& service, const Call& call) {
-    const size_t most = number_of<size_t>(call.query("limit")).value_or(kFrames);
-    const size_t from = number_of<size_t>(call.query("from")).value_or(0);
+Reply frames(Service& service, const Call& call) {
+    const auto most = call.number<size_t>("limit"), from = call.number<size_t>("from");
     return reply_to(service.frames(call.values[0], from, most + 1),
                     [most, from](std::vector<JobFrame> frames) {
                         const bool more = frames.size() > most;
@@ -251,7 +156,7 @@ Reply frames(const Service& service, const Call& call) {
                     });
 }
 
-Reply frame(const Service& service, const Call& call) {
+Reply frame(Service& service, const Call& call) {
     const auto number = number_of<int>(call.values[1]);
     if (!number) return problem(404, kNoFrame);
     return reply_to(service.frame(call.values[0], *number), [](const JobFrame& frame) {
@@ -274,103 +179,11 @@ Reply report(const Service& service, PageParts& parts, const Call& call) {
     return reply;
 }
 
-Reply output(const Service& service, const Call& call) {
+Reply output(Service& service, const Call& call) {
     const auto number = number_of<int>(call.values[1]);
     if (!number) return problem(404, kNoFrame);
     return reply_to(service.output(call.user, call.values[0], *number),
                     [](const ResultFile& file) { return download_reply(file); });
-}
-
-void add_result_routes(std::vector<Route>& routes, Service& service) {
-    // Reads from the service only.
-    const auto read = [&](Reply (*reply)(const Service&, const Call&)) {
-        return replies([&service, reply](const Call& call) { return reply(service, call); });
-    };
-    const QueryParameter after = {"after", "an event's id, instead of the header Last-Event-ID"};
-    routes.push_back(
-        {.path = "/v1/jobs/{id}/frames",
-         .operation = "listFrames",
-         .summary = "Frames of a job, in its order",
-         .handle = read(frames),
-         .queries = {{.name = "from",
-                      .description = "how many frames to leave out before; default 0",
-                      .integer = {{0, 999'999'999}}},
-                     {.name = "limit",
-                      .description = concat("maximum number of frames; default ", kFrames),
-                      .integer = {{1, kMaxFrames}}}},
-         .schema = "Frames"});
-    routes.push_back({.path = "/v1/jobs/{id}/frames/{n}",
-                      .operation = "getFrame",
-                      .summary = "A frame of a job, with its sidecar",
-                      .handle = read(frame),
-                      .schema = "FrameDetail",
-                      .reads_files = true});
-    routes.push_back({.path = "/v1/jobs/{id}/events",
-                      .operation = "followJob",
-                      .summary = "Events of a job until it ends; 204 after the last one",
-                      .handle = read(job_events),
-                      .queries = {after},
-                      .type = "text/event-stream",
-                      .streams = true});
-    routes.push_back({.path = "/v1/events",
-                      .operation = "followJobs",
-                      .summary = "Events of all jobs",
-                      .handle = read(all_events),
-                      .queries = {after},
-                      .type = "text/event-stream",
-                      .streams = true});
-    for (const bool filtered : {false, true})
-        routes.push_back(
-            {.path =
-                 std::string("/v1/jobs/{id}/frames/{n}/") + (filtered ? "after.png" : "before.png"),
-             .operation = filtered ? "getThumbnailAfter" : "getThumbnailBefore",
-             .summary = filtered ? "A filtered frame, reduced" : "An input frame, reduced",
-             .handle =
-                 [&service, filtered](const Call& call, const Respond& respond) {
-                     const auto number = number_of<int>(call.values[1]);
-                     if (!number) return respond(problem(404, kNoFrame));
-                     service.frame_image(call.user, call.values[0], *number, filtered,
-                                         image_wanted(call), image_to(respond));
-                 },
-             .queries = image_queries(),
-             .refusals = {403, 422},
-             .type = "image/png",
-             .other_types = {page::kPictureType},
-             .reads_files = true});
-    routes.push_back(
-        {.path = "/v1/jobs/{id}/thumbnail.png",
-         .operation = "getJobThumbnail",
-         .summary = "The last finished frame of a job, otherwise its first input frame",
-         .handle =
-             [&service](const Call& call, const Respond& respond) {
-                 service.job_image(call.user, call.values[0], image_wanted(call),
-                                   image_to(respond));
-             },
-         .queries = image_queries(),
-         .refusals = {403, 422},
-         .type = "image/png",
-         .other_types = {page::kPictureType},
-         .reads_files = true});
-    routes.push_back({.path = "/v1/jobs/{id}/frames/{n}/output",
-                      .operation = "getOutput",
-                      .summary = "The output of a finished frame",
-                      .handle = read(output),
-                      .refusals = {403},
-                      .type = "image/*",
-                      .reads_files = true});
-    routes.push_back(
-        {.path = "/v1/jobs/{id}/report/{name...}",
-         .operation = "getReport",
-         .summary = "A file of the report of an ab, bench or study job",
-         .handle = replies([&service, parts = std::make_shared<PageParts>()](const Call& call) {
-             return report(service, *parts, call);
-         }),
-         .queries =
-             {{"pictures", "apart: a page without its pictures", {"apart"}},
-              {"picture", "the text of one picture of a page, by its id", {}, "image-[0-9]{1,9}"}},
-         .refusals = {422},
-         .type = "*/*",
-         .reads_files = true});
 }
 
 // ----------------------------------------- work without a job: plans, previews, checks of chains
@@ -378,6 +191,13 @@ constexpr size_t kLongestSession = 255;  // bytes, as /openapi.json says
 
 Reply as_json(const std::string& text) {
     return json_reply(200, text);
+}
+
+Reply check_chain(Service& service, const Call& call) {
+    return reply_to(service.check_chain(call.request.body), [](const CheckedChain& found) {
+        return json_reply(200, "{\"diagnostics\": " + json_of(found.diagnostics) +
+                                   ", \"chain\": " + io::json_text(found.values) + "}");
+    });
 }
 
 void preview(Service& service, const Call& call, const Respond& respond) {
@@ -391,91 +211,6 @@ void preview(Service& service, const Call& call, const Respond& respond) {
     wanted.share = call.request.share;
     wanted.left = call.request.left;
     service.preview(call.user, call.request.body, wanted, image_to(respond));
-}
-
-void add_tool_routes(std::vector<Route>& routes, Service& service) {
-    routes.push_back(
-        {.path = "/v1/browse",
-         .operation = "browseFolder",
-         .summary = "Folders, sequences, cameras, chains and studies in a folder",
-         .handle = replies([&](const Call& call) {
-             return reply_to(service.browse(call.user, call.query("folder")), as_json);
-         }),
-         .queries = {{"folder", "a folder of the roots; default: the root, or a list of them"}},
-         .refusals = {403, 404},
-         .schema = "Folder",
-         .reads_files = true});
-    routes.push_back({.path = "/v1/chains",
-                      .operation = "listChains",
-                      .summary = "The shipped chains, or one chain file",
-                      .handle = replies([&](const Call& call) {
-                          return reply_to(service.chains(call.user, call.query("file")), as_json);
-                      }),
-                      .queries = {{"file", "a chain file of the roots"}},
-                      .refusals = {403, 404, 422},
-                      .schema = "Chains",
-                      .reads_files = true});
-    routes.push_back({.path = "/v1/image",
-                      .operation = "getInputFrame",
-                      .summary = "A frame of an input, reduced",
-                      .handle =
-                          [&](const Call& call, const Respond& respond) {
-                              service.input_image(call.user, call.query("input"),
-                                                  *number_of<int>(call.query("frame")),
-                                                  image_wanted(call), image_to(respond));
-                          },
-                      .queries =
-                          [] {
-                              auto queries = image_queries();
-                              queries.push_back({.name = "input",
-                                                 .description = "frames, as in a job",
-                                                 .required = true});
-                              queries.push_back({.name = "frame",
-                                                 .description = "a frame number",
-                                                 .pattern = "-?[0-9]{1,9}",
-                                                 .required = true});
-                              return queries;
-                          }(),
-                      .refusals = {403, 404, 422},
-                      .type = "image/png",
-                      .other_types = {page::kPictureType},
-                      .reads_files = true});
-    routes.push_back({.method = "POST",
-                      .path = "/v1/plan",
-                      .operation = "planFrames",
-                      .summary = "Plans frames: steps, elided steps with reasons",
-                      .handle = replies([&](const Call& call) {
-                          return reply_to(service.plan(call.user, call.request.body), as_json);
-                      }),
-                      .body = "PlanRequest",
-                      .refusals = {403, 422},
-                      .reads_files = true});
-    routes.push_back({.method = "POST",
-                      .path = "/v1/preview",
-                      .operation = "previewFrame",
-                      .summary = "Filters one frame. A later preview with the same header "
-                                 "Preview-Session ends an earlier one",
-                      .handle = [&](const Call& call,
-                                    const Respond& respond) { preview(service, call, respond); },
-                      .body = "PreviewRequest",
-                      .refusals = {403, 409, 422},
-                      .type = "image/png",
-                      .other_types = {kExrType, page::kPictureType},
-                      .reads_files = true});
-    routes.push_back(
-        {.method = "POST",
-         .path = "/v1/chain/check",
-         .operation = "checkChain",
-         .summary = "Checks the text of a chain file",
-         .handle = replies([&](const Call& call) {
-             return reply_to(service.check_chain(call.request.body), [](const CheckedChain& found) {
-                 return json_reply(200, "{\"diagnostics\": " + json_of(found.diagnostics) +
-                                            ", \"chain\": " + io::json_text(found.values) + "}");
-             });
-         }),
-         .body = "ChainText",
-         .refusals = {422},
-         .schema = "CheckedChain"});
 }
 
 // ---------------------------------- the service itself: page, user, schemas, health, counters
@@ -515,82 +250,14 @@ Reply readiness(const Service& service, const RequestThreads& threads, const Cal
     return reply;
 }
 
-// The last of all: /openapi.json describes the routes before it.
-void add_about_routes(std::vector<Route>& routes, Service& service, const Guard& guard,
-                      const std::string& version, const RequestThreads& threads) {
-    const auto text = [&](const char* path, const char* operation, const char* summary,
-                          std::function<std::string()> get) {
-        routes.push_back({.path = path,
-                          .operation = operation,
-                          .summary = summary,
-                          .handle = replies([get = std::move(get)](const Call&) {
-                              return json_reply(200, get());
-                          })});
-    };
-    routes.push_back({.path = "/v1/user",
-                      .operation = "getUser",
-                      .summary = "Whose requests these are",
-                      .handle = replies([version](const Call& call) {
-                          return json_reply(200, io::json_text({{"user", call.user.name},
-                                                                {"admin", call.user.admin},
-                                                                {"version", version}}));
-                      }),
-                      .at_once = true});
-    text("/v1/passes", "listPasses", "Passes and parameters", [&] { return service.passes(); });
-    text("/v1/schema", "getChainSchema", "JSON Schema of a chain file",
-         [&] { return service.chain_schema(); });
-    text("/v1/schema/job", "getJobSchema", "JSON Schema of a job",
-         [&] { return io::json_text(service.job_schema(), 2); });
-    text("/openapi.json", "getOpenApi", "This interface as OpenAPI", [&, version] {
-        return openapi_of(routes, service.job_schema(), version, !guard.users().are_everyone());
+Handler page_file(const char* file, const char* type) {
+    return replies([file, type](const Call&) {
+        Reply reply;
+        reply.type = type;
+        reply.body = page::file(file);
+        reply.headers.emplace_back(kPolicy, kPagePolicy);
+        return reply;
     });
-    routes.push_back(
-        {.path = "/healthz",
-         .operation = "getHealth",
-         .summary = "200 while the process runs",
-         .handle = replies([](const Call&) { return json_reply(200, "{\"status\": \"ok\"}"); }),
-         .open = true,
-         .at_once = true});
-    routes.push_back(
-        {.path = "/readyz",
-         .operation = "getReadiness",
-         .summary = "200 if the service accepts jobs and they make progress, otherwise 503",
-         .handle = replies(
-             [&service, threads](const Call& call) { return readiness(service, threads, call); }),
-         .open = true,
-         .at_once = true});
-    routes.push_back({.path = "/metrics",
-                      .operation = "getMetrics",
-                      .summary = "Prometheus text format",
-                      .handle = replies([&service, threads](const Call&) {
-                          Reply reply;
-                          reply.type = "text/plain; version=0.0.4; charset=utf-8";
-                          reply.body = service.metrics() + threads.metrics();
-                          return reply;
-                      }),
-                      .type = "text/plain"});
-    const auto page_file = [&](const char* path, const std::string& type, const char* operation,
-                               const char* summary, const char* file) {
-        routes.push_back({.path = path,
-                          .operation = operation,
-                          .summary = summary,
-                          .handle = replies([type, file](const Call&) {
-                              Reply reply;
-                              reply.type = type;
-                              reply.body = page::file(file);
-                              reply.headers.emplace_back(kPolicy, kPagePolicy);
-                              return reply;
-                          }),
-                          .open = true,
-                          .type = type.substr(0, type.find(';')),
-                          .at_once = true});
-    };
-    page_file("/", "text/html; charset=utf-8", "getPage", "The page", "service/index.html");
-    page_file("/page/style.css", "text/css; charset=utf-8", "getPageStyle", "Its style",
-              "service/style.css");
-    page_file("/page/icon.svg", "image/svg+xml", "getPageIcon", "Its icon", "service/icon.svg");
-    page_file("/page/main.js", "text/javascript; charset=utf-8", "getPageScript", "Its script",
-              "service/main.js");
 }
 
 }  // namespace
@@ -598,23 +265,100 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
 Api::Api(Service& service, const GuardSettings& guard, const std::string& version,
          const RequestThreads& threads)
     : guard_(guard) {
-    add_job_routes(routes_, service);
-    add_result_routes(routes_, service);
-    add_tool_routes(routes_, service);
-    add_about_routes(routes_, service, guard_, version, threads);
+    const auto with = [&](Reply (*reply)(Service&, const Call&)) {
+        return replies([&service, reply](const Call& call) { return reply(service, call); });
+    };
+    const auto change = [&](Answer<Job> (Service::*of)(const User&, const std::string&)) {
+        return replies([&service, of](const Call& call) {
+            return job_reply(200, (service.*of)(call.user, call.values[0]));
+        });
+    };
+    const auto text = [](std::function<std::string()> get) {
+        return replies([get = std::move(get)](const Call&) { return json_reply(200, get()); });
+    };
+    const auto frame_image = [&](bool filtered) {
+        return [&service, filtered](const Call& call, const Respond& respond) {
+            const auto number = number_of<int>(call.values[1]);
+            if (!number) return respond(problem(404, kNoFrame));
+            service.frame_image(call.user, call.values[0], *number, filtered, image_wanted(call),
+                                image_to(respond));
+        };
+    };
+    const auto parts = std::make_shared<PageParts>();
+    routes_ = routes_of({
+        {"submitJob", with(submit)},
+        {"listJobs", with(list)},
+        {"getJob", with([](Service& of, const Call& call) {
+             return job_reply(200, of.job(call.values[0]));
+         })},
+        {"changeJob", with([](Service& of, const Call& call) {
+             return job_reply(200, of.change(call.user, call.values[0], call.request.body));
+         })},
+        {"cancelJob", change(&Service::cancel)},
+        {"retryJob", change(&Service::retry)},
+        {"forgetJob", change(&Service::forget)},
+        {"listFrames", with(frames)},
+        {"getFrame", with(frame)},
+        {"followJob", with(job_events)},
+        {"followJobs", with(all_events)},
+        {"getThumbnailBefore", frame_image(false)},
+        {"getThumbnailAfter", frame_image(true)},
+        {"getJobThumbnail",
+         [&](const Call& call, const Respond& respond) {
+             service.job_image(call.user, call.values[0], image_wanted(call), image_to(respond));
+         }},
+        {"getOutput", with(output)},
+        {"getReport",
+         replies([&service, parts](const Call& call) { return report(service, *parts, call); })},
+        {"browseFolder", with([](Service& of, const Call& call) {
+             return reply_to(of.browse(call.user, call.query("folder")), as_json);
+         })},
+        {"listChains", with([](Service& of, const Call& call) {
+             return reply_to(of.chains(call.user, call.query("file")), as_json);
+         })},
+        {"getInputFrame",
+         [&](const Call& call, const Respond& respond) {
+             service.input_image(call.user, call.query("input"), call.number<int>("frame"),
+                                 image_wanted(call), image_to(respond));
+         }},
+        {"planFrames", with([](Service& of, const Call& call) {
+             return reply_to(of.plan(call.user, call.request.body), as_json);
+         })},
+        {"previewFrame",
+         [&](const Call& call, const Respond& respond) { preview(service, call, respond); }},
+        {"checkChain", with(check_chain)},
+        {"getUser", replies([version](const Call& call) {
+             return json_reply(200, io::json_text({{"user", call.user.name},
+                                                   {"admin", call.user.admin},
+                                                   {"version", version}}));
+         })},
+        {"listPasses", text([&] { return service.passes(); })},
+        {"getChainSchema", text([&] { return service.chain_schema(); })},
+        {"getJobSchema", text([&] { return io::json_text(service.job_schema(), 2); })},
+        {"getOpenApi", text([&, version] {
+             return openapi_of(routes_, service.job_schema(), version,
+                               !guard_.users().are_everyone());
+         })},
+        {"getHealth", text([] { return "{\"status\": \"ok\"}"; })},
+        {"getReadiness", replies([&service, threads](const Call& call) {
+             return readiness(service, threads, call);
+         })},
+        {"getMetrics", replies([&service, threads](const Call&) {
+             Reply reply;
+             reply.type = "text/plain; version=0.0.4; charset=utf-8";
+             reply.body = service.metrics() + threads.metrics();
+             return reply;
+         })},
+        {"getPage", page_file("service/index.html", "text/html; charset=utf-8")},
+        {"getPageStyle", page_file("service/style.css", "text/css; charset=utf-8")},
+        {"getPageIcon", page_file("service/icon.svg", "image/svg+xml")},
+        {"getPageScript", page_file("service/main.js", "text/javascript; charset=utf-8")},
+    });
 }
 
 std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     if (auto refused = guard_.refuse_shape(header)) return std::move(*refused);
-    // Addresses in the page are relative to a folder.
-    if (guard_.is_base(header.target)) {
-        Reply reply;
-        reply.status = 308;
-        reply.type = "text/plain";
-        reply.headers.emplace_back("Location", header.target + "/");
-        return reply;
-    }
-    auto target = parse_target(guard_.without_base(header.target));
+    auto target = parse_target(header.target);
     if (!target) return problem(400, "the address is malformed");
     auto found = find_route(routes_, header.method, *target);
     // A client without the token learns nothing about the routes.
@@ -625,10 +369,10 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     const Route& route = *std::get<Match>(found).route;
     const std::string* type = header.header("Content-Type");
     const std::string media = type ? type->substr(0, type->find(';')) : "";
-    if (!route.body.empty() && !same_word(media.substr(0, media.find(' ')), "application/json"))
+    if (route.has_body() && !same_word(media.substr(0, media.find(' ')), "application/json"))
         return problem(415, "the body must be Content-Type: application/json");
     if (header.header("Content-Encoding")) return problem(415, "Content-Encoding is not allowed");
-    if (route.body.empty()) {
+    if (!route.has_body()) {
         const std::string* length = header.header("Content-Length");
         if (header.header("Transfer-Encoding") || (length && *length != "0"))
             return problem(413, "this address does not take a body");
@@ -641,7 +385,7 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
 void Api::run(const Admitted& admitted, const Request& request, const Respond& respond) const {
     static const User stranger{.name = kStranger};
     const Match& match = admitted.match;
-    match.route->handle({request, admitted.target, match.values,
+    match.route->handle({request, admitted.target, *match.route, match.values,
                          admitted.sender.user ? *admitted.sender.user : stranger},
                         respond);
 }

@@ -46,7 +46,6 @@ struct ServeOptions {
     std::string users;
     std::string user_header;
     std::vector<std::string> trusted;  // proxies
-    std::string base_path;
     double frame_timeout_s = 1800;
     double slice_s = 60;
     int keep_jobs = 1000;
@@ -115,9 +114,6 @@ const ParameterTable& serve_parameters() {
                   text_row("FILE",
                            "print the hash of the token in the first line of this file and end; - "
                            "reads the standard input"))
-            .text(
-                "base_path", &O::base_path,
-                text_row("PATH", "path under which a proxy shows the service, such as /postchain"))
             .number(
                 "frame_timeout", &O::frame_timeout_s,
                 number_row(0, 86400,
@@ -446,10 +442,6 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
                                                     "' is not the name of a host; expected a form "
                                                     "like farm.example"));
     settings.guard.hosts = serve.hosts;
-    settings.guard.base = serve.base_path;
-    while (settings.guard.base.ends_with("/")) settings.guard.base.pop_back();
-    if (!settings.guard.base.empty() && settings.guard.base[0] != '/')
-        return Status(StatusCode::usage, "--base-path: begins with /, such as /postchain");
     for (const std::string& text : serve.trusted) {
         ASSIGN_OR_RETURN(const auto network, service::Network::parse(text).at("--trusted-proxy"));
         settings.guard.trusted.push_back(network);

@@ -16,7 +16,6 @@ constexpr size_t kShortestToken = 16, kLongestToken = 512;
 
 using Digest = std::array<unsigned char, 32>;
 constexpr std::string_view kHashName = "blake2b-";
-constexpr size_t kMaxTokens = 8;  // of a user
 
 // Tokens are random and long, so that neither a salt nor a slow hash is needed, and hashes may be
 // compared in any time.
@@ -114,9 +113,9 @@ class UsersReader {
             const std::string at = place + "." + key.text;
             const Parameter* row = user_table().find(key.text);
             if (key.text == "roots") {
-                read_roots(value, at, *user);
+                read_list(value, at, "folders", check_folder_, user->roots);
             } else if (key.text == "tokens") {
-                read_tokens(value, at, *user);
+                read_list(value, at, "hashes of tokens", check_hash, user->tokens);
             } else if (!row) {
                 reporter_.error(key, at, unknown_word("key", key.text, known));
             } else if (Status status = set_row(user_table(), user.get(), *row, value);
@@ -140,25 +139,15 @@ class UsersReader {
         users_.push_back(std::move(user));
     }
 
-    void read_tokens(const TextNode& node, const std::string& place, User& user) {
-        if (!node.is_list() || node.items.empty() || node.items.size() > kMaxTokens)
-            return reporter_.error(
-                node, place, concat("expected a list of 1 to ", kMaxTokens, " hashes of tokens"));
-        for (const TextNode& item : node.items) {
-            const Status status = check_hash(item.is_scalar() ? item.text : "");
-            if (!status.ok()) reporter_.error(item, place, status.message());
-            user.tokens.push_back(item.text);
-        }
-    }
-
-    void read_roots(const TextNode& node, const std::string& place, User& user) {
+    void read_list(const TextNode& node, const std::string& place, const char* what,
+                   const Users::CheckFolder& check, std::vector<std::string>& list) {
         if (!node.is_list() || node.items.empty())
-            return reporter_.error(node, place, "expected a list of folders");
+            return reporter_.error(node, place, concat("expected a list of ", what));
         for (const TextNode& item : node.items) {
-            const Status status = item.is_scalar() ? check_folder_(item.text)
-                                                   : Status(StatusCode::usage, "expected a folder");
+            const Status status = item.is_scalar() ? check(item.text)
+                                                   : Status(StatusCode::usage, "expected a string");
             if (!status.ok()) reporter_.error(item, place, status.message());
-            user.roots.push_back(item.text);
+            list.push_back(item.text);
         }
     }
 

@@ -52,6 +52,7 @@ ALLOWED_LIBRARIES = {
     "spdlog": ["tools/apps"],
     "GLFW": ["tools/apps/view"],
     "boost": ["tools/measure/experiment", "tools/service/http"],
+    "SQLiteCpp": ["tools/service/store"],
     "sqlite3.h": ["tools/service/store"],
     "prometheus": ["tools/service/work", "tools/service/http"],
     "imgui.h": ["tools/apps/view"],

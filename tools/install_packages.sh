@@ -16,7 +16,7 @@ packages=(
 )
 declare -A parts=(
     [lab]="libboost-dev"
-    [serve]="libboost-dev libsqlite3-dev libsodium-dev prometheus-cpp-dev curl"
+    [serve]="libboost-dev libsqlitecpp-dev libsodium-dev prometheus-cpp-dev curl"
     [view]="libglfw3-dev libimgui-dev libfontconfig-dev"
     [python]="pybind11-dev python3-dev python3-numpy"
     [blender]=""

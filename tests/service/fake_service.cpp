@@ -201,11 +201,6 @@ Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
     return found;
 }
 
-Answer<bool> Service::is_lost(int64_t event) const {
-    const std::lock_guard lock(state_->mutex);
-    return event > int64_t(state_->all.size());
-}
-
 void Service::on_event(std::function<void(const Event&)> listener) {
     const std::lock_guard lock(state_->mutex);
     state_->listener = std::move(listener);

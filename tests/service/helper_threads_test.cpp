@@ -7,12 +7,12 @@
 #include <atomic>
 #include <future>
 #include <mutex>
-#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "chain/base/stop.h"
-#include "tools/service/work/disk_check.h"
+#include "tools/service/work/health_watch.h"
 
 namespace postchain::service {
 namespace {
@@ -220,28 +220,6 @@ TEST_F(Turns, ATaskAsksItsOwnFlag) {
     EXPECT_FALSE(is_stopped());
 }
 
-TEST(DiskChecks, EndWithoutADiskThatDoesNotAnswer) {
-    std::promise<void> answers, asked;
-    auto mine = std::make_shared<int>();
-    const std::weak_ptr<int> held = mine;
-    std::optional<DiskCheck> disks(
-        std::in_place, std::vector<std::string>{"quick", "slow"},
-        [&, mine = std::move(mine),
-         answer = answers.get_future().share()](const std::string& folder) -> std::string {
-            if (folder == "quick") return "quick: the disk is full";
-            answer.wait();
-            asked.set_value();
-            return "";
-        });
-    EXPECT_THAT(disks->fault(), testing::StartsWith("slow: the disk has not answered for "));
-    const auto begin = std::chrono::steady_clock::now();
-    disks.reset();
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
-    EXPECT_FALSE(held.expired()) << "the thread still uses it";
-    answers.set_value();
-    asked.get_future().wait();
-}
-
 // Out of memory, for example.
 TEST(Threads, AnExceptionEndsItsThreadAlone) {
     std::promise<void> begun;
@@ -251,17 +229,47 @@ TEST(Threads, AnExceptionEndsItsThreadAlone) {
     });
     begun.get_future().wait();
     thread->join();
-    DiskCheck disks({"a"}, [](const std::string&) -> std::string { throw std::bad_alloc(); });
-    for (int again = 0; again < 2; ++again)
-        EXPECT_THAT(disks.fault(), testing::HasSubstr("not enough memory"));
 }
 
-TEST(DiskChecks, NameEveryFault) {
-    DiskCheck disks({"a", "b", "c"}, [](const std::string& folder) {
-        return folder == "b" ? std::string() : folder + ": no";
-    });
-    EXPECT_EQ(disks.fault(), "a: no; c: no");
-    EXPECT_EQ(DiskCheck({"/nowhere"}).fault(), "/nowhere: cannot be written");
+TEST(HealthWatches, EndWithoutADiskThatDoesNotAnswer) {
+    std::promise<void> answers;
+    std::promise<void> answered;
+    // The thread uses it after the end of the test.
+    static auto* const watch = new HealthWatch(
+        {"quick", "slow"}, [] { return WatchedHealth(); }, 100ms,
+        [&](const std::string& folder) -> std::string {
+            if (folder == "quick") return "quick: the disk is full";
+            answers.get_future().wait();
+            answered.set_value();
+            return "";
+        });
+    ASSERT_TRUE(watch->begin().ok());
+    int64_t late_s = 0;
+    EXPECT_THAT(watch->last(late_s).disks,
+                testing::StartsWith("slow: the disk has not answered for "));
+    EXPECT_GT(late_s, 0);
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(watch->end(), 1u) << "the thread still uses it";
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+    answers.set_value();
+    answered.get_future().wait();
+}
+
+TEST(HealthWatches, NameEveryFaultAndOutliveExceptions) {
+    std::atomic<int> looks = 0;
+    HealthWatch watch(
+        {"a", "b", "c"}, [] { return WatchedHealth(); }, 60s,
+        [&](const std::string& folder) {
+            if (looks++ == 0) throw std::bad_alloc();
+            return folder == "b" ? std::string() : folder + ": no";
+        });
+    ASSERT_TRUE(watch.begin().ok());
+    int64_t late_s = 0;
+    for (int i = 0; i < 5000 && watch.last(late_s).disks.empty(); ++i)
+        std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(watch.last(late_s).disks, "a: no; c: no");
+    EXPECT_EQ(late_s, 0);
+    EXPECT_EQ(trouble_of_folder("/nowhere"), "/nowhere: cannot be written");
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include <thread>
 
 #include "tests/service/store_fixture.h"
-#include "tools/service/http/job_json.h"
 #include "tools/service/store/store_file.h"
 
 namespace {
@@ -96,7 +95,7 @@ TEST_F(StoreTest, OtherFilesAreRefusedAndStay) {
     fs::remove(path());
     open();
     for (const auto& [version, why] :
-         {std::pair{99, "later version"}, {2, "before the first release"}}) {
+         {std::pair{99, "a later version"}, {4, "an earlier version"}}) {
         run_sql(concat("PRAGMA user_version = ", version));
         EXPECT_THAT(refusal(), HasSubstr(why));
     }
@@ -134,56 +133,6 @@ TEST_F(StoreTest, BackupsOfAStoreInUse) {
     EXPECT_EQ(back_up(copy, path()).code(), StatusCode::usage) << "another program's";
     EXPECT_EQ(back_up(path(), copy).code(), StatusCode::output);
     EXPECT_EQ(Database(path(), Database::Open::existing).number("SELECT COUNT(*) FROM mine"), 0);
-}
-
-// Its ids go on above all that it has given, and those in between are known to be lost.
-TEST_F(StoreTest, EventsAfterACopyWasPutBack) {
-    for (const bool by_backup : {true, false}) {
-        open();
-        const std::string id = add();
-        const int64_t kept = events(id).back().id;
-        const std::string copy = folder_.path("copy.sqlite");
-        if (by_backup) {
-            ASSERT_TRUE(back_up(path(), copy).ok());
-        } else {
-            store_.reset();
-            fs::copy_file(path(), copy, fs::copy_options::overwrite_existing);
-            open();
-        }
-        ASSERT_TRUE(*store_->cancel(id));
-        const int64_t lost = events(id).back().id;
-        EXPECT_GT(lost, kept);
-        EXPECT_FALSE(*store_->is_lost(lost));
-        EXPECT_TRUE(*store_->is_lost(lost + 1)) << "not given yet";
-        for (int again = 0; again < 2; ++again) {
-            store_.reset();
-            fs::copy_file(copy, path(), fs::copy_options::overwrite_existing);
-            open();
-            EXPECT_TRUE(*store_->is_lost(lost)) << by_backup;
-            EXPECT_FALSE(*store_->is_lost(kept));
-            EXPECT_FALSE(*store_->is_lost(0));
-            const std::string later = add();
-            const int64_t next = events(later).back().id;
-            EXPECT_GT(next, lost) << by_backup;
-            EXPECT_TRUE(*store_->is_lost(next - 1)) << "no event has it";
-            EXPECT_EQ(events(id).size(), 1u) << "its event is not old";
-            open();
-            EXPECT_FALSE(*store_->is_lost(next)) << "a restart is no loss";
-        }
-        store_.reset();
-        for (const char* suffix : {"", ".lock"}) fs::remove(path() + suffix);
-    }
-}
-
-TEST_F(StoreTest, EventsAfterACopyWithoutAnyWasPutBack) {
-    const std::string copy = folder_.path("copy.sqlite");
-    ASSERT_TRUE(back_up(path(), copy).ok());
-    const int64_t lost = events(add()).back().id;
-    store_.reset();
-    fs::copy_file(copy, path(), fs::copy_options::overwrite_existing);
-    open();
-    EXPECT_GT(events(add()).back().id, lost + 1);
-    EXPECT_TRUE(*store_->is_lost(lost));
 }
 
 // While another program holds the file, and a change waits for it.
@@ -244,92 +193,6 @@ TEST_F(StoreTest, RequestsAreApartFromTheRowsOfJobs) {
     for (const char* words : {"shots/a", "QUEUED ann", "run a.####"})
         EXPECT_EQ(store_->jobs("", "", 9, "", words)->size(), 1u) << words;
     EXPECT_TRUE(store_->jobs("", "", 9, "", "chain_text")->empty());
-}
-
-// As the former version wrote it.
-constexpr const char* kVersion4 = R"sql(
-CREATE TABLE jobs(
-  id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,
-  priority INTEGER NOT NULL, body TEXT NOT NULL, key TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
-  created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL DEFAULT 0,
-  ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
-  done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
-  exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
-  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0,
-  owner TEXT NOT NULL DEFAULT '', bytes INTEGER NOT NULL DEFAULT 0,
-  remote TEXT NOT NULL DEFAULT '', output TEXT NOT NULL DEFAULT '',
-  about TEXT NOT NULL DEFAULT '{}');
-CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
-CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
-CREATE TABLE frames(
-  job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
-  frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
-  begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
-  alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL,
-  message TEXT NOT NULL DEFAULT '', filter_ms REAL NOT NULL DEFAULT 0,
-  PRIMARY KEY(job, frame)) WITHOUT ROWID;
-CREATE TABLE events(
-  id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
-  time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
-CREATE INDEX events_job ON events(job, id);
-CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
-PRAGMA application_id = 1885555283;
-PRAGMA user_version = 4;
-INSERT INTO jobs(kind, state, priority, body, key, message, created_ms, started_ms, ended_ms, frames,
-                 done, failed, exit_code, verdict, owner, bytes, output, about)
-  VALUES('ab', 'failed', 3, '{"output": "Out/b.exr"}', 'k', 'why', 1005, 2007, 3011, 4, 2, 1, 8, 'v',
-         'ann', 70, 'to', '{"chain": "c"}');
-INSERT INTO jobs(kind, state, priority, body, key, created_ms, remote)
-  VALUES('run', 'running', 0, 'no JSON', '', 5, '17');
-INSERT INTO frames(job, place, frame, state, attempts, held, output, message, filter_ms)
-  VALUES(1, 0, 9, 'quarantined', 2, 0, 'o9', 'a fault', 0), (1, 1, 7, 'written', 1, 1, 'o7', '', 2.5);
-INSERT INTO events(job, time_ms, type, data)
-  VALUES(1, 1005, 'queued', '{"kind":"ab"}'), (1, 3011, 'done', '{}');
-)sql";
-
-TEST_F(StoreTest, AStoreOfTheFormerVersionIsCopiedAndConverted) {
-    replace(kVersion4);
-    open();
-    EXPECT_THAT(said_, testing::ElementsAre(HasSubstr("is converted; a copy")));
-    EXPECT_EQ(
-        io::json_text(json_of(**store_->job_of_key("k"), job_fields())),
-        R"({"id":"1","kind":"ab","state":"failed","owner":"ann","priority":3,"message":"why",)"
-        R"("created":"1970-01-01T00:00:01.005Z","started":"1970-01-01T00:00:02.007Z",)"
-        R"("ended":"1970-01-01T00:00:03.011Z","frames":4,"done":2,"failed":1,"bytes":70,"place":0,)"
-        R"("remaining_s":0.0,"exit_code":8,"verdict":"v","about":{"chain":"c"},)"
-        R"("request":{"output":"Out/b.exr"}})");
-    std::string frames;
-    for (const JobFrame& frame : test::must(store_->frames("1")))
-        frames += io::json_text(json_of(frame, frame_fields())) + "\n";
-    EXPECT_EQ(frames,
-              R"({"frame":9,"state":"quarantined","attempts":2,"output":"o9","message":"a fault",)"
-              R"("filter_ms":0.0})"
-              "\n"
-              R"({"frame":7,"state":"written","attempts":1,"output":"o7","message":"",)"
-              R"("filter_ms":2.5})"
-              "\n");
-    EXPECT_EQ(store_->tally("1")->held, 1);
-    EXPECT_EQ(store_->jobs("", "", 9, "", "out/b")->size(), 1u);
-    EXPECT_EQ(told("1"), (std::vector<std::string>{R"(queued {"kind":"ab"})", "done {}"}));
-    EXPECT_EQ(std::tuple(events("1")[1].id, events("1")[1].time_ms), std::tuple(2, 3011));
-    EXPECT_EQ(*store_->remote("2"), "17");
-    EXPECT_EQ(job("2").state, JobState::queued);
-    ASSERT_TRUE(*store_->forget("1"));
-    EXPECT_TRUE(events("1").empty()) << "rows still belong to their jobs";
-    open();
-    EXPECT_EQ(job_count(), 1u);
-    // The way back: the copy is a store of the former version.
-    Database copy(path() + ".v4", Database::Open::existing);
-    EXPECT_EQ(copy.number("PRAGMA user_version"), 4);
-    EXPECT_EQ(copy.text("SELECT body FROM jobs WHERE id = 2"), "no JSON");
-}
-
-TEST_F(StoreTest, WithoutACopyNothingIsConverted) {
-    replace(kVersion4);
-    std::ofstream(path() + ".v4") << "a file of another program";
-    EXPECT_THAT(refusal(), HasSubstr(".v4 is not a backup of a store"));
-    Database former(path(), Database::Open::existing);
-    EXPECT_EQ(former.number("PRAGMA user_version"), 4);
 }
 
 TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {

@@ -28,9 +28,7 @@ class StoreTest : public testing::Test {
     void SetUp() override { open(); }
     void open(int attempts = 3, const Retention& keep = Retention()) {
         store_.reset();
-        said_.clear();
-        store_ = test::must(JobStore::open(
-            path(), attempts, keep, [this](const std::string& text) { said_.push_back(text); }));
+        store_ = test::must(JobStore::open(path(), attempts, keep));
     }
     // Closes the store. Runs statements of another program in its file.
     void run_sql(const std::string& sql) {
@@ -110,7 +108,6 @@ class StoreTest : public testing::Test {
 
     test::TempFolder folder_;
     std::unique_ptr<JobStore> store_;
-    std::vector<std::string> said_;  // by open()
 };
 
 }  // namespace postchain::service

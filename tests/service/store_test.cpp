@@ -9,7 +9,6 @@
 
 #include "tests/service/store_fixture.h"
 #include "tools/service/http/job_json.h"
-#include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {
@@ -283,30 +282,6 @@ TEST_F(StoreTest, TheOldestEndedJobsGo) {
     EXPECT_TRUE(events("2").empty());
 }
 
-// An age is computed only with a clock that can be right.
-TEST_F(StoreTest, JobsAreNotRemovedByAClockThatHasJumped) {
-    const std::string first = add_ended(), second = add_ended();
-    const auto open_at = [&](const char* fact, int64_t value) {
-        run_sql(concat("INSERT OR REPLACE INTO facts VALUES('", fact, "', ", value, ")"));
-        open(3, {.jobs = 1000, .days = 2});
-        return said_;
-    };
-    const int64_t day = 86'400'000, now = now_ms();
-    run_sql("UPDATE jobs SET ended_ms = ended_ms - 40 * 86400000 WHERE id = 1");
-    EXPECT_THAT(open_at("clock_ms", now - 40 * day),
-                ElementsAre(HasSubstr("the clock is 40 days")));
-    EXPECT_TRUE(*store_->job(first));
-    EXPECT_TRUE(open_at("jump_ms", now - day / 2).empty()) << "said once";
-    EXPECT_TRUE(*store_->job(first));
-    for (const int64_t again : {now + day, now - 40 * day})  // begins the wait anew
-        EXPECT_THAT(open_at("jump_ms", again), ElementsAre(HasSubstr("the clock is 40 days")));
-    EXPECT_TRUE(*store_->job(first));
-    open_at("jump_ms", now - day - 1000);
-    EXPECT_FALSE(*store_->job(first)) << "it has been so for a day";
-    EXPECT_TRUE(open_at("clock_ms", now + 400 * day).empty()) << "set back";
-    EXPECT_TRUE(*store_->job(second));
-}
-
 // A job that ended while the clock was wrong is not the newest for ever.
 TEST_F(StoreTest, JobsGoInTheOrderOfTheirEnds) {
     const std::string first = add_ended(), second = add_ended(), third = add_ended();
@@ -529,21 +504,22 @@ TEST_F(StoreTest, DeathsCountUntilAFrameHasEnded) {
     }
 }
 
-TEST_F(StoreTest, OwnersAreShownWithUnfinishedFramesOfUnfinishedJobs) {
-    const std::string id = running(3, user_of("ann"));
-    write(id, 1);
-    running(5, user_of("bob"));
-    for (int i = 0; i < 2; ++i) add(0, user_of("bob"));
-    EXPECT_EQ(store_->owners()[0].frames, 2);
+TEST_F(StoreTest, UseOfTheStore) {
+    EXPECT_EQ(store_->use().oldest_queued_ms, 0);
+    User ann = user_of("ann");
+    ann.max_bytes = 1000;
+    const std::string id = running(3, ann);
+    write(id, 1, 30);
+    write(running(1, user_of("bob")), 1, 7);
+    add();
     end(id, JobState::failed);
-    const auto owners = store_->owners();
-    ASSERT_EQ(owners.size(), 2u);
-    EXPECT_EQ(owners[0].frames, 0);
-    EXPECT_EQ(owners[0].running, 0);
-    EXPECT_EQ(owners[0].bytes, 5);
-    EXPECT_EQ(owners[1].frames, 5);
-    EXPECT_EQ(owners[1].queued, 2);
-    EXPECT_EQ(owners[1].running, 1);
+    ASSERT_TRUE(*store_->forget(id));
+    write(running(1, ann), 1, 50);
+    const StoreUse use = store_->use();
+    EXPECT_EQ(use.jobs,
+              (std::map<JobState, size_t>{{JobState::queued, 1}, {JobState::running, 2}}));
+    EXPECT_EQ(use.bytes, (std::map<std::string, int64_t>{{"ann", 80}, {"bob", 7}}));
+    EXPECT_GT(use.oldest_queued_ms, 0);
 }
 
 TEST_F(StoreTest, OutputsOfJobsThatAreTooOldCountToo) {
@@ -558,8 +534,7 @@ TEST_F(StoreTest, OutputsOfJobsThatAreTooOldCountToo) {
     ann.max_bytes = 120;
     ann.max_disk = "120";
     EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 120 bytes"));
-    ASSERT_EQ(store_->owners().size(), 1u);
-    EXPECT_EQ(store_->owners()[0].bytes, 120);
+    EXPECT_EQ(store_->use().bytes["ann"], 120);
 }
 
 TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {

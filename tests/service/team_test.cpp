@@ -210,10 +210,8 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
         EXPECT_EQ(log_.back().fields[key], value);
     EXPECT_TRUE(log_.back().fields["seconds"].is_number());
     const std::string metrics = service_->metrics();
-    for (const char* part :
-         {"postchain_jobs_ended_total{kind=\"run\",state=\"failed\"} 1\n",
-          "postchain_queue_wait_seconds_count 1\n", "postchain_store_bytes ",
-          "postchain_queue_oldest_seconds 0\n", "process_open_fds ", "process_cpu_seconds_total "})
+    for (const char* part : {"postchain_jobs_ended_total{kind=\"run\",state=\"failed\"} 1\n",
+                             "postchain_queue_oldest_seconds 0\n"})
         EXPECT_THAT(metrics, HasSubstr(part)) << part;
 }
 

@@ -53,6 +53,7 @@ ALLOWED_LIBRARIES = {
     "seccomp.h": ["tools/apps/common"],
     "GLFW": ["tools/apps/view"],
     "boost": ["tools/measure/experiment", "tools/service/http"],
+    "SQLiteCpp": ["tools/service/store"],
     "sqlite3.h": ["tools/service/store"],
     "prometheus": ["tools/service/work", "tools/service/http"],
     "imgui.h": ["tools/apps/view"],

@@ -47,12 +47,7 @@ function read_again() {
 function connect() {
     source?.close();
     let lost = false;
-    const on_event = (event) => {
-        // An older copy of the store was put back: what is shown may not exist.
-        if (event.type === "reset") read_again();
-        else job_event(event);
-    };
-    source = listen(on_event, (now) => {
+    source = listen(job_event, (now) => {
         if (now === "live") {
             if (lost) read_again();
             lost = false;

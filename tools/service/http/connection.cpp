@@ -438,15 +438,12 @@ void Connection::listen(const EventsWanted& wanted) {
     request_ = {};
     admitted_.reset();
     job_ = wanted.job;
-    sent_ = wanted.after.value_or(shared_.events.newest());
+    // An id that the store has not given is of another store, such as an older copy of this one.
+    sent_ = std::min(wanted.after.value_or(shared_.events.newest()), shared_.events.newest());
     spoke_ = Clock::now();
     shared_.traffic.listeners.Increment();
     watch_listener();
-    if (!wanted.reset) return send_events();
-    EventBatch reset;
-    reset.texts = {std::make_shared<const std::string>(reset_text(sent_))};
-    reset.last = sent_;
-    send_batch(std::move(reset));
+    send_events();
 }
 
 // Detects that the client has left. A listener that sends anything is disconnected.

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <ctime>
 
-#include "tools/service/store/upkeep.h"
+#include "tools/service/store/job.h"
 
 namespace postchain::service {
 namespace {
@@ -146,10 +146,6 @@ std::string text_of(const Event& event) {
                        {"time", time_of(event.time_ms)},
                        {"data", parsed(event.data)}};
     return "id: " + std::to_string(event.id) + "\ndata: " + io::json_text(json) + "\n\n";
-}
-
-std::string reset_text(int64_t id) {
-    return text_of(Event{id, "", now_ms(), "reset", "{}"});
 }
 
 }  // namespace postchain::service

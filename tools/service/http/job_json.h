@@ -44,8 +44,6 @@ io::Json schema_of(const std::vector<Field<T>>& fields) {
 //   id: 12
 //   data: {"type": "frame", "job": ID, "time": "...", "data": {...}}
 std::string text_of(const Event& event);
-// The event of type "reset", before the event after `id`.
-std::string reset_text(int64_t id);
 
 // "2026-01-31T12:00:00.000Z"; null for 0.
 io::Json time_of(int64_t ms);

@@ -42,7 +42,6 @@ struct Request {
 struct EventsWanted {
     std::string job;               // empty: of all jobs
     std::optional<int64_t> after;  // an id; unset: from now on
-    bool reset = false;            // the client's last event is none that the store knows
 };
 
 // A body that is read while it is sent.

@@ -95,10 +95,8 @@ constexpr const char* kReportPolicy =
     "data: blob:; sandbox allow-scripts allow-downloads; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'self'";
 
-// From the header or, for clients that cannot set one, the query. Nothing if it is not an id. After
-// an event that the store does not know: a reset, then all events of a job, or new ones.
-std::optional<EventsWanted> events_wanted(const Service& service, const Call& call,
-                                          const std::string& job) {
+// From the header or, for clients that cannot set one, the query. Nothing if it is not an id.
+std::optional<EventsWanted> events_wanted(const Call& call, const std::string& job) {
     EventsWanted wanted{job, std::nullopt};
     const std::string* header = call.request.header("Last-Event-ID");
     const std::string text = header ? *header : call.query("after");
@@ -109,17 +107,11 @@ std::optional<EventsWanted> events_wanted(const Service& service, const Call& ca
     }
     wanted.after = number_of<int64_t>(text);
     if (!wanted.after || *wanted.after < 0) return std::nullopt;
-    const auto lost = service.is_lost(*wanted.after);
-    if (const bool* is_lost = std::get_if<bool>(&lost); is_lost && *is_lost) {
-        wanted.reset = true;
-        wanted.after.reset();
-        if (!job.empty()) wanted.after = 0;
-    }
     return wanted;
 }
 
 Reply job_events(Service& service, const Call& call) {
-    auto wanted = events_wanted(service, call, call.values[0]);
+    auto wanted = events_wanted(call, call.values[0]);
     if (!wanted) return problem(400, kNoEvent);
     return reply_to(service.job(call.values[0]), [&](const Job& job) {
         Reply reply;
@@ -135,10 +127,10 @@ Reply job_events(Service& service, const Call& call) {
     });
 }
 
-Reply all_events(Service& service, const Call& call) {
+Reply all_events(Service&, const Call& call) {
     Reply reply;
     reply.type = "text/event-stream";
-    reply.events = events_wanted(service, call, "");
+    reply.events = events_wanted(call, "");
     return reply.events ? reply : problem(400, kNoEvent);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -79,5 +80,19 @@ struct Event {
     std::string type;  // "queued", "started", "frame", "quarantined", "requeued", "done", ...
     std::string data;  // a JSON object on one line
 };
+
+// Ended jobs that a store keeps; the oldest ones are removed first.
+struct Retention {
+    int jobs = 1000;
+    int days = 0;  // since their end; 0 = no limit
+};
+inline constexpr int kMaxEndedFrames = 200'000;  // in all
+// Limit on events, without those of unfinished jobs.
+inline constexpr int kMaxEvents = 100'000;
+
+inline int64_t now_ms() {  // since 1970-01-01 UTC
+    using namespace std::chrono;
+    return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
 
 }  // namespace postchain::service

@@ -13,15 +13,13 @@ namespace postchain::service {
 namespace {
 
 // ------------------------------------------------------------------------------------------ rows
-// The queries of job_of() and frame_of(), up to WHERE.
-constexpr const char* kJob =
-    "SELECT id, kind, state, priority, IFNULL((SELECT body FROM requests WHERE job = jobs.id), "
-    "''), "
-    "message, created_ms, started_ms, ended_ms, frames, "
-    "done, failed, exit_code, verdict, owner, bytes, about FROM jobs ";
-constexpr const char* kListedJob =
-    "SELECT id, kind, state, priority, '', message, created_ms, started_ms, ended_ms, frames, "
-    "done, failed, exit_code, verdict, owner, bytes, about FROM jobs ";
+// The queries of job_of() and frame_of(), up to WHERE. Lists are read without bodies.
+std::string query_of_jobs(bool bodies) {
+    return concat("SELECT id, kind, state, priority, ",
+                  bodies ? "IFNULL((SELECT body FROM requests WHERE job = jobs.id), '')" : "''",
+                  ", message, created_ms, started_ms, ended_ms, frames, done, failed, exit_code, "
+                  "verdict, owner, bytes, about, remote FROM jobs ");
+}
 constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
 
@@ -136,7 +134,36 @@ void count_frames(Database& database, int64_t job) {
 
 template <class... Values>
 std::optional<Job> job_where(Database& database, const char* where, const Values&... values) {
-    return first(Statement(database, concat(kJob, "WHERE ", where), values...), job_of);
+    return first(Statement(database, concat(query_of_jobs(true), "WHERE ", where), values...),
+                 job_of);
+}
+
+// With a job in another queue its tasks are still to be canceled.
+constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled') AND remote = ''";
+
+// SQL of the strings of a request that a search reads, in lower case. `body`: its parameter.
+std::string names_of_request(const std::string& body) {
+    std::string text;
+    for (const char* key : {"input", "output", "chain", "chain_b", "study", "camera"})
+        text += concat(text.empty() ? "lower(" : " || ' ' || ", "CASE WHEN json_valid(", body,
+                       ") THEN IFNULL(json_extract(", body, ", '$.", key, "'), '') ELSE '' END");
+    return text + ")";
+}
+
+// Of the last one, removed ones too; 0 = none yet.
+int64_t newest_event_id(Database& database) {
+    return database.number("SELECT seq FROM sqlite_sequence WHERE name = 'events'");
+}
+
+// Its outputs stay on disk, and what they take stays in the ledger of its owner. False: it has not
+// ended, or has tasks in another queue.
+bool remove_job(Database& database, int64_t job) {
+    database.run(
+        concat("INSERT INTO ledger(owner, writes, bytes) SELECT owner, writes, bytes FROM jobs "
+               "WHERE id = ? AND bytes > 0 AND owner <> '' AND writes <> '' AND ",
+               kEnded, " ON CONFLICT(owner, writes) DO UPDATE SET bytes = bytes + excluded.bytes"),
+        job);
+    return database.run(concat("DELETE FROM jobs WHERE id = ? AND ", kEnded), job) > 0;
 }
 
 struct WaitingJob {
@@ -178,46 +205,47 @@ QueuePlaces places_of(const std::vector<WaitingJob>& jobs) {
     return places;
 }
 
-// At most 16.
-std::vector<std::string> words_of(const std::string& search) {
+// A JSON list of at most 16.
+std::string words_of(const std::string& search) {
     constexpr size_t kMaxWords = 16;
     std::istringstream text(search);
-    std::vector<std::string> words;
+    io::Json words = io::Json::array();
     for (std::string word; words.size() < kMaxWords && text >> word;) words.push_back(word);
-    return words;
-}
-
-// " AND ..." for a query of jobs with these words, bound from parameter `first` on.
-std::string search_condition(size_t words, int first) {
-    const char* text =
-        "lower(id || ' ' || kind || ' ' || state || ' ' || owner || ' ' || message) || ' ' || "
-        "names";
-    std::string condition;
-    for (size_t i = 0; i < words; ++i)
-        condition += concat(" AND instr(", text, ", lower(?", first + int(i), ")) > 0");
-    return condition;
+    return io::json_text(words);
 }
 
 }  // namespace
 
-Result<std::unique_ptr<JobStore>> JobStore::open(
-    const std::string& path, int attempts, const Retention& keep,
-    const std::function<void(const std::string&)>& warn) {
-    std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep, warn));
-    Status status = store->take();
-    if (status.ok()) status = store->change([&](Database& database) { store->recover(database); });
-    if (status.ok()) status = store->prune();
-    if (!status.ok()) return status;
-    if (warn && !store->note().empty()) warn(store->note());
+Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts,
+                                                 const Retention& keep) {
+    std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep));
+    RETURN_IF_ERROR(store->take());
+    RETURN_IF_ERROR(store->change([&](Database& database) {
+        store->recover(database);
+        store->prune(database);
+    }));
     return store;
 }
 
-Status JobStore::prune() {
-    std::string warning;
-    const Status status =
-        change([&](Database& database) { warning = service::prune(database, keep_); });
-    if (status.ok() && warn_ && !warning.empty()) warn_(warning);
-    return status;
+// Removes old jobs and events, the ones that ended first.
+void JobStore::prune(Database& database) {
+    constexpr int64_t kDayMs = 86'400'000;
+    const int64_t oldest = keep_.days > 0 ? now_ms() - keep_.days * kDayMs : 0;
+    // In the order of their last events, whatever the clock has been. The newest job has no limit
+    // of frames.
+    const auto old = all(
+        Statement(database,
+                  concat("SELECT id FROM (SELECT id, ended_ms, row_number() OVER last AS jobs, "
+                         "SUM(frames) OVER last AS frames FROM jobs WHERE ",
+                         kEnded,
+                         " WINDOW last AS (ORDER BY ended_event DESC, id DESC)) WHERE jobs > ? OR "
+                         "(jobs > 1 AND frames > ?) OR ended_ms < ?"),
+                  keep_.jobs, kMaxEndedFrames, oldest),
+        [](const Statement& row) { return row.integer(0); });
+    for (const int64_t job : old) remove_job(database, job);
+    database.run(concat("DELETE FROM events WHERE id <= ? AND job IN (SELECT id FROM jobs WHERE ",
+                        kEnded, ")"),
+                 newest_event_id(database) - kMaxEvents);
 }
 
 Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& owner) {
@@ -238,7 +266,7 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
             "about, writes) VALUES(?, 'queued', ?, ?, ?, ?, ?, ?, ?, ?)",
             name_of(job.kind), job.priority, job.key, now_ms(), owner.name, job.frames, job.output,
             job.about, job.writes);
-        const int64_t id = database.last_id();
+        const int64_t id = database.getLastInsertRowid();
         database.run("INSERT INTO requests(job, body) VALUES(?, ?)", id, job.body);
         database.run(concat("UPDATE jobs SET names = ", names_of_request("?1"), " WHERE id = ?2"),
                      job.body, id);
@@ -253,7 +281,7 @@ Result<std::optional<Job>> JobStore::job(const std::string& id) const {
 
 Result<std::optional<Job>> JobStore::listed(const std::string& id) const {
     return look([&](Database& database) {
-        return first(Statement(database, concat(kListedJob, "WHERE id = ?"), number_of(id)),
+        return first(Statement(database, query_of_jobs(false) + "WHERE id = ?", number_of(id)),
                      job_of);
     });
 }
@@ -267,16 +295,16 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
                                         size_t limit, const std::string& owner,
                                         const std::string& search) const {
     return look([&](Database& database) {
-        const auto words = words_of(search);
         // No jobs are older than an invalid id.
         const int64_t last = before.empty() ? 0 : std::max<int64_t>(number_of(before), 1);
         return all(
             Statement(database,
-                      concat(kListedJob,
-                             "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) AND (?4 "
-                             "= '' OR owner = ?4)",
-                             search_condition(words.size(), 5), " ORDER BY id DESC LIMIT ?3"),
-                      state, last, int64_t(limit), owner, words),
+                      query_of_jobs(false) +
+                          "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) AND (?4 = '' OR "
+                          "owner = ?4) AND NOT EXISTS(SELECT 1 FROM json_each(?5) WHERE instr("
+                          "lower(id || ' ' || kind || ' ' || state || ' ' || owner || ' ' || "
+                          "message) || ' ' || names, lower(value)) = 0) ORDER BY id DESC LIMIT ?3",
+                      state, last, int64_t(limit), owner, words_of(search)),
             job_of);
     });
 }
@@ -284,7 +312,7 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
 Result<std::vector<Job>> JobStore::writers(const std::string& output) const {
     return look([&](Database& database) {
         return all(Statement(database,
-                             concat(kJob,
+                             concat(query_of_jobs(true),
                                     "WHERE state IN ('queued', 'running') AND output = ? AND "
                                     "output <> '' ORDER BY id"),
                              output),
@@ -322,45 +350,20 @@ Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after
     return look(read, Reading::streams);
 }
 
-Result<bool> JobStore::is_lost(int64_t event) const {
-    return look([&](Database& database) { return is_lost_event(database, event); });
-}
-
-std::vector<OwnerUse> JobStore::owners() const {
+StoreUse JobStore::use() const {
     const auto found = look([&](Database& database) {
-        return all(
-            Statement(database,
-                      "SELECT owner, SUM(queued), SUM(running), SUM(frames), SUM(bytes) FROM ("
-                      "SELECT owner, state = 'queued' AS queued, state = 'running' AS running, "
-                      "iif(ended_ms = 0, frames - done - failed, 0) AS frames, bytes FROM jobs "
-                      "WHERE owner <> '' UNION ALL SELECT owner, 0, 0, 0, bytes FROM ledger) "
-                      "GROUP BY owner"),
-            [](const Statement& row) {
-                return OwnerUse{row.text(0), row.integer(1), row.integer(2), row.integer(3),
-                                row.integer(4)};
-            });
-    });
-    return found.ok() ? *found : std::vector<OwnerUse>();
-}
-
-std::map<JobState, size_t> JobStore::counts() const {
-    const auto counts = look([&](Database& database) {
-        std::map<JobState, size_t> found;
+        StoreUse use;
         Statement states(database, "SELECT state, COUNT(*) FROM jobs GROUP BY state");
-        while (states.step()) found[state_of(states.text(0))] = size_t(states.integer(1));
-        return found;
+        while (states.step()) use.jobs[state_of(states.text(0))] = size_t(states.integer(1));
+        use.oldest_queued_ms =
+            database.number("SELECT MIN(created_ms) FROM jobs WHERE state = 'queued'");
+        Statement owners(database,
+                         "SELECT owner, SUM(bytes) FROM (SELECT owner, bytes FROM jobs WHERE owner "
+                         "<> '' UNION ALL SELECT owner, bytes FROM ledger) GROUP BY owner");
+        while (owners.step()) use.bytes[owners.text(0)] = owners.integer(1);
+        return use;
     });
-    return counts.ok() ? *counts : std::map<JobState, size_t>();
-}
-
-QueueTimes JobStore::times() const {
-    QueueTimes times;
-    times.store_bytes = bytes();
-    const auto oldest = look([&](Database& database) {
-        return database.number("SELECT MIN(created_ms) FROM jobs WHERE state = 'queued'");
-    });
-    if (oldest.ok() && *oldest > 0) times.oldest_queued_ms = *oldest;
-    return times;
+    return found.ok() ? *found : StoreUse();
 }
 
 Result<std::optional<Job>> JobStore::next(int above,
@@ -403,9 +406,7 @@ Result<bool> JobStore::has_begun(const std::string& id) const {
 }
 
 Status JobStore::began(const std::string& id) {
-    return change([&](Database& database) {
-        database.run("UPDATE jobs SET begun = 1 WHERE id = ?", number_of(id));
-    });
+    return set("UPDATE jobs SET begun = 1 WHERE id = ?", number_of(id));
 }
 
 Status JobStore::requeue(const std::string& id, const std::string& why, bool counts) {
@@ -433,16 +434,14 @@ void JobStore::end_job(Database& database, const Job& job) {
 }
 
 Status JobStore::end(const Job& job) {
-    const Status status = change([&](Database& database) { end_job(database, job); });
-    // If pruning fails, the next end() prunes.
-    if (status.ok()) (void)prune();
-    return status;
+    return change([&](Database& database) {
+        end_job(database, job);
+        prune(database);
+    });
 }
 
 Status JobStore::has_written(const std::string& id, int64_t bytes) {
-    return change([&](Database& database) {
-        database.run("UPDATE jobs SET bytes = ? WHERE id = ?", bytes, number_of(id));
-    });
+    return set("UPDATE jobs SET bytes = ? WHERE id = ?", bytes, number_of(id));
 }
 
 Result<bool> JobStore::cancel(const std::string& id, int exit_code) {
@@ -534,19 +533,15 @@ Result<std::string> JobStore::remote(const std::string& id) const {
 
 Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
     return look([&](Database& database) {
-        std::string query = kJob;
-        query.replace(query.rfind(" FROM"), 0, ", remote");
         // A queued one follows when it has started again.
-        return all(
-            Statement(database, query + "WHERE remote <> '' AND state <> 'queued' ORDER BY id"),
-            [](const Statement& row) { return std::pair(job_of(row), row.text(17)); });
+        return all(Statement(database, query_of_jobs(true) +
+                                           "WHERE remote <> '' AND state <> 'queued' ORDER BY id"),
+                   [](const Statement& row) { return std::pair(job_of(row), row.text(17)); });
     });
 }
 
 Status JobStore::set_remote(const std::string& id, const std::string& remote) {
-    return change([&](Database& database) {
-        database.run("UPDATE jobs SET remote = ? WHERE id = ?", remote, number_of(id));
-    });
+    return set("UPDATE jobs SET remote = ? WHERE id = ?", remote, number_of(id));
 }
 
 Status JobStore::say(const std::string& id, const std::string& type, const io::Json& data) {
@@ -554,9 +549,6 @@ Status JobStore::say(const std::string& id, const std::string& type, const io::J
 }
 
 // ---------------------------------------------------------------------------------------- frames
-Result<std::vector<JobFrame>> JobStore::frames(const std::string& id) const {
-    return frames(id, 0, size_t(std::numeric_limits<int64_t>::max()));
-}
 
 Result<std::vector<JobFrame>> JobStore::frames(const std::string& id, size_t from,
                                                size_t limit) const {
@@ -631,12 +623,10 @@ Status JobStore::enter_frames(const std::string& id, const std::vector<JobFrame>
 }
 
 Status JobStore::frame_begins(const std::string& id, int frame) {
-    return change([&](Database& database) {
-        database.run(
-            "UPDATE frames SET attempts = attempts + 1, begun = 1, in_flight = 1 WHERE job = ? AND "
-            "frame = ? AND state = 'waiting'",
-            number_of(id), frame);
-    });
+    return set(
+        "UPDATE frames SET attempts = attempts + 1, begun = 1, in_flight = 1 WHERE job = ? AND "
+        "frame = ? AND state = 'waiting'",
+        number_of(id), frame);
 }
 
 Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
@@ -685,12 +675,10 @@ Status JobStore::frame_fails(const std::string& id, int frame, const std::string
 }
 
 Status JobStore::release(const std::string& id) {
-    return change([&](Database& database) {
-        database.run(
-            "UPDATE frames SET attempts = MAX(attempts - 1, 0), in_flight = 0 WHERE job = ? AND "
-            "in_flight = 1",
-            number_of(id));
-    });
+    return set(
+        "UPDATE frames SET attempts = MAX(attempts - 1, 0), in_flight = 0 WHERE job = ? AND "
+        "in_flight = 1",
+        number_of(id));
 }
 
 // ------------------------------------------------------------------------------ after a death

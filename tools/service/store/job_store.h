@@ -5,7 +5,6 @@
 //              +--- requeue, or the process ended ---+
 #pragma once
 
-#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -15,7 +14,6 @@
 #include <vector>
 
 #include "tools/service/store/store_file.h"
-#include "tools/service/store/upkeep.h"
 #include "tools/service/store/users.h"
 
 namespace postchain::service {
@@ -69,12 +67,11 @@ struct LedgerEntry {
     int64_t bytes = 0;
 };
 
-// An owner's part of the store.
-struct OwnerUse {
-    std::string owner;
-    int64_t queued = 0, running = 0;  // jobs
-    int64_t frames = 0;               // unfinished, in unfinished jobs
-    int64_t bytes = 0;                // written, in the ledger too
+// For /metrics.
+struct StoreUse {
+    std::map<JobState, size_t> jobs;
+    int64_t oldest_queued_ms = 0;          // its submission; 0 = none waits
+    std::map<std::string, int64_t> bytes;  // of each owner with a name, in the ledger too
 };
 
 struct Retried {
@@ -84,20 +81,12 @@ struct Retried {
 
 using QueuePlaces = std::map<std::string, int>;  // by id, from 1
 
-// Times for /metrics.
-struct QueueTimes {
-    std::optional<int64_t> oldest_queued_ms;  // time of submission; none waits
-    int64_t store_bytes = 0;                  // the file and its log
-};
-
 class JobStore final : public StoreFile {
   public:
     // `attempts`: per frame, and per job that dies before its first frame. Errors (output): as of
     // StoreFile::take().
-    // `warn` is called with what its administrator should know, from any thread.
-    static Result<std::unique_ptr<JobStore>> open(
-        const std::string& path, int attempts, const Retention& keep = {},
-        const std::function<void(const std::string&)>& warn = {});
+    static Result<std::unique_ptr<JobStore>> open(const std::string& path, int attempts,
+                                                  const Retention& keep = {});
 
     // Result `full` if `max_queue` jobs wait.
     Result<Added> add(const NewJob& job, size_t max_queue, const User& owner = User());
@@ -115,11 +104,7 @@ class JobStore final : public StoreFile {
     // The places of waiting jobs, in the order in which next() would return them.
     Result<QueuePlaces> places() const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
-    // Whether an event's id is of a time before a copy of the store was put back.
-    Result<bool> is_lost(int64_t event) const;
-    std::map<JobState, size_t> counts() const;  // of jobs; empty on failure
-    std::vector<OwnerUse> owners() const;       // those with a name; empty on failure
-    QueueTimes times() const;
+    StoreUse use() const;  // empty on failure
 
     // The queued job with the highest priority, at least `above`. Among equals the one whose owner
     // had its turn longest ago; then the oldest. Without the jobs of some owners.
@@ -163,9 +148,9 @@ class JobStore final : public StoreFile {
     // A frame is recorded as begun before its first file is opened. If the process dies, the next
     // one finds the begun frames: docs/service.md, "After a crash". Frames are in the order of the
     // job.
-    Result<std::vector<JobFrame>> frames(const std::string& id) const;
     // At most `limit`, from the place `from` (0 = the first).
-    Result<std::vector<JobFrame>> frames(const std::string& id, size_t from, size_t limit) const;
+    Result<std::vector<JobFrame>> frames(const std::string& id, size_t from = 0,
+                                         size_t limit = std::numeric_limits<int>::max()) const;
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
     Result<FrameTally> tally(const std::string& id) const;
     Result<std::vector<FrameToDo>> to_do(const std::string& id) const;
@@ -184,11 +169,10 @@ class JobStore final : public StoreFile {
     Result<int> interrupted(const std::string& id, const std::string& message);
 
   private:
-    JobStore(const std::string& path, int attempts, const Retention& keep,
-             std::function<void(const std::string&)> warn)
-        : StoreFile(path), attempts_(attempts), keep_(keep), warn_(std::move(warn)) {}
-    Status prune();
+    JobStore(const std::string& path, int attempts, const Retention& keep)
+        : StoreFile(path), attempts_(attempts), keep_(keep) {}
     // Within a change.
+    void prune(Database& database);
     void end_job(Database& database, const Job& job);
     void fail_frame(Database& database, int64_t job, int frame, const std::string& message);
     int interrupt(Database& database, int64_t job, const std::string& message);
@@ -196,7 +180,6 @@ class JobStore final : public StoreFile {
 
     const int attempts_;  // of a frame
     const Retention keep_;
-    std::function<void(const std::string&)> warn_;
 };
 
 }  // namespace postchain::service

@@ -1,22 +1,19 @@
 #include "tools/service/store/store_file.h"
 
+#include <SQLiteCpp/Backup.h>
 #include <fcntl.h>
 #include <sqlite3.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <thread>
 
 #include "tools/sequence/files/atomic_file.h"
-#include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {
@@ -24,6 +21,47 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds kLockPatience(1);
+constexpr int kBusyMs = 10'000;
+constexpr int64_t kApplication = 0x70634a53;  // "pcJS", the application_id of a store
+constexpr int64_t kVersion = 5;               // since release 0.2
+
+// Bodies have a table of their own: SQLite would read and write up to 1 MiB with each row. ledger:
+// bytes in the outputs of removed jobs. epochs and facts: of release 0.2.
+constexpr const char* kTables = R"sql(
+CREATE TABLE jobs(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,
+  priority INTEGER NOT NULL, key TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL DEFAULT 0,
+  ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
+  done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
+  exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
+  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0,
+  owner TEXT NOT NULL DEFAULT '', bytes INTEGER NOT NULL DEFAULT 0,
+  remote TEXT NOT NULL DEFAULT '', output TEXT NOT NULL DEFAULT '',
+  about TEXT NOT NULL DEFAULT '{}', names TEXT NOT NULL DEFAULT '',
+  writes TEXT NOT NULL DEFAULT '', ended_event INTEGER NOT NULL DEFAULT 0);
+CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
+CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
+CREATE TABLE frames(
+  job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
+  frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
+  begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
+  alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  filter_ms REAL NOT NULL DEFAULT 0,
+  PRIMARY KEY(job, frame)) WITHOUT ROWID;
+CREATE TABLE events(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
+  time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
+CREATE INDEX events_job ON events(job, id);
+CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
+CREATE TABLE requests(
+  job INTEGER PRIMARY KEY REFERENCES jobs(id) ON DELETE CASCADE, body TEXT NOT NULL);
+CREATE TABLE ledger(
+  owner TEXT NOT NULL, writes TEXT NOT NULL, bytes INTEGER NOT NULL,
+  PRIMARY KEY(owner, writes)) WITHOUT ROWID;
+CREATE TABLE epochs(first INTEGER PRIMARY KEY, after INTEGER NOT NULL);
+CREATE TABLE facts(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+)sql";
 
 // Converts the exception that is being handled.
 Status status_of(const std::string& path) {
@@ -33,19 +71,19 @@ Status status_of(const std::string& path) {
         const auto failure = [&](const std::string& text) {
             return Status(StatusCode::output, path + ": " + text);
         };
-        switch (error.code & 0xff) {
+        switch (error.getErrorCode() & 0xff) {
             case SQLITE_BUSY:
             case SQLITE_LOCKED:
                 return failure("another program holds this store; end that program");
             case SQLITE_NOTADB:
                 return failure("is not a store of jobs; choose another file for the store");
             case SQLITE_CORRUPT:
-                return failure("the store is damaged (" + error.message +
+                return failure("the store is damaged (" + std::string(error.what()) +
                                "); move the file away, and the service creates a new one");
             case SQLITE_FULL:
                 return failure("the disk is full; nothing was changed; free some space");
             default:
-                return failure("the store cannot be used: " + error.message);
+                return failure("the store cannot be used: " + std::string(error.what()));
         }
     } catch (const Status& refused) {
         return refused;
@@ -81,7 +119,9 @@ Status close_to_others(const std::string& path) {
 // (output).
 Status check_one_name(const std::string& path) {
     struct stat found = {};
-    if (::stat(path.c_str(), &found) != 0 || found.st_nlink < 2) return Status();
+    if (::stat(path.c_str(), &found) != 0) return Status();
+    if (!S_ISREG(found.st_mode)) return Status(StatusCode::output, path + ": is not a file");
+    if (found.st_nlink < 2) return Status();
     return Status(StatusCode::output, path +
                                           ": has a second name (hard link), by which another "
                                           "service could use it; remove that name");
@@ -91,11 +131,52 @@ bool is_store(const std::string& path) try {
     Database found(path, Database::Open::existing);
     return found.number("PRAGMA application_id") == kApplication;
 } catch (const SqlError& error) {
-    if ((error.code & 0xff) == SQLITE_NOTADB) return false;
+    if ((error.getErrorCode() & 0xff) == SQLITE_NOTADB) return false;
     throw;
 }
 
+// Creates the tables of a new store. Throws SqlError, or Status if it is not one of this program.
+void prepare(Database& database, const std::string& path) {
+    const bool empty = database.number("SELECT COUNT(*) FROM sqlite_master") == 0;
+    const int64_t version = database.number("PRAGMA user_version");
+    const auto refused = [&](const std::string& text) {
+        return Status(StatusCode::output, concat(path, ": ", text, "; choose another file"));
+    };
+    if (!empty && database.number("PRAGMA application_id") != kApplication)
+        throw refused("is a database of another program");
+    if (!empty && version != kVersion)
+        throw refused(concat("is a store of ", version > kVersion ? "a later" : "an earlier",
+                             " version (", version, ", this program reads ", kVersion, ")"));
+    if (!empty)
+        if (const std::string found = database.text("PRAGMA quick_check(1)"); found != "ok")
+            throw SqlError(found, SQLITE_CORRUPT);
+    database.run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
+    if (!empty) return;
+    SQLite::Transaction transaction(database);
+    database.run(kTables);
+    database.run(
+        concat("PRAGMA application_id = ", kApplication, "; PRAGMA user_version = ", kVersion));
+    transaction.commit();
+}
+
+int flags_of(Database::Open how) {
+    return (how == Database::Open::reading ? SQLite::OPEN_READONLY : SQLite::OPEN_READWRITE) |
+           (how == Database::Open::created ? SQLite::OPEN_CREATE : 0) | SQLite::OPEN_FULLMUTEX;
+}
+
+// Empty, and closed to other users: SQLite gives its log the mode of the file.
+const std::string& made(const std::string& path, Database::Open how) {
+    if (how == Database::Open::created)
+        if (const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_CLOEXEC, 0600); file >= 0)
+            ::close(file);
+    return path;
+}
+
 }  // namespace
+
+// A backup or a look with another program holds the file for a moment.
+Database::Database(const std::string& path, Open how)
+    : SQLite::Database(made(path, how), flags_of(how), kBusyMs) {}
 
 StoreLock::~StoreLock() {
     if (file_ >= 0) ::close(file_);
@@ -123,45 +204,14 @@ Status StoreLock::take(const std::string& store) {
     return Status();
 }
 
-int64_t StoreLock::newest() const {
-    std::array<char, 32> text = {};
-    const ssize_t size = ::pread(file_, text.data(), text.size() - 1, 0);
-    int64_t id = 0;
-    if (size > 0) std::from_chars(text.data(), text.data() + size, id);
-    return id;
-}
-
-void StoreLock::set_newest(int64_t id) const {
-    // One write, so that a process that dies leaves the former number or this one. Of one length.
-    std::array<char, 32> text = {};
-    const int size =
-        std::snprintf(text.data(), text.size(), "%019lld\n", static_cast<long long>(id));
-    // A lost number only makes one restored copy less noticed.
-    if (::pwrite(file_, text.data(), size_t(size), 0) < 0) return;
-}
-
 Status StoreFile::take() {
     RETURN_IF_ERROR(io::check_folder_of(path_));
-    RETURN_IF_ERROR(lock_.take(path_));
     RETURN_IF_ERROR(check_one_name(path_));
+    RETURN_IF_ERROR(lock_.take(path_));
     try {
         database_.emplace(path_);
-        prepare(*database_, path_, [&](int64_t version) {
-            const std::string copy = concat(path_, ".v", version);
-            if (Status copied = back_up(path_, copy); !copied.ok()) throw copied;
-            note_ = concat(path_, " is converted; a copy for the former program is ", copy);
-        });
+        prepare(*database_, path_);
         RETURN_IF_ERROR(close_to_others(path_));
-        Transaction transaction(*database_);
-        const int64_t former = newest_event_id(*database_);
-        begin_epoch(*database_, lock_.newest());
-        const int64_t newest = newest_event_id(*database_);
-        transaction.commit();
-        if (newest != former)
-            note_ +=
-                concat(note_.empty() ? "" : "; ", path_,
-                       " is not the store that was here last; its events go on at ", newest + 1);
-        lock_.set_newest(newest);
         for (Reader& reader : readers_) reader.database.emplace(path_, Database::Open::reading);
         file_ = identity_of(path_);
         return Status();
@@ -176,11 +226,10 @@ Status StoreFile::commit(const std::function<void(Database&)>& work) {
     try {
         const std::lock_guard lock(mutex_);
         said_.clear();
-        Transaction transaction(*database_);
+        SQLite::Transaction transaction(*database_, SQLite::TransactionBehavior::IMMEDIATE);
         work(*database_);
         transaction.commit();
         events.swap(said_);
-        if (!events.empty()) lock_.set_newest(events.back().id);
     } catch (...) {
         return status_of(path_);
     }
@@ -205,7 +254,7 @@ void StoreFile::add_event(int64_t job, const std::string& type, const io::Json& 
     Event event{0, std::to_string(job), now_ms(), type, io::json_text(data)};
     database_->run("INSERT INTO events(job, time_ms, type, data) VALUES(?, ?, ?, ?)", job,
                    event.time_ms, type, event.data);
-    event.id = database_->last_id();
+    event.id = database_->getLastInsertRowid();
     said_.push_back(std::move(event));
 }
 
@@ -233,15 +282,6 @@ void StoreFile::on_event(std::function<void(const Event&)> listener) {
     listener_ = std::move(listener);
 }
 
-int64_t StoreFile::bytes() const {
-    int64_t bytes = 0;
-    for (const char* suffix : {"", "-wal"}) {
-        struct stat info = {};
-        if (::stat((path_ + suffix).c_str(), &info) == 0) bytes += info.st_size;
-    }
-    return bytes;
-}
-
 Status back_up(const std::string& store, const std::string& file) try {
     std::error_code error;
     if (!fs::exists(store, error))
@@ -256,16 +296,12 @@ Status back_up(const std::string& store, const std::string& file) try {
     fs::remove(part, error);
     {
         Database from(store, Database::Open::existing), to(part);
-        sqlite3_backup* copy = sqlite3_backup_init(to.handle(), "main", from.handle(), "main");
-        if (!copy) throw SqlError{sqlite3_errcode(to.handle()), sqlite3_errmsg(to.handle())};
-        const int code = sqlite3_backup_step(copy, -1);
-        sqlite3_backup_finish(copy);
-        if (code != SQLITE_DONE) throw SqlError{code, sqlite3_errstr(code)};
-        mark_copy(to);
+        if (SQLite::Backup(to, from).executeStep() != SQLITE_DONE)
+            throw SqlError("another program holds it", SQLITE_BUSY);
         // One file, which any tool can copy; the service changes it back.
         to.run("PRAGMA journal_mode = DELETE");
         if (const std::string fault = to.text("PRAGMA quick_check(1)"); fault != "ok")
-            throw SqlError{SQLITE_CORRUPT, fault};
+            throw SqlError(fault, SQLITE_CORRUPT);
     }
     fs::rename(part, file, error);
     if (error) return Status(StatusCode::output, file + ": " + error.message());
@@ -274,7 +310,7 @@ Status back_up(const std::string& store, const std::string& file) try {
     std::error_code ignored;
     fs::remove(file + ".tmp", ignored);
     return Status(StatusCode::output,
-                  concat("backup of ", store, " to ", file, ": ", failed.message));
+                  concat("backup of ", store, " to ", file, ": ", failed.what()));
 }
 
 }  // namespace postchain::service

@@ -34,11 +34,6 @@ class StoreLock {
     // service has it, it is not of this user, or cannot be created.
     Status take(const std::string& store);
 
-    // The id of the last event of the store, kept in the file of the lock, which a copy does not
-    // bring back. 0 = not known.
-    int64_t newest() const;
-    void set_newest(int64_t id) const;
-
   private:
     int file_ = -1;
 };
@@ -51,10 +46,6 @@ class StoreFile {
     void on_loss(std::function<void(const std::string&)> listener);
     // Called after each commit, with the store unlocked.
     void on_event(std::function<void(const Event&)> listener);
-    int64_t bytes() const;  // of the file and its log
-    // What take() has done beside opening the file, for the log: converted or restored. May be
-    // empty.
-    const std::string& note() const { return note_; }
 
   protected:
     explicit StoreFile(std::string path) : path_(std::move(path)) {}
@@ -79,6 +70,11 @@ class StoreFile {
             return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
         }
     }
+    // Runs one statement in a transaction.
+    template <class... Values>
+    Status set(const char* sql, const Values&... values) {
+        return commit([&](Database& database) { database.run(sql, values...); });
+    }
     // Who reads without a transaction. Each has a connection of its own, which waits neither for
     // changes nor for the other: streams of events read without a pause when they are far behind.
     enum class Reading { requests, streams };
@@ -101,7 +97,6 @@ class StoreFile {
         std::optional<Database> database;
     };
     const std::string path_;
-    std::string note_;
     StoreLock lock_;
     std::mutex mutex_;
     std::optional<Database> database_;

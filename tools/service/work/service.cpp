@@ -20,7 +20,6 @@
 #include "tools/service/work/browse.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/device_gate.h"
-#include "tools/service/work/disk_check.h"
 #include "tools/service/work/health_watch.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/image_helper.h"
@@ -122,7 +121,6 @@ void log_event(const Event& event, const JobStore& store, Counters& counters,
     };
     if (event.type == "started") {
         const double waited = seconds_between(job.created_ms, event.time_ms);
-        if (job.started_ms == event.time_ms) counters.started(waited);
         line.message = concat(what, " started: ", name_of(job.kind), ", priority ", job.priority,
                               ", ", took(waited), " after its submission");
     } else if (event.type == "done" || event.type == "failed" || event.type == "canceled") {
@@ -167,11 +165,9 @@ struct Service::State {
           readers(reader, *settings.users),
           memory(settings.max_memory > 0 ? settings.max_memory : sequence::default_memory_limit()),
           image_memory(memory / 4),
-          counters(settings.version),
           thumbnails(kThumbnailThreads, kMaxThumbnails),
           previews(settings, memory / 4, device, registry, gate),
-          disks(std::move(folders)),
-          watch([this] { return look(); }) {
+          watch(std::move(folders), [this] { return look(); }) {
         // The rest is for images. Jobs of another queue are on other machines.
         reader.limit_memory(settings.remote.queue ? 0 : memory / 2, memory / 4);
     }
@@ -187,7 +183,6 @@ struct Service::State {
     HelperThreads thumbnails;
     DeviceGate gate;
     Previews previews;
-    DiskCheck disks;
     std::unique_ptr<Backend> backend;
     std::atomic<bool> draining = false;
     std::mutex listener_mutex;
@@ -251,10 +246,9 @@ WatchedHealth Service::State::look() {
         if (auto tested = previews.test()) device_state = std::move(*tested);
         device_tested = now;
     }
-    const auto counts = store->counts();
+    const auto counts = store->use().jobs;
     const auto queued = counts.find(JobState::queued);
-    return {device_state, store->in_place(), disks.fault(),
-            queued == counts.end() ? 0 : queued->second};
+    return {device_state, store->in_place(), queued == counts.end() ? 0 : queued->second};
 }
 
 Job Service::State::known(const std::string& id) const {
@@ -349,12 +343,8 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                      sequence::choose_device(settings.device, settings.threads, settings.warn));
     confine_files(settings.roots.folders());
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
-    ASSIGN_OR_RETURN(
-        state->store,
-        JobStore::open(settings.store, settings.attempts, settings.keep,
-                       [log = settings.log](const std::string& text) {
-                           if (log) log({LogLine::Level::warning, text, {{"event", "store"}}});
-                       }));
+    ASSIGN_OR_RETURN(state->store,
+                     JobStore::open(settings.store, settings.attempts, settings.keep));
     if (settings.log)
         state->store->on_loss([log = settings.log](const std::string& text) {
             log({LogLine::Level::error, text, {{"event", "store"}}});
@@ -574,10 +564,6 @@ Answer<ResultFile> Service::output(const User& user, const std::string& id, int 
     });
 }
 
-Answer<bool> Service::is_lost(int64_t event) const {
-    return answer([&] { return stored(state_->store->is_lost(event)); });
-}
-
 void Service::on_event(std::function<void(const Event&)> listener) {
     const std::lock_guard lock(state_->listener_mutex);
     state_->listener = std::move(listener);
@@ -665,7 +651,6 @@ Health Service::health() const {
     say(watched.device.ok() ? backend.trouble : watched.device.message());
     health.progress = late_s == 0 && alive() &&
                       (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
-    if (late_s > 0) say(concat("the service's disks have not answered for ", late_s, " s"));
     if (!health.progress && late_s == 0 && backend.trouble.empty())
         say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
     if (const size_t hanging = backend.lost + state_->hanging(); hanging > 0)
@@ -685,9 +670,7 @@ Health Service::health() const {
 
 std::string Service::metrics() const {
     const BackendState backend = state_->backend->state();
-    return state_->counters.text(
-        state_->store->counts(), state_->store->times(), state_->store->owners(),
-        {backend.lost + state_->hanging(), backend.replaced, backend.oldest_step_s});
+    return state_->counters.text(state_->store->use(), backend.lost + state_->hanging());
 }
 
 }  // namespace postchain::service

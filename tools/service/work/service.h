@@ -22,7 +22,6 @@
 #include "chain/pass/pass.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
-#include "tools/service/store/upkeep.h"
 #include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/remote_queue.h"
@@ -157,9 +156,6 @@ class Service {
 
     // At most `limit` events after `after`, oldest first, of one job, or of all if `id` is empty.
     Answer<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
-    // Whether an event's id is of a time before a copy of the store was put back: events after it
-    // are not those that the one who had it knows.
-    Answer<bool> is_lost(int64_t event) const;
     // Called on any thread soon after an event is stored. Must be quick and must not throw.
     void on_event(std::function<void(const Event&)> listener);
 

@@ -192,7 +192,6 @@ bool Worker::make_device(WorkerThread& self) {
     self.gl.reset();
     auto made = GlDevice::create(settings_.device, registry_);
     if (made.ok()) self.gl = std::move(*made);
-    if (self.gl) counters_.set_renderer(self.gl->renderer());
     const std::lock_guard lock(mutex_);
     state_.works = self.gl != nullptr;
     state_.renderer = self.gl ? self.gl->renderer() : "";

@@ -113,7 +113,7 @@ Result<int> ab_subcommand(const Options& options, const ExperimentOptions& e) {
     experiment::ExperimentSettings settings = e.ab;
     const std::vector<std::string> chains = {options.chain, e.chain_b};
     RETURN_IF_ERROR(complete(settings, options, chains, {a.chain.camera, b.chain.camera}));
-    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
+    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("fail_above", e.fail_above,
                                                         report::Kind::ab, !settings.truth.empty()));
     const StopOnSignal stop;
     ASSIGN_OR_RETURN(auto context, context_of(options));
@@ -147,10 +147,10 @@ Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e)
     for (const auto& variant : variants) cameras.push_back(variant.chain.camera);
     RETURN_IF_ERROR(complete(settings, options, {options.chain}, cameras));
     settings.chain_name = chain_name(options.chain);
-    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
-                                                        report::Kind::bench, true));
+    ASSIGN_OR_RETURN(auto limits,
+                     experiment::limits_of("fail_above", e.fail_above, report::Kind::bench, true));
     ASSIGN_OR_RETURN(auto under,
-                     experiment::limits_of("--under", e.under, report::Kind::bench, true));
+                     experiment::limits_of("under", e.under, report::Kind::bench, true));
     ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
 
     const StopOnSignal stop;

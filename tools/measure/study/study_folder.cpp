@@ -208,7 +208,7 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
     files.read(io::InputFile{study.file, "the study's file"});
     files.write(io::OutputFolder{path, "a study", kStudyMark,
                                  "This folder is a study of postchain.\n",
-                                 "name another folder with --output"});
+                                 "name another folder with {output}"_keyed});
     RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite) RETURN_IF_ERROR(remove_study(study, path));
@@ -236,7 +236,7 @@ Status StudyFolder::check_results(const Study& study) const {
                 StatusCode::usage,
                 concat(path_, "/tasks/", name,
                        ": belongs to another study: this one has no such scene or question; "
-                       "name another folder with --output, or --on-existing overwrite"));
+                       "name another folder with {output}, or {on_existing=overwrite}"_keyed));
     }
     return Status();
 }
@@ -258,7 +258,7 @@ Result<std::optional<TaskResult>> StudyFolder::result(const Study& study, const 
         return Status(StatusCode::usage,
                       concat(path, ": ", differs,
                              "; remove this file to measure the scene again, name another folder "
-                             "with --output, or --on-existing overwrite"));
+                             "with {output}, or {on_existing=overwrite}"_keyed));
     return result;
 }
 

@@ -166,7 +166,7 @@ void check_mattes(const PassEntries& entries, const std::vector<Status>& in_file
     const std::vector<Status> faults = matte_faults(entries, file.chain);
     for (size_t i = 0; i < faults.size(); ++i) {
         if (faults[i].ok()) continue;
-        Reporter reporter(in_file[i].ok() ? "--set" : file.file_name,
+        Reporter reporter(in_file[i].ok() ? "{set}"_keyed : file.file_name,
                           in_file[i].ok() ? StatusCode::usage : StatusCode::chain,
                           file.diagnostics);
         reporter.add(Severity::error, 0, 0, concat("passes[", i, "].matte_effect"),

@@ -78,7 +78,7 @@ class Overrider {
     }
 
     std::optional<Override> parse(const std::string& text) {
-        Override item{"--set " + text, {}, {}, {}};
+        Override item{"{set} "_keyed + text, {}, {}, {}};
         const auto refuse = [&](const std::string& message) {
             report(item, Severity::error, "", message);
             return std::nullopt;

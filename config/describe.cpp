@@ -145,9 +145,9 @@ std::string passes_as_text(const PassRegistry& registry) {
     for (const auto& type : registry.types()) text += pass_as_text(type) + "\n";
     text += "every pass also takes\n";
     add_table_text(text, link_parameters());
-    text += "\ncamera: the lens, if neither the frames nor --camera state it\n";
+    text += "\ncamera: the lens, if neither the frames nor {camera} state it\n"_keyed;
     add_table_text(text, camera_parameters());
-    text += "\nrules of every pass and plane (--no-elide, --elide)\n";
+    text += "\nrules of every pass and plane ({no_elide}, {elide})\n"_keyed;
     add_rules_text(text, chain_rules());
     return text;
 }
@@ -168,11 +168,11 @@ std::string passes_as_markdown(const PassRegistry& registry) {
     text += "### Every pass\n\nBesides its own parameters, see [mattes](layers.md#mattes).\n\n";
     add_table_markdown(text, link_parameters());
     text +=
-        "\n### Camera (`camera`)\n\nThe lens, if neither the frames nor `--camera` state it.\n\n";
+        "\n### Camera (`camera`)\n\nThe lens, if neither the frames nor `{camera}` state it.\n\n"_keyed;
     add_table_markdown(text, camera_parameters());
     text +=
-        "\n### Rules of every pass and plane\n\nFor `--no-elide` and `--elide`, as those of the "
-        "passes.\n\n";
+        "\n### Rules of every pass and plane\n\nFor `{no_elide}` and `{elide}`, as those of the "
+        "passes.\n\n"_keyed;
     add_rules_markdown(text, chain_rules());
     return text;
 }

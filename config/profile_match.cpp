@@ -296,8 +296,8 @@ Result<std::string> choose_view_layer(const Profile& profile, const Names& names
         });
     });
     if (best.size() > 1)
-        return Status(StatusCode::input,
-                      "several view layers: " + shown(layers) + "; choose one with --view-layer");
+        return Status(StatusCode::input, "several view layers: " + shown(layers) +
+                                             "; choose one with {view_layer}"_keyed);
     note = "view layer " + best[0] + " of " + shown(layers) + ", because it has the most planes";
     return best[0];
 }
@@ -325,7 +325,7 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
     // Neither view is more likely meant than the other.
     if (view.empty() && with_channels.size() > 1)
         return Status(StatusCode::usage,
-                      "several views: " + joined(match.views) + "; choose one with --view");
+                      "several views: " + joined(match.views) + "; choose one with {view}"_keyed);
     const Names names = names_in_view(file, match.view);
     match.view_layers = find_view_layers(profile, names);
     for (const auto& [role, sources] : profile.roles) match.missing[role] = looked_for(sources);
@@ -391,7 +391,7 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
         return match;
     }
     return Status(StatusCode::input, "no profile matches; found: " + channels_found(file) +
-                                         "; choose one with --profile");
+                                         "; choose one with {profile}"_keyed);
 }
 
 std::vector<ViewChannel> channels_in_view(const FileChannels& file, const std::string& view) {

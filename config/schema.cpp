@@ -141,7 +141,7 @@ std::string chain_schema(const PassRegistry& registry) {
     JsonObject references;
     JsonObject definitions = {
         {"camera", table_schema(camera_parameters(),
-                                "the lens, if neither the frames nor --camera state it", nullptr)}};
+                                "the lens, unless frames or a camera file state it", nullptr)}};
     for (const auto& type : registry.types()) {
         names.push_back(type.name);
         references.push_back({type.name, reference("pass." + type.name)});

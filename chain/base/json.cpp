@@ -59,7 +59,7 @@ JsonValue::JsonValue(JsonObject object) : value(std::move(object)) {}
 std::string json_text(const JsonValue& value, bool indented) {
     std::string text;
     append(value, indented ? "\n" : "", text);
-    return text;
+    return as_keys(text);
 }
 
 }  // namespace postchain

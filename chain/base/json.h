@@ -47,7 +47,7 @@ template <std::integral T>
 requires(!std::same_as<T, bool>) JsonValue::JsonValue(T integer)
     : value(ParameterValue(int64_t(integer))) {}
 
-// On one line, or indented by two spaces for each level.
+// On one line, or indented by two spaces for each level. Settings in texts as_keys().
 std::string json_text(const JsonValue& value, bool indented = false);
 
 }  // namespace postchain

@@ -12,6 +12,8 @@
 #include <utility>
 #include <variant>
 
+#include "chain/base/setting_text.h"
+
 namespace postchain {
 
 enum class StatusCode {
@@ -29,7 +31,8 @@ enum class StatusCode {
 
 const char* name_of(StatusCode code);
 
-// Success, or a code with a one-line message that names place and remedy.
+// Success, or a code with a one-line message that names place and remedy, its settings as in
+// setting_text.h.
 class [[nodiscard]] Status {
   public:
     Status() = default;

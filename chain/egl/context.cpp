@@ -151,16 +151,16 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
     if (software) {
         RETURN_IF_ERROR(software->make_current());
         if (options.warn)
-            options.warn(
-                concat("no GPU with OpenGL 4.5 was found (", tried,
-                       "): computing on the CPU; install the GPU's driver, or give --device "
-                       "software if the CPU is meant"));
+            options.warn(concat("no GPU with OpenGL 4.5 was found (", tried,
+                                "): computing on the CPU; install the GPU's driver, or give "
+                                "{device=software} if the CPU is meant"_keyed));
         return software;
     }
     if (options.device == ContextOptions::kGpu)
-        return Status(StatusCode::gl, concat("no GPU with OpenGL 4.5 was found (", tried,
-                                             "); install its driver, or give --device auto or "
-                                             "software to compute on the CPU"));
+        return Status(StatusCode::gl,
+                      concat("no GPU with OpenGL 4.5 was found (", tried,
+                             "); install its driver, or give "
+                             "{device=auto or software} to compute on the CPU"_keyed));
     return Status(StatusCode::gl,
                   "no usable OpenGL 4.5: " + tried + "; install a driver with EGL, such as Mesa's");
 }

@@ -63,7 +63,7 @@ std::string Camera::text() const {
 }
 
 const ParameterTable& camera_parameters() {
-    const char* metadata = "from --camera or the file's metadata";
+    const std::string metadata = "from {camera} or the file's metadata"_keyed;
     static const ParameterTable table =
         ParameterTableBuilder<Camera>()
             .number("focal_length_mm", &Camera::focal_length_mm,
@@ -105,29 +105,29 @@ const ParameterTable& camera_parameters() {
                      .max = 100,
                      .unit = "frames",
                      .help = "time the shutter is open",
-                     .unset_means = "from --camera, otherwise 0.5"})
+                     .unset_means = "from {camera}, otherwise 0.5"_keyed})
             .choice("shutter_position", &Camera::shutter_position, shutter_position_names(),
                     {.help = "the shutter opens at the frame, is centered on it, or closes at it",
-                     .unset_means = "from --camera, otherwise center"})
+                     .unset_means = "from {camera}, otherwise center"_keyed})
             .number(
                 "meters_per_unit", &Camera::meters_per_unit,
                 {.min = 0,
                  .min_excluded = true,
                  .unit = "m",
                  .help = "length of one scene unit; depth and focus distance are in scene units",
-                 .unset_means = "from --camera, otherwise 1"})
+                 .unset_means = "from {camera}, otherwise 1"_keyed})
             .integer("aperture_blades", &Camera::aperture_blades,
                      {.min = 0,
                       .max = 16,
                       .help = "blades of the aperture; below 3: a disc",
-                      .unset_means = "from --camera, otherwise a disc",
+                      .unset_means = "from {camera}, otherwise a disc"_keyed,
                       .excludes = "aperture_image"})
             .file(
                 "aperture_image", &Camera::aperture_image,
                 {.unit = "FILE",
                  .help = "bokeh kernel: a square image of the light that passes each point of the "
                          "aperture",
-                 .unset_means = "from --camera, otherwise blades or a disc"})
+                 .unset_means = "from {camera}, otherwise blades or a disc"_keyed})
             .number(
                 "aperture_rotation_deg", &Camera::aperture_rotation_deg,
                 {.min = -360,
@@ -135,26 +135,26 @@ const ParameterTable& camera_parameters() {
                  .unit = "degrees",
                  .help = "turns the aperture counterclockwise; at 0 the first corner of the blades "
                          "is 180/blades above the right, as in Cycles",
-                 .unset_means = "from --camera, otherwise 0"})
+                 .unset_means = "from {camera}, otherwise 0"_keyed})
             .number("aperture_curvature", &Camera::aperture_curvature,
                     {.min = 0,
                      .max = 1,
                      .help = "curvature of the blades: 0 straight, 1 a disc",
-                     .unset_means = "from --camera, otherwise 0",
+                     .unset_means = "from {camera}, otherwise 0"_keyed,
                      .excludes = "aperture_image"})
             .number("aperture_ratio", &Camera::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,
                      .help = "height over width of the aperture; above 1: the tall discs of an "
                              "anamorphic lens, as in Cycles",
-                     .unset_means = "from --camera, otherwise 1"})
+                     .unset_means = "from {camera}, otherwise 1"_keyed})
             .number("cats_eye", &Camera::cats_eye,
                     {.min = 0,
                      .max = 1,
                      .unit = "radii",
                      .help = "how far the lens barrel cuts the aperture in the corners of the "
                              "frame; 0: not cut",
-                     .unset_means = "from --camera, otherwise 0"})
+                     .unset_means = "from {camera}, otherwise 0"_keyed})
             .table();
     return table;
 }

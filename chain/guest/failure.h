@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 
 #include "chain/base/status.h"
 #include "chain/guest/postchain.h"
@@ -14,8 +13,8 @@ struct [[nodiscard]] Failure {
     std::string text = {};
 
     Failure() = default;
-    Failure(pc_result code, std::string message) : result(code), text(std::move(message)) {}
-    Failure(const Status& status) : result(result_of(status.code())), text(status.message()) {}
+    Failure(pc_result code, const std::string& message) : result(code), text(as_keys(message)) {}
+    Failure(const Status& status) : Failure(result_of(status.code()), status.message()) {}
 
     bool ok() const { return result == PC_OK; }
 

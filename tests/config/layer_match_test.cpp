@@ -178,7 +178,7 @@ TEST(Layers, TwoOfOneName) {
             channels += concat(" ", layer, ".Combined.", word);
     EXPECT_THAT(detect_profile(builtin_profiles(), file_of(channels), "", "").status().message(),
                 AllOf(HasSubstr("several view layers: A, B, C"),
-                      HasSubstr("choose one with --view-layer")));
+                      HasSubstr("choose one with {view_layer}"_keyed)));
 }
 
 TEST(Layers, AProfilesOwnListCounts) {

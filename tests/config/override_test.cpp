@@ -45,7 +45,7 @@ TEST(Override, SetsByIndexByNameAndTheCamera) {
         kChain, {"passes[0].samples=51", "tint.gain=0.25", "camera.f_stop=2", "smear.mode=narrow"});
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
     EXPECT_EQ(first_smear(file).samples, 51);
-    EXPECT_EQ(file.chain.origins.at("passes[0].samples").where, "--set passes[0].samples=51");
+    EXPECT_EQ(file.chain.origins.at("passes[0].samples").where, "{set} passes[0].samples=51"_keyed);
     EXPECT_EQ(first_smear(file).mode, test::SmearMode::narrow);
     EXPECT_EQ(tint(*file.chain.links[1].pass).gain, 0.25);
     EXPECT_EQ(file.chain.camera.f_stop, 2.0);
@@ -62,14 +62,16 @@ TEST(Override, SetsByIndexByNameAndTheCamera) {
 }
 
 TEST(Override, WarnsOfWhatHasNoEffect) {
-    EXPECT_THAT(said(kChain, {"smear.mode=narrow", "smear.factor=2"}),
-                ElementsAre(HasSubstr("--set smear.factor=2: warning: passes[0].factor: has no")));
+    EXPECT_THAT(
+        said(kChain, {"smear.mode=narrow", "smear.factor=2"}),
+        ElementsAre(HasSubstr("{set} smear.factor=2: warning: passes[0].factor: has no"_keyed)));
     EXPECT_THAT(said(kChain, {"smear.mode=wide", "smear.factor=2"}), IsEmpty());
     // A value of the chain file that another mode does not read.
     const char* with_factor = "postchain: 1\npasses:\n  - smear: {factor: 2}\n";
-    EXPECT_THAT(said(with_factor, {"smear.mode=narrow"}),
-                ElementsAre("--set smear.mode=narrow: warning: passes[0].factor: has no effect "
-                            "with mode: narrow; remove it, or set mode: wide (given in c.yaml:3)"));
+    EXPECT_THAT(
+        said(with_factor, {"smear.mode=narrow"}),
+        ElementsAre("{set} smear.mode=narrow: warning: passes[0].factor: has no effect "
+                    "with mode: narrow; remove it, or set mode: wide (given in c.yaml:3)"_keyed));
     // The file is judged as it is: --set does not mend it, and adds no second message.
     EXPECT_THAT(
         said("postchain: 1\npasses:\n  - smear: {mode: narrow, factor: 2}\n", {"smear.samples=51"}),
@@ -116,9 +118,9 @@ TEST(Override, OfMattesIsJudgedByWhatTheChainThenSays) {
     EXPECT_THAT(refusal("joint_blur: {matte_effect: unmoved}", {}),
                 StartsWith(of_file + " c.yaml"));
     EXPECT_THAT(refusal("joint_blur", {"joint_blur.matte_effect=unmoved"}),
-                AllOf(StartsWith(of_set + " --set"), HasSubstr("none is named")));
+                AllOf(StartsWith(of_set + " {set}"_keyed), HasSubstr("none is named")));
     EXPECT_THAT(refusal("depth_of_field: {matte: hero}", {"depth_of_field.matte_effect=unmoved"}),
-                AllOf(StartsWith(of_set + " --set"), HasSubstr("moves nothing")));
+                AllOf(StartsWith(of_set + " {set}"_keyed), HasSubstr("moves nothing")));
 }
 
 TEST(Override, IsAUsageErrorThatNamesTheText) {
@@ -145,7 +147,8 @@ TEST(Override, IsAUsageErrorThatNamesTheText) {
     for (const auto& [text, message] : wrong) {
         const ChainFile file = parse(kChain, {text});
         EXPECT_EQ(file.status().code(), StatusCode::usage) << text;
-        EXPECT_THAT(file.status().message(), HasSubstr(printable("--set " + text + ": error: ")));
+        EXPECT_THAT(file.status().message(),
+                    HasSubstr(printable("{set} "_keyed + text + ": error: ")));
         EXPECT_THAT(file.status().message(), HasSubstr(message));
     }
     const Status twice = parse(kTwice, {"smear.samples=51"}).status();
@@ -166,8 +169,8 @@ TEST(Override, AnInvalidFileStaysAnInvalidFile) {
 TEST(Override, MakesExcludedValuesOfTheFileGiveWay) {
     const ChainFile file = parse(kTwice, {"passes[0].shutter_angle_deg=90"});
     EXPECT_THAT(texts(file.diagnostics),
-                ElementsAre("--set passes[0].shutter_angle_deg=90: note: passes[0].shutter_frames: "
-                            "0.5 of the chain file is dropped"));
+                ElementsAre("{set} passes[0].shutter_angle_deg=90: note: passes[0].shutter_frames: "
+                            "0.5 of the chain file is dropped"_keyed));
     EXPECT_EQ(first_smear(file).shutter_frames, std::nullopt);
     EXPECT_EQ(first_smear(file).shutter_angle_deg, 90.0);
     const Status both =
@@ -218,10 +221,10 @@ TEST(Precedence, OnlyValuesAreStated) {
                   .chain.origins,
               (Origins{{"camera.near_clip", {kFromChain, "c.yaml:2"}}}));
     EXPECT_THAT(parse(kChain, {"camera.f_stop=null", "smear.samples=33"}).chain.origins,
-                (Origins{{"passes[0].samples", {kFromOption, "--set smear.samples=33"}}}));
-    EXPECT_EQ(
-        parse(kTwice, {"camera.shutter_frames=0.25"}).chain.origins,
-        (Origins{{"camera.shutter_frames", {kFromOption, "--set camera.shutter_frames=0.25"}}}));
+                (Origins{{"passes[0].samples", {kFromOption, "{set} smear.samples=33"_keyed}}}));
+    EXPECT_EQ(parse(kTwice, {"camera.shutter_frames=0.25"}).chain.origins,
+              (Origins{{"camera.shutter_frames",
+                        {kFromOption, "{set} camera.shutter_frames=0.25"_keyed}}}));
     // A null drops no value of a pass.
     EXPECT_EQ(first_smear(parse(kTwice, {"camera.shutter_frames=null"})).shutter_frames, 0.5);
 }

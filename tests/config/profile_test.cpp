@@ -279,7 +279,7 @@ TEST(Profiles, SaysWhatIsThereInstead) {
         const char* layer;
         const char* view;
         StatusCode code;
-        const char* message;
+        std::string message;
     };
     const Refused all[] = {
         {file_of("albedo uv.s uv.t"), "", "", StatusCode::input, "found: albedo, uv.s, uv.t"},
@@ -288,13 +288,13 @@ TEST(Profiles, SaysWhatIsThereInstead) {
         {FileChannels(), "", "", StatusCode::input, ""},
         {file_of("", {"left", "right"}), "", kAllViews, StatusCode::input, "found: no channels"},
         {layers, "", "", StatusCode::input,
-         "several view layers: bg.sky, fg, mid; choose one with --view-layer"},
+         "several view layers: bg.sky, fg, mid; choose one with {view_layer}"_keyed},
         {with_layers({"fg", "bg.fg"}, true), "", "", StatusCode::input,
-         "several view layers: bg.fg, fg; choose one with --view-layer"},
+         "several view layers: bg.fg, fg; choose one with {view_layer}"_keyed},
         {layers, "bg", "", StatusCode::usage,
          "view layer 'bg' is not in the file; found are bg.sky, fg, mid"},
         {kViewsByName, "", "", StatusCode::usage,
-         "several views: left, right; choose one with --view"},
+         "several views: left, right; choose one with {view}"_keyed},
         {kViewsByName, "", "center", StatusCode::usage,
          "view 'center' is not in the file; found are left, right"},
         {file_of("R G B"), "", "left", StatusCode::usage, "it has no views"}};

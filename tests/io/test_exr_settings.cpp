@@ -150,7 +150,7 @@ TEST_F(ExrOutputSettings, HalfMakesFloatColorHalfAndNothingElse) {
     color.at(3, 2, 1) = 70000;
     options.on_existing = OnExisting::overwrite;
     EXPECT_THAT(write_filtered(out, frame, color, options).status().message(),
-                HasSubstr("or leave --half out"));
+                HasSubstr("or leave {half} out"_keyed));
 }
 
 TEST_F(ExrOutputSettings, ChannelsThatAreNamedAreWrittenAndNoOthers) {

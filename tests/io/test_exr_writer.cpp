@@ -192,7 +192,7 @@ struct Overflow {
     Imf::PixelType type;
     std::vector<Replaced> samples;
     uint64_t finite, nonfinite;  // pixels that do not fit
-    const char* remedy;
+    std::string remedy;
 };
 
 TEST_F(ExrWriter, ColorThatDoesNotFitIsRefusedOrClampedNeverInf) {
@@ -207,7 +207,7 @@ TEST_F(ExrWriter, ColorThatDoesNotFitIsRefusedOrClampedNeverInf) {
                                           {1, 0, 1, -kInf, -kMost},  // the same pixel
                                           {2, 5, 2, kNan, 0}};
     for (const Overflow& one : {Overflow{Imf::HALF, halves, 2, 2, "or render color as float"},
-                                Overflow{Imf::FLOAT, floats, 0, 2, "--overflow clamp"}}) {
+                                Overflow{Imf::FLOAT, floats, 0, 2, "{overflow=clamp}"_keyed}}) {
         FilePart part = every_type();
         for (size_t c = 0; c < 4; ++c) part.channels[c].type = one.type;
         write_file(in, {part});

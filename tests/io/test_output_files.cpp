@@ -28,7 +28,7 @@ class OutputFilesTest : public testing::Test {
     void make(const std::string& name) const { std::ofstream(at(name)) << name; }
     PathPattern pattern(const std::string& name) const { return *PathPattern::parse(at(name)); }
     static OutputFile output(const std::string& path) {
-        return {path, "the output", "name another with --output"};
+        return {path, "the output", "name another with {output}"_keyed};
     }
     // One input pattern in.####.exr with frames 1 and 2, the camera file, and this output.
     OutputFiles files(const std::string& path, OnExisting on_existing = OnExisting::overwrite) {
@@ -59,7 +59,7 @@ TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
             EXPECT_EQ(status.code(), StatusCode::usage) << name;
             EXPECT_THAT(status.message(),
                         AllOf(HasSubstr(name), HasSubstr("the output would replace"),
-                              HasSubstr("the camera file"), HasSubstr("--output")));
+                              HasSubstr("the camera file"), HasSubstr("{output}"_keyed)));
         }
     EXPECT_EQ(files(at("in.0002.exr")).check().code(), StatusCode::usage);
     EXPECT_TRUE(files(at("a/folder/free.exr")).check().ok());
@@ -166,7 +166,7 @@ TEST_F(OutputFilesTest, WhatIsThereIsReplacedAsItIsSaid) {
     const Status status = files(at("o.exr"), OnExisting::fail).check();
     EXPECT_EQ(status.code(), StatusCode::output);
     EXPECT_THAT(status.message(), AllOf(HasSubstr("o.exr: exists"), HasSubstr("the output"),
-                                        HasSubstr("--on-existing skip or overwrite")));
+                                        HasSubstr("{on_existing=skip or overwrite}"_keyed)));
     for (const auto choice : {OnExisting::skip, OnExisting::overwrite}) {
         EXPECT_TRUE(files(at("o.exr"), choice).check().ok());
         EXPECT_EQ(*files(at("o.exr"), choice).permit(at("./o.exr")), OnExisting::overwrite);
@@ -226,7 +226,7 @@ TEST_F(OutputFilesTest, AFamilyIsKnownByItsNames) {
         OutputFiles all = files(at("o.exr"), choice);
         all.write(OutputFamily{folder_.path() + "/.",
                                [](const std::string& name) { return name.starts_with("0."); },
-                               "a stage", "name another folder with --dump-stages"});
+                               "a stage", "name another folder with {dump_stages}"_keyed});
         return all;
     };
     EXPECT_TRUE(with(OnExisting::fail).check().ok());
@@ -235,8 +235,8 @@ TEST_F(OutputFilesTest, AFamilyIsKnownByItsNames) {
     make("0.a");
     const Status status = with(OnExisting::fail).check();
     EXPECT_EQ(status.code(), StatusCode::output);
-    EXPECT_THAT(status.message(),
-                AllOf(HasSubstr("0.a: exists"), HasSubstr("a stage"), HasSubstr("--dump-stages")));
+    EXPECT_THAT(status.message(), AllOf(HasSubstr("0.a: exists"), HasSubstr("a stage"),
+                                        HasSubstr("{dump_stages}"_keyed)));
     EXPECT_TRUE(with(OnExisting::overwrite).check().ok());
     // An input with such a name, also through a link; and another output.
     OutputFiles read = with(OnExisting::overwrite), twice = read;
@@ -253,7 +253,7 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     const auto with = [&](const std::string& owner, OnExisting choice = OnExisting::overwrite) {
         OutputFiles all = files(at("o.exr"), choice);
         all.write(OutputFolder{at("r"), "a report", ".mark", owner + "\n",
-                               "name another folder with --output"});
+                               "name another folder with {output}"_keyed});
         return all;
     };
     const auto with_input = [&](const std::string& input) {
@@ -269,7 +269,7 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     EXPECT_EQ(*with("me").permit(at("rr")), OnExisting::fail);
     make("r/a");
     EXPECT_THAT(with("me", OnExisting::fail).check().message(),
-                HasSubstr("has a report already; choose --on-existing skip or overwrite"));
+                HasSubstr("has a report already; choose {on_existing=skip or overwrite}"_keyed));
     EXPECT_TRUE(with("me").check().ok());
     for (const auto choice : {OnExisting::fail, OnExisting::skip, OnExisting::overwrite})
         EXPECT_EQ(with("you", choice).check().code(), StatusCode::output);

@@ -124,12 +124,12 @@ TEST(Limit, PixelsWithoutAValueBreakEveryLimitButTheirOwn) {
 }
 
 TEST(Limit, IsAMetricAndAFiniteNumber) {
-    const auto limit = parse_limit("--under", "flip=-1e-3");
+    const auto limit = parse_limit("under", "flip=-1e-3");
     ASSERT_TRUE(limit.ok());
     EXPECT_EQ(limit->metric, "flip");
     EXPECT_EQ(limit->value, -1e-3);
     for (const char* text : {"flip", "flip=", "flip=x", "flip=1 ", "flip=inf", "flip=nan"})
-        EXPECT_EQ(parse_limit("--under", text).status().code(), StatusCode::usage) << text;
+        EXPECT_EQ(parse_limit("under", text).status().code(), StatusCode::usage) << text;
 }
 
 }  // namespace

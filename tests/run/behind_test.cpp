@@ -101,7 +101,8 @@ TEST_F(BehindTest, FindingsInItsPixelsAreWarnings) {
     EXPECT_THAT(report.warnings,
                 ::testing::Contains(HasSubstr("the first non-finite pixel is (30, 20)")));
     settings_.strict = true;
-    EXPECT_THAT(failure(), HasSubstr("nan.0002.exr: 1 non-finite pixels under --strict"));
+    EXPECT_THAT(failure(),
+                HasSubstr("nan.0002.exr: 1 non-finite pixels under {strict=true}"_keyed));
 }
 
 TEST_F(BehindTest, ThatChangesMeanwhileFailsTheFrame) {

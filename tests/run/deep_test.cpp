@@ -225,7 +225,7 @@ TEST_F(DeepTest, MemoryOfItsSamplesCountsAndPartsAreWrittenFlat) {
     read(at("d.####.exr"));
     settings_.source.max_memory = 4 << 20;
     EXPECT_THAT(failure(), testing::AllOf(HasSubstr("d.0002.exr: this frame needs "),
-                                          HasSubstr("but --max-memory allows 4.0 MiB")));
+                                          HasSubstr("but {max_memory} allows 4.0 MiB"_keyed)));
     settings_.source.max_memory = 0;
     const FrameReport report = last_frame();
     ASSERT_TRUE(report.status.ok()) << report.status.message();

@@ -105,8 +105,8 @@ TEST_F(FrameLayersTest, WhatIsNotWrittenIsNotFiltered) {
     ASSERT_TRUE(layers.ok());
     EXPECT_TRUE(layers->filtered.empty());
     EXPECT_THAT(left(*layers),
-                testing::IsSupersetOf({Pair("color.plain", "is excluded by --channels"),
-                                       Pair("color.small", "not requested")}));
+                testing::IsSupersetOf({Pair("color.plain", "is excluded by {channels}"_keyed),
+                                       Pair("color.small", std::string("not requested"))}));
 }
 
 TEST_F(FrameLayersTest, AMatteIsAChannelThatColorCovers) {

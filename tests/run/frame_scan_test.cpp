@@ -226,7 +226,7 @@ TEST(Survey, AFrameThatCannotBeReadIsNoChange) {
     ASSERT_EQ(found.size(), 3u);
     EXPECT_EQ(found.back().frame, 7);
     EXPECT_EQ(found.back().what,
-              "the image changes 20 times as much as usual to frame 8: a cut? (--cuts 7)");
+              "the image changes 20 times as much as usual to frame 8: a cut? ({cuts=7})"_keyed);
 }
 
 TEST(Survey, NamesWhatMostFramesHaveOtherwise) {

@@ -172,7 +172,7 @@ TEST(JobSettings, ErrorsNameTheSetting) {
         const auto settings = settings_of({{key, value}});
         ASSERT_FALSE(settings.ok()) << key;
         EXPECT_EQ(settings.status().code(), StatusCode::usage) << key;
-        EXPECT_TRUE(settings.status().message().starts_with(option_name(key)))
+        EXPECT_TRUE(settings.status().message().starts_with(setting(key)))
             << settings.status().message();
     }
     using Values = std::vector<std::pair<std::string, ParameterValue>>;

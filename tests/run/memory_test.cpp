@@ -136,7 +136,8 @@ TEST(Memory, WhatIsTooMuchIsRefused) {
     EXPECT_TRUE(check_memory("f.exr", 1 << 20, 1 << 20).ok());
     const Status status = check_memory("f.exr", 3 << 20, 2 << 20);
     EXPECT_EQ(status.code(), StatusCode::memory);
-    for (const char* word : {"f.exr", "3.0 MiB", "2.0 MiB", "--max-memory", "raise the limit"})
+    for (const auto& word : std::vector<std::string>{"f.exr", "3.0 MiB", "2.0 MiB",
+                                                     "{max_memory}"_keyed, "raise the limit"})
         EXPECT_THAT(status.message(), testing::HasSubstr(word));
 }
 

@@ -90,7 +90,7 @@ TEST_F(Results, ImagesPreviewsAndJobsShareTheMemory) {
     EXPECT_THAT(preview.detail, HasSubstr("9.8 KiB"));
     const Job job = ran(body());
     EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_THAT(frames(job.id)[0].message, HasSubstr("--max-memory allows 19.5 KiB"));
+    EXPECT_THAT(frames(job.id)[0].message, HasSubstr("{max_memory} allows 19.5 KiB"_keyed));
     close();
     max_memory_ = 400'000;
     open();

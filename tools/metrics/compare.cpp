@@ -169,7 +169,7 @@ std::vector<std::pair<std::string, double>> metric_constants() {
             {"least_change", kLeastChange}};
 }
 
-Result<MetricLimit> parse_limit(const std::string& option, const std::string& text) {
+Result<MetricLimit> parse_limit(const std::string& key, const std::string& text) {
     const size_t equals = text.find('=');
     MetricLimit limit{text.substr(0, equals), 0};
     const char* end = text.data() + text.size();
@@ -177,7 +177,7 @@ Result<MetricLimit> parse_limit(const std::string& option, const std::string& te
     const auto parsed = std::from_chars(begin, end, limit.value);
     if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(limit.value))
         return Status(StatusCode::usage,
-                      option + ": '" + text + "' is not METRIC=NUMBER, e.g. flip=0.05");
+                      setting(key) + ": '" + text + "' is not METRIC=NUMBER, e.g. flip=0.05");
     return limit;
 }
 

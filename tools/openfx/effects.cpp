@@ -47,7 +47,7 @@ std::string hint_of(const Parameter& row) {
     if (row.optional)
         hint += row.unset_means.empty() ? "; may be unset" : "; unset: " + row.unset_means;
     // A node has no options, and its clips no metadata.
-    for (const std::string from : {"--camera or the file's metadata", "--camera"})
+    for (const std::string& from : {"{camera} or the file's metadata"_keyed, setting("camera")})
         if (const size_t at = hint.find(from); at != hint.npos)
             hint.replace(at, from.size(), kCameraFile);
     return hint;

@@ -57,22 +57,22 @@ Result<Node> Instance::node_at(Properties in) {
     return node_at(moment_of(in));
 }
 
-void Instance::set_status(std::string text) {
+void Instance::set_status(const std::string& text) {
     const std::lock_guard lock(mutex_);
-    report_ = std::move(text);
+    report_ = as_keys(text);
 }
 
 // A host shows one message on a node.
 void Instance::show(const char* type, const std::string& text) {
     const MessageSuite* messages = suites().messages;
     const std::lock_guard lock(mutex_);
-    const std::string wanted = text.empty() ? "" : concat(type, ": ", text);
+    const std::string wanted = text.empty() ? "" : concat(type, ": ", as_keys(text));
     if (!messages || wanted == shown_) return;
     shown_ = wanted;
     if (text.empty())
         messages->clear_persistent(effect_);
     else
-        messages->set_persistent(effect_, type, "", "%s", text.c_str());
+        messages->set_persistent(effect_, type, "", "%s", as_keys(text).c_str());
 }
 
 HostStatus Instance::conclude(const Status& status) {

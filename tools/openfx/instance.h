@@ -37,7 +37,7 @@ class Instance {
     void check_signs_once(const Node& node, const Node::Frame& frame);
     Status check(double time);
     void refresh(double time);
-    void set_status(std::string text);
+    void set_status(const std::string& text);
     void show(const char* type, const std::string& text);
 
     const EffectType* type_;

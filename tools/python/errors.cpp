@@ -1,6 +1,5 @@
 #include "tools/python/errors.h"
 
-#include <algorithm>
 #include <regex>
 
 #include "tools/python/job.h"
@@ -12,53 +11,6 @@ namespace {
 
 py::object in_module(const char* name) {
     return py::module_::import("postchain._errors").attr(name);
-}
-
-// Words that are values of a setting whose values are texts.
-constexpr const char* kValuesOfTexts[] = {"all", "filter", "generic", "view"};
-
-bool is_value(const Parameter& row, const std::string& word) {
-    if (row.type == ParameterType::boolean || word.empty()) return false;
-    if (row.type == ParameterType::choice) return std::ranges::count(row.choices, word) > 0;
-    return std::isdigit(word[0]) || std::ranges::count(kValuesOfTexts, word) > 0;
-}
-
-std::string quoted_value(const Parameter& row, const std::string& word) {
-    const bool number = row.type == ParameterType::number || row.type == ParameterType::integer;
-    return number ? word : concat("'", word, "'");
-}
-
-// An option as a keyword argument. `verb`: the word before it; `rest`: the text after it, of which
-// its value is taken.
-std::string argument_text(const std::string& verb, std::string key, std::string_view& rest) {
-    std::ranges::replace(key, '-', '_');
-    if (key.starts_with("no_"))
-        if (const Parameter* row = job_parameters().find(key.substr(3));
-            row && row->type == ParameterType::boolean)
-            return row->key + "=False";
-    static const Parameter device = [] {  // no row of a job
-        Parameter row;
-        row.type = ParameterType::choice;
-        row.choices = {"auto", "gpu", "software"};
-        return row;
-    }();
-    const Parameter* row = key == "device" ? &device : job_parameters().find(key);
-    if (!row) return key;
-    static const std::set<std::string> verbs = {"use", "give", "with", "under", "or"};
-    if (row->type == ParameterType::boolean) return verbs.contains(verb) ? key + "=True" : key;
-    static const std::regex one(R"re(^[ =]([A-Za-z0-9_.:,-]*[A-Za-z0-9_]))re");
-    static const std::regex another(R"re(^ or ([a-z0-9]+))re");
-    std::cmatch word;
-    const auto take = [&](const std::regex& form) {
-        const bool found = std::regex_search(rest.data(), rest.data() + rest.size(), word, form) &&
-                           is_value(*row, word[1]);
-        if (found) rest.remove_prefix(size_t(word.length()));
-        return found;
-    };
-    if (!take(one)) return key;
-    std::string text = key + "=" + quoted_value(*row, word[1]);
-    while (take(another)) text += " or " + quoted_value(*row, word[1]);
-    return text;
 }
 
 // The names of a function's arguments, from the first line of its docstring.
@@ -81,21 +33,15 @@ std::vector<std::string> names_in_signature(const std::string& function) {
 }  // namespace
 
 std::string in_python(const std::string& message) {
-    static const std::regex option(R"re((?:^|[\s(`])--([a-z]+(?:-[a-z]+)*))re");
-    std::string text;
-    std::string_view rest = message;
-    std::cmatch found;
-    while (std::regex_search(rest.data(), rest.data() + rest.size(), found, option)) {
-        const auto begin = size_t(found.position(1)) - 2;
-        text.append(rest.substr(0, begin));
-        const size_t space = text.find_last_not_of(' ');
-        const std::string before = text.substr(0, space == std::string::npos ? 0 : space + 1);
-        const std::string verb = before.substr(before.find_last_of(" (") + 1);
-        const std::string key = found[1];
-        rest.remove_prefix(begin + 2 + key.size());
-        text += argument_text(verb, key, rest);
-    }
-    return text.append(rest);
+    return with_settings(message, [](const std::string& key, const std::string& value) {
+        if (value.empty()) return key;
+        if (value == "true" || value == "false")
+            return key + (value == "true" ? "=True" : "=False");
+        const Parameter* row = job_parameters().find(key);
+        if (row ? row->type == ParameterType::number : std::isdigit(value.back()))
+            return key + "=" + value;
+        return key + "='" + std::regex_replace(value, std::regex(" or "), "' or '") + "'";
+    });
 }
 
 void raise_unexpected(const std::string& function, const std::string& key,

@@ -12,8 +12,8 @@
 
 namespace postchain::python {
 
-// Options in messages as Python names them: "use --mkdir" -> "use mkdir=True", "--on-existing skip"
-// -> "on_existing='skip'", "--truth" -> "truth".
+// Settings as keyword arguments: "use {mkdir=true}" -> "use mkdir=True", "{on_existing=skip}" ->
+// "on_existing='skip'", "{truth}" -> "truth".
 std::string in_python(const std::string& message);
 
 // Raises the class of the status's code. With diagnostics, the exception lists the errors among

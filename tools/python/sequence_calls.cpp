@@ -75,9 +75,9 @@ py::dict run_sequence(const ChainObject& chain, const std::string& input, const 
         [&](Call& call, Executor& executor) {
             const auto observer = [&](const sequence::FrameReport& report,
                                       const sequence::RunProgress& progress) {
-                warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+                for (const auto& said : report.warnings) warnings.push_back(in_python(said));
                 for (const auto& note : report.write.notes)
-                    warnings.push_back(report.output + ": " + note);
+                    warnings.push_back(in_python(report.output + ": " + note));
                 if (callbacks.progress.is_none()) return;
                 call.send([&, line = sequence::report_json(report, progress)] {
                     if (stopped || !callbacks.ended_by(python_of(line))) return;

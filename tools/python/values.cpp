@@ -72,7 +72,7 @@ py::object python_of(const std::string& json_text) {
 }
 
 py::object python_of(const io::Json& json) {
-    return python_of(json.dump(-1, ' ', true, io::Json::error_handler_t::replace));
+    return python_of(in_python(json.dump(-1, ' ', false, io::Json::error_handler_t::replace)));
 }
 
 std::string json_text_of(const py::handle& value) {

@@ -147,7 +147,7 @@ std::string aperture_path(const SceneRequest& request) {
 
 io::OutputFiles files_of(const SceneRequest& request, const std::vector<Picture>& pictures) {
     io::OutputFiles files(request.on_existing);
-    const char* other = "name another folder with --output";
+    const std::string other = "name another folder with {output}"_keyed;
     for (int frame : request.frames)
         for (Picture picture : pictures)
             files.write(io::OutputFile{picture_path(request, picture, frame),

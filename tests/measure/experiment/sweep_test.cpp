@@ -70,7 +70,8 @@ TEST(Sweeps, BadTextsAndValuesAreUsageErrors) {
                              "motion_blur.samples=many", "motion_blur.sampels=5,9"}) {
         const auto wrong = sweep({text});
         EXPECT_EQ(wrong.status().code(), StatusCode::usage) << text;
-        EXPECT_THAT(test::error_of(wrong), AllOf(HasSubstr("--sweep"), Not(HasSubstr("--set"))));
+        EXPECT_THAT(test::error_of(wrong),
+                    AllOf(HasSubstr("{sweep}"_keyed), Not(HasSubstr("{set}"_keyed))));
     }
 }
 
@@ -145,12 +146,12 @@ TEST(Choices, CheapestUnderALimitIsWritten) {
 
 TEST(Limits, FormMetricAndDirectionAreChecked) {
     const auto columns = metric_columns(Kind::ab, true);
-    EXPECT_EQ(test::must(parse_limit("--under", "flip=0.1", columns)).metric, "flip");
+    EXPECT_EQ(test::must(parse_limit("under", "flip=0.1", columns)).metric, "flip");
     for (const auto& [text, said] : {std::pair{"flip=x", "METRIC=NUMBER"},
                                      {"filp=0.1", "did you mean 'flip'"},
                                      {"psnr=30", "is not an error"},
                                      {"edges_in_blurred=1", "is not an error"}})
-        EXPECT_THAT(test::error_of(parse_limit("--under", text, columns)), HasSubstr(said));
+        EXPECT_THAT(test::error_of(parse_limit("under", text, columns)), HasSubstr(said));
     Report report = choices();
     EXPECT_EQ(exceeding(report, {{"flip", 0.5}}).size(), 2u);
     EXPECT_TRUE(exceeding(report, {{"flip", 0.9}}).empty());

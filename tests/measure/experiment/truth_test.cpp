@@ -63,7 +63,7 @@ TEST(Truth, IsOnePatternThatNamesAFileForEachFrame) {
         return test::error_of(truth);
     };
     EXPECT_THAT(said("color=a.####.exr,depth=b.####.exr", {1}), HasSubstr("give one pattern"));
-    EXPECT_THAT(said("a.##.##.exr", {1}), HasSubstr("--truth: "));
+    EXPECT_THAT(said("a.##.##.exr", {1}), HasSubstr("{truth}: "_keyed));
     EXPECT_THAT(said("a.exr", {1, 2}), HasSubstr("a.exr: one file for 2 frames"));
     EXPECT_EQ(Truth::open("a.exr", {1}).status().code(), StatusCode::input);  // it does not exist
 }
@@ -311,7 +311,7 @@ TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
     test::write_text(report + "/report.json", "{}");
     test::write_text(report + "/notes.txt", "of the user");
     EXPECT_THAT(prepare(report, io::OnExisting::fail).message(),
-                HasSubstr("--on-existing overwrite"));
+                HasSubstr("{on_existing=overwrite}"_keyed));
     EXPECT_TRUE(prepare(report, io::OnExisting::skip).ok());
     EXPECT_TRUE(std::filesystem::exists(report + "/report.json"));
     EXPECT_TRUE(prepare(report, io::OnExisting::overwrite).ok());

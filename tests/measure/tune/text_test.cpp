@@ -112,12 +112,14 @@ TEST(TuneText, TheFileOfAStoppedWalkHasItsChains) {
 }
 
 TEST(TuneText, AnUnmetGoalHasARemedy) {
-    EXPECT_THAT(outcome_text(tuning({.budget_s = 0.01, .error = {}})),
-                AllOf(HasSubstr("--budget 0.01s: the fastest of 4 chains measured takes 0.05 s"),
-                      HasSubstr("motion_blur samples 5; raise the budget")));
-    EXPECT_THAT(outcome_text(tuning({.budget_s = {}, .error = 0.01})),
-                AllOf(HasSubstr("--error 0.01: the closest of 4 chains measured has HDR-FLIP 0.08"),
-                      HasSubstr("motion_blur samples 9; allow a larger error")));
+    EXPECT_THAT(
+        outcome_text(tuning({.budget_s = 0.01, .error = {}})),
+        AllOf(HasSubstr("{budget=0.01s}: the fastest of 4 chains measured takes 0.05 s"_keyed),
+              HasSubstr("motion_blur samples 5; raise the budget")));
+    EXPECT_THAT(
+        outcome_text(tuning({.budget_s = {}, .error = 0.01})),
+        AllOf(HasSubstr("{error=0.01}: the closest of 4 chains measured has HDR-FLIP 0.08"_keyed),
+              HasSubstr("motion_blur samples 9; allow a larger error")));
 }
 
 TEST(TuneText, AWalkThatWasCutSaysSo) {
@@ -126,8 +128,8 @@ TEST(TuneText, AWalkThatWasCutSaysSo) {
     made.notes = {"a note"};
     EXPECT_THAT(doubts_of(made),
                 ElementsAre("a note",
-                            "the walk ended after 4 chains (--max-chains); more may lie on the "
-                            "front",
+                            "the walk ended after 4 chains ({max_chains}); more may lie on the "
+                            "front"_keyed,
                             HasSubstr("untrustworthy")));
 }
 

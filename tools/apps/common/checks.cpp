@@ -43,14 +43,13 @@ std::string path_of(const Parameter& row) {
     return row.unit == "DIR" ? "folder" : "";
 }
 
-}  // namespace
-
-std::string key_of(const std::string& message) {
-    if (!message.starts_with("--")) return "";
-    std::string key = message.substr(2, message.find_first_of(" :") - 2);
-    std::ranges::replace(key, '-', '_');
-    return key;
+// "on-existing" -> "on_existing"
+std::string key_named(std::string option) {
+    std::ranges::replace(option, '-', '_');
+    return option;
 }
+
+}  // namespace
 
 void add_schema(CLI::App& subcommand, const std::vector<std::string>& required) {
     subcommand.add_flag_callback(
@@ -58,7 +57,7 @@ void add_schema(CLI::App& subcommand, const std::vector<std::string>& required) 
     auto& all = schema_at(subcommand).required.emplace(required);
     for (const CLI::Option* option : subcommand.get_options())
         if (option->get_required() && !option->get_lnames().empty())
-            all.push_back(key_of("--" + option->get_lnames().front()));
+            all.push_back(key_named(option->get_lnames().front()));
 }
 
 void add_checks(CLI::App& subcommand, Options& options, const std::vector<std::string>& required) {
@@ -91,8 +90,8 @@ std::optional<Json> schema_of(const CLI::App& subcommand) {
 
 bool Checks::take(const std::string& key, const Status& status) {
     if (status.ok()) return true;
-    const std::string named = key_of(status.message()), of = named.empty() ? key : named;
-    faults_.push_back({{"key", of}, {"message", sequence::without_option(of, status.message())}});
+    const auto [named, text] = split_key(status.message());
+    faults_.push_back({{"key", named.empty() ? key : named}, {"message", text}});
     if (exit_code_ == 0) exit_code_ = exit_code(status);
     return false;
 }
@@ -101,7 +100,7 @@ bool Checks::take(const std::string& key, const Diagnostics& diagnostics) {
     for (const Diagnostic& one : diagnostics) {
         if (one.severity == Severity::warning) warnings_.push_back(one.text());
         if (one.severity != Severity::error) continue;
-        faults_.push_back({{"key", one.file.starts_with("--set") ? "set" : key},
+        faults_.push_back({{"key", as_keys(one.file).starts_with("set ") ? "set" : key},
                            {"message", one.message},
                            {"file", one.file},
                            {"line", one.line},

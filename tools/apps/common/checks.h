@@ -22,15 +22,11 @@ void add_property(const CLI::App& subcommand, const Parameter& row);  // unless 
 // The schema of a subcommand that has --schema.
 std::optional<io::Json> schema_of(const CLI::App& subcommand);
 
-// The setting of an option, with which a message may begin: "--on-existing: ..." is on_existing.
-// Empty: it does not.
-std::string key_of(const std::string& message);
-
 // The faults of one --check.
 class Checks {
   public:
     // A fault unless it is ok; false then. `key`: of the setting, unless the message begins with
-    // an option.
+    // one.
     bool take(const std::string& key, const Status& status);
     // Errors are faults, the others warnings.
     bool take(const std::string& key, const Diagnostics& diagnostics);

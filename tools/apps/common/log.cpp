@@ -33,7 +33,7 @@ spdlog::logger& logger() {
 
 // Prints one line on stdout, which in that mode carries the messages.
 void tell(const char* what, const std::string& text) {
-    std::printf("%s: %s\n", what, printable(text).c_str());
+    std::printf("%s: %s\n", what, printable(as_options(text)).c_str());
     std::fflush(stdout);
 }
 
@@ -73,7 +73,8 @@ void write_event(Level level, const std::string& text, const io::Json& fields) {
     std::strftime(date, sizeof(date), "%Y-%m-%dT%H:%M:%S", &parts);
     std::snprintf(time, sizeof(time), "%s.%03dZ", date, int(ms % 1000));
     if (!g_json) return write_as_is(level, concat(time, " ", text));
-    io::Json line = {{"time", time}, {"level", kNames[size_t(level)]}, {"message", text}};
+    io::Json line = {
+        {"time", time}, {"level", kNames[size_t(level)]}, {"message", as_options(text)}};
     line.update(fields);
     logger().log(kLevels[size_t(level)], "{}", io::json_text(line));
 }
@@ -84,11 +85,11 @@ void write_as_is(Level level, const std::string& text) {
     std::fflush(stdout);  // both may be one file, in which lines keep their order
     if (g_openjd && level == Level::error) tell("openjd_fail", text);
     if (g_json) {
-        const io::Json line = {{"level", kNames[index]}, {"message", text}};
+        const io::Json line = {{"level", kNames[index]}, {"message", as_options(text)}};
         logger().log(kLevels[index], "{}", io::json_text(line));
         return;
     }
-    logger().log(kLevels[index], "{}", printable(text));
+    logger().log(kLevels[index], "{}", printable(as_options(text)));
 }
 
 Status write(const Diagnostics& diagnostics, Level notes) {
@@ -103,7 +104,7 @@ Status write(const Diagnostics& diagnostics, Level notes) {
 
 void progress(const std::string& text) {
     if (!g_terminal || (text.empty() && !g_line_open)) return;
-    std::fprintf(stderr, "\r\033[K%s", printable(text).c_str());
+    std::fprintf(stderr, "\r\033[K%s", printable(as_options(text)).c_str());
     std::fflush(stderr);
     g_line_open = !text.empty();
 }
@@ -151,6 +152,10 @@ void FrameErrors::finish() const {
 int fail(const Status& status) {
     if (!status.message().empty()) log::error(status.message());
     return exit_code(status);
+}
+
+void print_text(const std::string& text) {
+    std::fputs(printable(as_options(text), Lines::keep).c_str(), stdout);
 }
 
 void print_line(const io::Json& json) {

@@ -1,5 +1,5 @@
 // Output of the command: messages on stderr, as text or with --log-format json as one JSON object
-// per line; JSON lines on stdout; and its exit code.
+// per line; text and JSON lines on stdout; and its exit code. Settings as_options().
 #pragma once
 
 #include <map>
@@ -74,8 +74,9 @@ class FrameErrors {
 
 // Prints the status as an error, unless it is already printed, and returns its exit code.
 int fail(const Status& status);
-// One line of standard output, also if a reader waits for it, and whole if other threads print
+// Standard output: text; a line, also if a reader waits for it, and whole if other threads print
 // theirs. Text may contain invalid UTF-8.
+void print_text(const std::string& text);
 void print_line(const io::Json& json);
 
 }  // namespace postchain

@@ -19,7 +19,7 @@ std::vector<const CLI::App*> subcommands(const CLI::App& app) {
 // roff: a line must not start with a dot; backslashes and dashes must be escaped.
 std::string roff(const std::string& text) {
     std::string out;
-    for (char c : text)
+    for (char c : as_options(text))
         if (c == '\\')
             out += "\\e";
         else if (c == '-')

@@ -21,7 +21,7 @@ std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
         {"input", "-i"}, {"output", "-o"}, {"truth", "-r"}};
     const auto letter = letters.find(key);
-    return (letter == letters.end() ? "" : letter->second + ",") + sequence::option_name(key);
+    return (letter == letters.end() ? "" : letter->second + ",") + option_name(key);
 }
 
 void add_words(CLI::App& subcommand, const std::string& name, const std::string& type,
@@ -106,6 +106,7 @@ const ParameterTable& job_parameters() {
 void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settings) {
     add_property(subcommand, row);
     const std::string name = option_names(row.key);
+    const std::string help = as_options(row.help);
     // The row outlives the subcommand, like its table.
     const auto set = [&row, settings](const ParameterValue& value) { row.set(settings, value); };
     CLI::Option* option = nullptr;
@@ -113,37 +114,37 @@ void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settin
         case ParameterType::boolean:
             if (row.default_value == ParameterValue(true))
                 subcommand.add_flag_callback(
-                    "--no-" + name.substr(2), [set] { set(false); }, "do not " + row.help);
+                    "--no-" + name.substr(2), [set] { set(false); }, "do not " + help);
             else
                 subcommand.add_flag_callback(
-                    name, [set] { set(true); }, row.help);
+                    name, [set] { set(true); }, help);
             return;
         case ParameterType::integer:
             option = subcommand.add_option_function<int>(
-                name, [set](int value) { set(int64_t(value)); }, row.help);
+                name, [set](int value) { set(int64_t(value)); }, help);
             option->check(number_within(CLI::Range(int(row.min), int(row.max))));
             break;
         case ParameterType::number:
             option = subcommand.add_option_function<double>(
-                name, [set](double value) { set(value); }, row.help);
+                name, [set](double value) { set(value); }, help);
             option->check(number_within(CLI::Range(row.min, row.max)));
             break;
         case ParameterType::point:
             option = subcommand.add_option_function<std::array<double, 2>>(
-                name, [set](const std::array<double, 2>& point) { set(point); }, row.help);
+                name, [set](const std::array<double, 2>& point) { set(point); }, help);
             option->check(number_within(CLI::Range(row.min, row.max)));
             break;
         case ParameterType::choice:
             option = subcommand.add_option_function<std::string>(
-                name, [set](const std::string& word) { set(word); }, row.help);
+                name, [set](const std::string& word) { set(word); }, help);
             option->check(CLI::IsMember(row.choices));
             break;
         case ParameterType::text:
             if (row.implied.empty())
                 option = subcommand.add_option_function<std::string>(
-                    name, [set](const std::string& word) { set(word); }, row.help);
+                    name, [set](const std::string& word) { set(word); }, help);
             else  // a flag: takes a value only after '=', because the next word may be an argument
-                option = subcommand.add_flag(name + "{" + row.implied + "}", row.help)
+                option = subcommand.add_flag(name + "{" + row.implied + "}", help)
                              ->each([set](const std::string& word) { set(word); });
             option->required(!row.optional);
             if (row.implied.empty()) option->type_name(row.unit);

@@ -97,7 +97,7 @@ Result<int> passes_subcommand(const PassesOptions& options) {
         for (const auto& known : passes.types()) names.push_back(known.name);
         return Status(StatusCode::usage, unknown_word("pass", options.pass, names));
     }
-    std::fputs(text.c_str(), stdout);
+    print_text(text);
     return kExitOk;
 }
 

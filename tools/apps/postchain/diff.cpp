@@ -87,7 +87,7 @@ Status check_metric(const char* option, const std::string& name, bool sequence) 
 }
 
 Result<metrics::MetricLimit> limit_of(const std::string& text) {
-    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit("--fail-above", text));
+    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit("fail_above", text));
     const auto* row = metrics::find_metric(limit.metric);
     if (row && !row->is_error)
         return Status(StatusCode::usage, "--fail-above: higher " + limit.metric +

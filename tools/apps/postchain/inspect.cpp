@@ -173,7 +173,7 @@ void print_frame(const sequence::InspectedFrame& found, int frame) {
             if (printed.insert(file["file"]).second) print_file(file);
     }
     if (!found.status.ok()) return;
-    std::fputs(printable(found.source->header.match.text() + "\n", Lines::keep).c_str(), stdout);
+    print_text(found.source->header.match.text() + "\n");
     print_attributes(found.source->header.camera_attributes);
     for (const char* key : {"frame", "bounds"}) print_values(found.json[key]);
     // Counts of what was found (input_...) are warnings where they matter.
@@ -217,7 +217,7 @@ Result<int> inspect_subcommand(const Options& options) {
             if (key != "input")
                 return Status(
                     StatusCode::usage,
-                    concat(sequence::option_name(key),
+                    concat(option_name(key),
                            ": has no effect on the list of a folder's sequences; name one "
                            "of them in place of ",
                            options.job.input, ", or leave the option out"));
@@ -276,7 +276,7 @@ Result<int> inspect_subcommand(const Options& options) {
     if (options.json)
         print_line({{"sequence", survey.json()}});
     else
-        std::fputs(printable(survey.text(), Lines::keep).c_str(), stdout);
+        print_text(survey.text());
     return first_failure.ok() && survey.failed() ? kExitSomeFailed : code();
 }
 

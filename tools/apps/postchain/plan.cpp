@@ -207,7 +207,7 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
                                      ? verbose_text(planned, seconds)
                                      : summaries.add(planned.plan->frame_number,
                                                      plan_summary(chain.chain, planned, seconds));
-        std::fputs(printable(text, Lines::keep).c_str(), stdout);
+        print_text(text);
     };
     FrameErrors errors;
     std::string said;  // of the previous frame, without its path

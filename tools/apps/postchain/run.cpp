@@ -86,7 +86,7 @@ class WaitLines {
 // Takes chain, camera and settings from an output's record; options given override them.
 
 bool is_given(const CLI::App& run, const std::string& key) {
-    const std::string name = sequence::option_name(key);
+    const std::string name = option_name(key);
     for (const std::string& one : {name, "--no-" + name.substr(2)})
         if (const CLI::Option* option = run.get_option_no_throw(one); option && option->count())
             return true;

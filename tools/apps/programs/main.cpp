@@ -118,7 +118,7 @@ void add_kinds(std::vector<Kind>& kinds, Change change) {
 }
 
 int fail(const std::string& text, int code) {
-    std::fprintf(stderr, "postchain-programs: %s\n", text.c_str());
+    std::fprintf(stderr, "postchain-programs: %s\n", as_options(text).c_str());
     return code;
 }
 

@@ -382,7 +382,7 @@ std::optional<ParameterValue> ChainPanel::draw_row(const Parameter& row,
         ImGui::TextDisabled("%s%s; default %s", row.domain().c_str(),
                             row.unit.empty() ? "" : (", " + row.unit).c_str(),
                             now == ParameterValue() && !row.unset_means.empty()
-                                ? row.unset_means.c_str()
+                                ? as_keys(row.unset_means).c_str()
                                 : text_of(row.default_value).c_str());
         if (from) ImGui::TextUnformatted(("not set: taken from " + from->from).c_str());
         if (!unread.empty()) ImGui::TextUnformatted(unread.c_str());

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "chain/base/setting_text.h"
+
 namespace postchain::view {
 namespace {
 
@@ -24,6 +26,7 @@ std::string in_words_of_window(std::string message) {
         {std::regex("go without it \\(--no-sidecar\\), or "), ""},
         {std::regex("name another (output|folder) with --[a-z-]+"), "name another $1"},
     };
+    message = as_options(message);
     for (const auto& [command, window] : words)
         message = std::regex_replace(message, command, window);
     return message;

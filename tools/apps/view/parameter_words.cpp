@@ -108,9 +108,9 @@ std::string label_of(const std::string& key) {
     return label;
 }
 
-// Without keys and options: "focus_distance decides", "from --camera".
+// Without keys: "focus_distance decides", "from {camera}".
 std::string in_words(const std::string& text) {
-    static const std::regex key("[a-z]+(_[a-z]+)+"), camera("--camera");
+    static const std::regex key("[a-z]+(_[a-z]+)+");
     std::string words;
     auto end = text.begin();
     for (std::sregex_iterator one(text.begin(), text.end(), key), last; one != last; ++one) {
@@ -119,7 +119,7 @@ std::string in_words(const std::string& text) {
         end = (*one)[0].second;
     }
     words.append(end, text.end());
-    return std::regex_replace(words, camera, "the camera");
+    return as_keys(words);
 }
 
 }  // namespace

@@ -80,9 +80,9 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
 std::string Session::trouble() const {
     if (!source_) {
         const Status status = store_.failure(playback_.frame());
-        return status.ok() ? "" : status.message();
+        return status.ok() ? "" : in_words_of_window(status.message());
     }
-    return filter_status_.message();
+    return in_words_of_window(filter_status_.message());
 }
 
 std::string Session::picture_state() const {

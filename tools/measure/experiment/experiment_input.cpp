@@ -54,11 +54,11 @@ void state_conditions(const ExperimentSettings& settings, report::Report& report
 
 Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& frames) {
     auto spec = io::InputSpec::parse(pattern);
-    if (!spec.ok()) return spec.status().at("--truth");
+    if (!spec.ok()) return spec.status().at("{truth}"_keyed);
     if (spec->separate_files())
-        return Status(StatusCode::usage, "--truth: give one pattern, for color only");
+        return Status(StatusCode::usage, "{truth}: give one pattern, for color only"_keyed);
     if (!spec->color().has_token() && frames.size() > 1)
-        return Status(StatusCode::usage, concat("--truth: ", pattern, ": one file for ",
+        return Status(StatusCode::usage, concat("{truth}: "_keyed, pattern, ": one file for ",
                                                 frames.size(), " frames; add #### to the name"));
     Truth truth;
     for (int frame : frames) {

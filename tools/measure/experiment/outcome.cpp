@@ -457,21 +457,21 @@ std::string under_file(const std::string& metric) {
     return "under_" + metric + ".yaml";
 }
 
-Result<metrics::MetricLimit> parse_limit(const std::string& option, const std::string& text,
+Result<metrics::MetricLimit> parse_limit(const std::string& key, const std::string& text,
                                          const std::vector<report::MetricInfo>& columns) {
-    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit(option, text));
+    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit(key, text));
     const auto column = std::ranges::find(columns, limit.metric, &report::MetricInfo::name);
     if (column == columns.end()) {
         std::vector<std::string> names;
         for (const auto& info : columns) names.push_back(info.name);
         const std::string near = nearest_word(limit.metric, names);
         return Status(StatusCode::usage,
-                      option + ": no metric '" + limit.metric + "'" +
+                      setting(key) + ": no metric '" + limit.metric + "'" +
                           (near.empty() ? "" : "; did you mean '" + near + "'?"));
     }
     if (column->better != report::Better::lower)
-        return Status(StatusCode::usage,
-                      option + ": " + limit.metric + " is not an error; give one, as in flip=0.05");
+        return Status(StatusCode::usage, setting(key) + ": " + limit.metric +
+                                             " is not an error; give one, as in flip=0.05");
     return limit;
 }
 
@@ -505,12 +505,12 @@ int exit_code_of(const report::Report& report, const std::vector<metrics::Metric
     return met ? kExitOk : kExitThreshold;
 }
 
-Result<std::vector<metrics::MetricLimit>> limits_of(const std::string& option,
+Result<std::vector<metrics::MetricLimit>> limits_of(const std::string& key,
                                                     const std::vector<std::string>& texts,
                                                     report::Kind kind, bool with_truth) {
     std::vector<metrics::MetricLimit> limits;
     for (const auto& text : texts) {
-        ASSIGN_OR_RETURN(auto limit, parse_limit(option, text, metric_columns(kind, with_truth)));
+        ASSIGN_OR_RETURN(auto limit, parse_limit(key, text, metric_columns(kind, with_truth)));
         limits.push_back(std::move(limit));
     }
     return limits;

@@ -51,8 +51,8 @@ Result<bool> choose_under(report::Report& report, const std::vector<metrics::Met
 std::string under_file(const std::string& metric);
 
 // "flip=0.05". Errors (usage): another form, an unknown metric (the message suggests the closest
-// name), a metric whose best value is not the lowest. The message names `option`.
-Result<metrics::MetricLimit> parse_limit(const std::string& option, const std::string& text,
+// name), a metric whose best value is not the lowest. The message names the setting `key`.
+Result<metrics::MetricLimit> parse_limit(const std::string& key, const std::string& text,
                                          const std::vector<report::MetricInfo>& columns);
 
 // One line per variant whose mean is above the limit: "paper: flip 0.12 is above 0.05".
@@ -66,7 +66,7 @@ int exit_code_of(const report::Report& report, const std::vector<metrics::Metric
                  bool met, std::vector<std::string>& broken);
 
 // Parses "flip=0.05" options. Errors (usage): those of parse_limit().
-Result<std::vector<metrics::MetricLimit>> limits_of(const std::string& option,
+Result<std::vector<metrics::MetricLimit>> limits_of(const std::string& key,
                                                     const std::vector<std::string>& texts,
                                                     report::Kind kind, bool with_truth);
 

@@ -26,12 +26,12 @@ Result<io::OutputFiles> files_of(const ExperimentSettings& settings) {
     sequence::read_inputs(settings.run, files);
     if (!settings.truth.empty()) {
         const auto truth = io::InputSpec::parse(settings.truth);
-        if (!truth.ok()) return truth.status().at("--truth");
+        if (!truth.ok()) return truth.status().at("{truth}"_keyed);
         files.read(truth->color(), "the ground truth");
     }
     files.write(io::OutputFolder{settings.folder, "a report", kFolderMark,
                                  "This folder is a report of postchain.\n",
-                                 "name another folder with --output"});
+                                 "name another folder with {output}"_keyed});
     std::error_code error;
     if (settings.assets.empty() || fs::equivalent(settings.assets, settings.folder, error))
         return files;
@@ -42,7 +42,7 @@ Result<io::OutputFiles> files_of(const ExperimentSettings& settings) {
     const fs::path page = canonical / "index.html";
     files.write(io::OutputFolder{settings.assets, "the folder of this page's images", kAssetsMark,
                                  "Pictures of the page " + page.string() + "\n",
-                                 "name another folder with --assets"});
+                                 "name another folder with {assets}"_keyed});
     return files;
 }
 

@@ -87,7 +87,7 @@ const ParameterTable& bench_parameters() {
                 {.min = 1,
                  .max = 1 << 20,
                  .help = "samples per pixel for the ground truth of a generated scene, without "
-                         "--truth"})
+                         "{truth}"_keyed})
             .table();
     return table;
 }

@@ -13,7 +13,7 @@ Result<Sweep> parse_sweep(const std::string& text) {
     Sweep sweep;
     sweep.key = text.substr(0, equals);
     if (equals == std::string::npos || sweep.key.empty())
-        return Status(StatusCode::usage, "--sweep: '" + text + "' is not PASS.KEY=V1,V2,...");
+        return Status(StatusCode::usage, "{sweep}: '"_keyed + text + "' is not PASS.KEY=V1,V2,...");
     std::string value;
     for (char c : text.substr(equals + 1) + ",") {
         if (c != ',') {
@@ -21,8 +21,9 @@ Result<Sweep> parse_sweep(const std::string& text) {
             continue;
         }
         if (value.empty())
-            return Status(StatusCode::usage,
-                          "--sweep: '" + text + "' has an empty value; remove the comma beside it");
+            return Status(
+                StatusCode::usage,
+                "{sweep}: '"_keyed + text + "' has an empty value; remove the comma beside it");
         sweep.values.push_back(value);
         value.clear();
     }
@@ -34,9 +35,9 @@ namespace {
 // Sweep values are parsed by --set; rewrites its messages to name --sweep.
 std::string as_sweeps(std::string message, const std::vector<Sweep>& sweeps) {
     for (const Sweep& sweep : sweeps) {
-        const std::string typed = "--set " + sweep.key + "=";
+        const std::string typed = setting("set") + " " + sweep.key + "=";
         for (size_t at = 0; (at = message.find(typed, at)) != std::string::npos;)
-            message.replace(at, 5, "--sweep");
+            message.replace(at, setting("set").size(), setting("sweep"));
     }
     return message;
 }
@@ -51,14 +52,14 @@ Result<std::vector<NamedChain>> sweep_variants(const ChainText& chain, const Pas
     for (const Sweep& sweep : sweeps) {
         if (!keys.insert(sweep.key).second)
             return Status(StatusCode::usage,
-                          concat("--sweep: ", sweep.key,
+                          concat("{sweep}: "_keyed, sweep.key,
                                  " is swept twice; put all its values into one sweep: ", sweep.key,
                                  "=V1,V2,..."));
         product *= sweep.values.size();
         if (product > size_t(max_variants))
             return Status(StatusCode::usage,
-                          concat("--sweep: the sweeps have more than ", max_variants,
-                                 " combinations; try fewer values or raise --max-variants"));
+                          concat("{sweep}: the sweeps have more than "_keyed, max_variants,
+                                 " combinations; try fewer values or raise {max_variants}"_keyed));
     }
     io::ApertureFiles pictures;
     std::vector<NamedChain> variants;
@@ -83,7 +84,7 @@ Result<std::vector<NamedChain>> sweep_variants(const ChainText& chain, const Pas
         const ChainFile other = parse_chain(chain, registry, overrides);
         if (other.chain.text() != file.chain.text())
             return Status(StatusCode::usage,
-                          concat("--sweep: ", variant.name,
+                          concat("{sweep}: "_keyed, variant.name,
                                  ": two of the sweeps set the same value; put all its values into "
                                  "one sweep: KEY=V1,V2,..."));
         if (Status status = pictures.read(file.chain.camera); !status.ok())

@@ -99,7 +99,7 @@ int check_ab(const Options& options, const ExperimentOptions& e) {
     of_b.chain = e.chain_b;
     const auto a = checks.chain("chain", options), b = checks.chain("chain_b", of_b);
     auto run = checks.settings(options);
-    checks.take("fail_above", experiment::limits_of("--fail-above", e.fail_above, report::Kind::ab,
+    checks.take("fail_above", experiment::limits_of("fail_above", e.fail_above, report::Kind::ab,
                                                     !e.ab.truth.empty())
                                   .status());
     if (!checks.ok()) return checks.print({});
@@ -116,8 +116,8 @@ int check_bench(const Options& options, const ExperimentOptions& e) {
     if (chain) variants = checks.take("sweep", variants_of(options, e));
     auto run = checks.settings(options);
     for (const auto& [key, words] :
-         {std::pair("--fail-above", &e.fail_above), {"--under", &e.under}})
-        checks.take(key_of(key),
+         {std::pair("fail_above", &e.fail_above), {"under", &e.under}})
+        checks.take(key,
                     experiment::limits_of(key, *words, report::Kind::bench, true).status());
     if (!checks.ok()) return checks.print({});
     experiment::BenchSettings settings = e.bench;
@@ -203,7 +203,7 @@ Result<MeasurementEnd> ab_subcommand(const Options& options, const ExperimentOpt
     const std::vector<std::string> chains = {options.chain, e.chain_b};
     ASSIGN_OR_RETURN(auto run, run_settings_of(options));
     complete(settings, std::move(run), options, chains, {a.chain.camera, b.chain.camera});
-    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
+    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("fail_above", e.fail_above,
                                                         report::Kind::ab, !settings.truth.empty()));
     const StopOnSignal stop;
     ASSIGN_OR_RETURN(auto context, context_of(options));
@@ -230,10 +230,10 @@ Result<MeasurementEnd> bench_subcommand(const Options& options, const Experiment
     ASSIGN_OR_RETURN(auto run, run_settings_of(options));
     complete(settings, std::move(run), options, {options.chain}, cameras);
     settings.chain_name = chain_name(options.chain);
-    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
-                                                        report::Kind::bench, true));
+    ASSIGN_OR_RETURN(auto limits,
+                     experiment::limits_of("fail_above", e.fail_above, report::Kind::bench, true));
     ASSIGN_OR_RETURN(auto under,
-                     experiment::limits_of("--under", e.under, report::Kind::bench, true));
+                     experiment::limits_of("under", e.under, report::Kind::bench, true));
     ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
 
     const StopOnSignal stop;

@@ -99,7 +99,7 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     if (options.json)
         print_line(tune::tuning_json(*tuning));
     else
-        std::fputs(tune::front_text(*tuning).c_str(), stdout);
+        print_text(tune::front_text(*tuning));
     if (!tuning->chosen()) {
         log::error(tune::outcome_text(*tuning) + "; nothing is written");
         return kExitThreshold;

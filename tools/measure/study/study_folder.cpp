@@ -210,7 +210,7 @@ Result<io::OutputFiles> files_of(const Study& study, const std::string& path,
     files.read(io::InputFile{study.file, "the study's file"});
     files.write(io::OutputFolder{path, "a study", kStudyMark,
                                  "This folder is a study of postchain.\n",
-                                 "name another folder with --output"});
+                                 "name another folder with {output}"_keyed});
     RETURN_IF_ERROR(files.check());
     return files;
 }
@@ -252,7 +252,7 @@ Status StudyFolder::check_results(const Study& study) const {
                 StatusCode::usage,
                 concat(path_, "/tasks/", name,
                        ": belongs to another study: this one has no such scene or question; "
-                       "name another folder with --output, or --on-existing overwrite"));
+                       "name another folder with {output}, or {on_existing=overwrite}"_keyed));
     }
     return Status();
 }
@@ -274,7 +274,7 @@ Result<std::optional<TaskResult>> StudyFolder::result(const Study& study, const 
         return Status(StatusCode::usage,
                       concat(path, ": ", differs,
                              "; remove this file to measure the scene again, name another folder "
-                             "with --output, or --on-existing overwrite"));
+                             "with {output}, or {on_existing=overwrite}"_keyed));
     return result;
 }
 

@@ -41,10 +41,10 @@ struct Reading {
     }
 
     void error(const TextNode& at, const std::string& path, const Status& status) {
-        const std::string key = path.substr(path.rfind('.') + 1);
+        const auto [key, text] = split_key(status.message());
+        const bool is_named = key == path.substr(path.rfind('.') + 1);
         file.diagnostics.push_back({file.study.file, at.line, at.column, Severity::error, path,
-                                    sequence::without_option(key, status.message()),
-                                    status.code()});
+                                    is_named ? text : status.message(), status.code()});
     }
 
     // A string that is not empty; `above` is the path of the map.
@@ -447,10 +447,10 @@ class SceneReader {
         return true;
     }
 
-    // At the setting whose option the message names.
+    // At the setting that the message begins with.
     void refuse(const TextNode& node, const std::string& above, const Status& status) {
         for (const TextEntry& entry : node.entries)
-            if (sequence::without_option(entry.key.text, status.message()) != status.message())
+            if (entry.key.text == split_key(status.message()).first)
                 return reading_.error(entry.value, above + entry.key.text, status);
         reading_.error(node, above.substr(0, above.size() - 1), status);
     }

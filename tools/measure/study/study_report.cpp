@@ -377,7 +377,7 @@ Status write_report(const StudyReport& report, const StudyFolder& folder) {
     const Json json = report_json(report);
     RETURN_IF_ERROR(folder.write("report.json", io::json_text(json, 1) + "\n"));
     RETURN_IF_ERROR(folder.write("report.csv", report_as_csv(report)));
-    RETURN_IF_ERROR(folder.write("report.md", report_as_markdown(report)));
+    RETURN_IF_ERROR(folder.write("report.md", as_keys(report_as_markdown(report))));
     return folder.write("index.html", page::with_data("study/page.html", io::json_text(json)));
 }
 

@@ -250,13 +250,13 @@ const ParameterTable& tune_parameters() {
                   {.unit = "TIME",
                    .help = "find the least error within this time per frame on this device: 0.2, "
                            "0.2s, 200ms",
-                   .unset_means = "--error decides"})
+                   .unset_means = "{error} decides"_keyed})
             .number("error", &TuneSettings::error,
                     {.min = 0,
                      .max = 1,
                      .min_excluded = true,
                      .help = "find the least time within this mean HDR-FLIP",
-                     .unset_means = "--budget decides"})
+                     .unset_means = "{budget} decides"_keyed})
             .integer("measure_frames", &TuneSettings::measure_frames,
                      {.min = 1, .max = 100, .help = "frames that are measured, evenly spaced"})
             .integer("max_chains", &TuneSettings::max_chains,
@@ -268,12 +268,13 @@ const ParameterTable& tune_parameters() {
 Result<Goal> goal_of(const TuneSettings& settings) {
     if (settings.budget.empty() == !settings.error)
         return Status(StatusCode::usage,
-                      settings.error ? "--budget and --error: give one of the two"
-                                     : "give a time per frame (--budget 0.2s) or a mean HDR-FLIP "
-                                       "(--error 0.07)");
+                      settings.error ? "{budget} and {error}: give one of the two"_keyed
+                                     : "give a time per frame ({budget=0.2s}) or a mean HDR-FLIP "
+                                       "({error=0.07})"_keyed);
     if (settings.error && !(*settings.error > 0))
         return Status(StatusCode::usage,
-                      "--error: a mean HDR-FLIP is above 0; reports of bench have typical values");
+                      "{error}: a mean HDR-FLIP is above 0; reports of bench "
+                      "have typical values"_keyed);
     if (settings.error) return Goal{.budget_s = {}, .error = settings.error};
     const std::string& text = settings.budget;
     double value = 0;
@@ -282,7 +283,7 @@ Result<Goal> goal_of(const TuneSettings& settings) {
     if (unit == "ms") value *= 1e-3;
     if (read.ec != std::errc() || (unit != "" && unit != "s" && unit != "ms") ||
         !std::isfinite(value) || value <= 0)
-        return Status(StatusCode::usage, "--budget: '" + text +
+        return Status(StatusCode::usage, "{budget}: '"_keyed + text +
                                              "' is not a time above 0; use a form like 0.2, 0.2s "
                                              "or 200ms");
     return Goal{.budget_s = value, .error = {}};
@@ -302,7 +303,7 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
         return Status(StatusCode::usage,
                       concat("without a ground truth a chain is measured against its own converged "
                              "image, but ",
-                             starts.size(), " chains are given; name one, or give --truth"));
+                             starts.size(), " chains are given; name one, or give {truth}"_keyed));
     TuneSettings settings = given;
     std::vector<const Chain*> chains;
     for (const Start& start : starts) chains.push_back(&start.chain);
@@ -319,8 +320,8 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
         return Status(StatusCode::output,
                       settings.folder +
                           ": is of a stopped walk with other settings, frames or "
-                          "device; use --on-existing overwrite, or name another "
-                          "with --output");
+                          "device; use {on_existing=overwrite}, or name another "
+                          "with {output}"_keyed);
     const StopScope within_a_frame(executor, stop);
     Shot shot(settings, goal, executor, progress);
     RETURN_IF_ERROR(

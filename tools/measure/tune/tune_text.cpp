@@ -20,8 +20,8 @@ std::string seconds(double s) {
 }
 
 std::string goal_text(const Goal& goal) {
-    return goal.budget_s ? concat("--budget ", report::figure(*goal.budget_s), "s")
-                         : concat("--error ", report::figure(*goal.error));
+    return goal.budget_s ? setting("budget", report::figure(*goal.budget_s) + "s")
+                         : setting("error", report::figure(*goal.error));
 }
 
 std::string name_of(const Candidate& candidate) {
@@ -88,7 +88,7 @@ std::string outcome_text(const Tuning& tuning) {
         return concat(goal_text(goal), ": the fastest of ", measured, " takes ",
                       seconds(fastest.measured.times.seconds),
                       " a frame: ", knobs_text(fastest.chain),
-                      "; raise the budget, use smaller frames or a faster device (--device)");
+                      "; raise the budget, use smaller frames or a faster device ({device})"_keyed);
     }
     const Candidate& closest = search.candidates[*search.closest()];
     return concat(goal_text(goal), ": the closest of ", measured, " has HDR-FLIP ",
@@ -107,7 +107,7 @@ std::vector<std::string> doubts_of(const Tuning& tuning) {
     else if (!tuning.search.complete)
         lines.push_back(concat("the walk ended after ",
                                report::counted(tuning.search.candidates.size(), "chain"),
-                               " (--max-chains); more may lie on the front"));
+                               " ({max_chains}); more may lie on the front"_keyed));
     size_t doubtful = 0;
     std::string why;
     for (const Candidate& candidate : tuning.search.candidates)
@@ -156,7 +156,7 @@ std::string tuned_chain_file(const Tuning& tuning) {
     for (const std::string& line : table(tuning)) lines.push_back(line);
     for (const std::string& line : doubts_of(tuning)) lines.push_back(line);
     std::string text;
-    for (const std::string& line : lines) text += "# " + printable(line) + "\n";
+    for (const std::string& line : lines) text += "# " + printable(as_options(line)) + "\n";
     text += write_chain(tuning.chosen()->chain);
     if (tuning.search.stopped) append_walk(text, tuning);
     return text;

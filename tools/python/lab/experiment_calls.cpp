@@ -103,7 +103,7 @@ std::vector<metrics::MetricLimit> limits_of(const py::object& under) {
         for (const auto& [metric, limit] :
              argument_of<std::map<std::string, double>>(under, "under", "a dict of numbers"))
             texts.push_back(concat(metric, "=", text_of(limit)));
-    return value_of(experiment::limits_of("--under", texts, report::Kind::bench, true));
+    return value_of(experiment::limits_of("under", texts, report::Kind::bench, true));
 }
 
 }  // namespace
@@ -208,7 +208,7 @@ py::dict study(const std::string& file, const std::string& output, const std::st
                const std::shared_ptr<Device>& device) {
     callbacks.check();
     io::Chunk part;
-    if (!chunk.empty()) part = value_of(io::Chunk::parse(chunk).at("--chunk"));
+    if (!chunk.empty()) part = value_of(io::Chunk::parse(chunk).at("chunk"));
     const std::string text = value_of(read_text_file(file, StatusCode::usage));
     const study::StudyFile read = study::read_study(text, file, builtin_passes(),
                                                     study::paths_beside(file), POSTCHAIN_VERSION);

@@ -189,8 +189,9 @@ std::string listed(const std::vector<std::string>& names) {
     return names.size() > kShown ? concat(text, ", ... (", names.size(), " in all)") : text;
 }
 
-Status usage(const std::string& what) {
-    return Status(StatusCode::usage, what);
+template <class... Parts>
+Status usage(const Parts&... parts) {
+    return Status(StatusCode::usage, concat(parts...));
 }
 
 Status check_channels(const std::vector<ExrPart>& parts, int color_part,
@@ -201,11 +202,11 @@ Status check_channels(const std::vector<ExrPart>& parts, int color_part,
     for (const std::string& pattern : settings.channels)
         if (std::none_of(all.begin(), all.end(),
                          [&](const std::string& name) { return matches(pattern, name); }))
-            return usage(concat("--channels: no channel ", pattern, "; there are ", listed(all)));
+            return usage("{channels}: no channel "_keyed, pattern, "; there are ", listed(all));
     if (std::none_of(color.begin(), color.end(),
                      [&](const std::string& name) { return settings.takes(name); }))
-        return usage(concat("--channels names no channel of color, which alone is filtered; add ",
-                            listed(color)));
+        return usage("{channels} names no channel of color, which alone is filtered; add "_keyed,
+                     listed(color));
     for (size_t i = 0; i < parts.size(); ++i) {
         if (int(i) == color_part) continue;
         const auto& channels = parts[i].channels;
@@ -213,8 +214,8 @@ Status check_channels(const std::vector<ExrPart>& parts, int color_part,
             std::count_if(channels.begin(), channels.end(),
                           [&](const ExrChannel& c) { return settings.takes(c.name); });
         if (taken != 0 && size_t(taken) != channels.size())
-            return usage(concat("--channels names some channels of part ", i, " '", parts[i].name,
-                                "', which is copied as it is; name all of them or none"));
+            return usage("{channels} names some channels of part "_keyed, i, " '", parts[i].name,
+                         "', which is copied as it is; name all of them or none");
     }
     return {};
 }
@@ -237,9 +238,9 @@ Result<std::vector<std::string>> check_settings(const std::vector<ExrPart>& part
     }
     const char* name = name_of(settings.compression->method);
     if (!data.empty())
-        return usage(concat("--compression ", name, " would change ", listed(data),
-                            ", which may be depth, vectors or ids; use a lossless one (zip, zips, "
-                            "piz, rle, none), or leave them out (--channels)"));
+        return usage(setting("compression", name), " would change ", listed(data),
+                     ", which may be depth, vectors or ids; use a lossless one (zip, zips, "
+                     "piz, rle, none), or leave them out ({channels})"_keyed);
     if (!layers.empty())
         notes.push_back(
             concat("compression ", name, " changes channels besides color: ", listed(layers)));

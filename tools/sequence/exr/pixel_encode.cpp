@@ -138,15 +138,15 @@ EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets) {
 
 Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy) {
     if (policy == HalfOverflow::clamp || counts.refused_pixels == 0) return {};
-    const char* remedy = counts.overflow_pixels == 0 ? "render it less bright"
-                         : counts.narrowed           ? "leave --half out"
-                                                     : "render color as float";
+    const std::string remedy = counts.overflow_pixels == 0 ? "render it less bright"
+                               : counts.narrowed           ? "leave {half} out"_keyed
+                                                           : "render color as float";
     return Status(StatusCode::output,
                   concat(path, ": ", counts.refused_pixels,
                          " pixels of color do not fit their channels (half holds 65504 at most, "
                          "float 3.4e38), ",
                          counts.nonfinite_pixels,
-                         " of them not finite; clamp them (--overflow clamp), or ", remedy));
+                         " of them not finite; clamp them ({overflow=clamp}), or "_keyed, remedy));
 }
 
 }  // namespace postchain::io

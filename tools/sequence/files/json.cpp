@@ -32,7 +32,7 @@ std::string json_text(const Json& json, int indent) {
         }
         at += c.bytes;  // dump() returns valid UTF-8
     }
-    return out;
+    return as_keys(out);
 }
 
 Json json_of(const ParameterValue& value) {

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 // On one line, or with `indent` spaces for each level. Paths and names may contain any bytes:
 // invalid UTF-8 becomes U+FFFD, and characters that act on a terminal are escaped even if JSON
-// allows them (chain/base/text.h).
+// allows them (chain/base/text.h). Settings in messages as_keys().
 std::string json_text(const Json& json, int indent = -1);
 
 // An unset value becomes null, a point an array of two numbers.

@@ -152,7 +152,7 @@ void OutputFiles::write(OutputFolder folder) {
 }
 
 std::string OutputFiles::choice() const {
-    return choices_.empty() ? "" : "choose --on-existing " + choices_ + ", or ";
+    return choices_.empty() ? "" : "choose " + setting("on_existing", choices_) + ", or ";
 }
 
 // The damage that a write to this path would do to an input; empty: none.

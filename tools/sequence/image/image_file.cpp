@@ -96,7 +96,7 @@ Result<Curve> stated_curve(const ImageInfo& info) {
     if (said == "gamma2.2" || said == "gammacorrected2.2") return Curve::gamma22;
     if (said.empty()) return info.is_float ? Curve::linear : Curve::srgb;
     return Status(StatusCode::input, concat("says that its values are ", info.color_space,
-                                            "; state the transfer with --input-transfer"));
+                                            "; state the transfer with {input_transfer}"_keyed));
 }
 
 // The light for each stored integer.

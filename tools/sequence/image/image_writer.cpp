@@ -146,8 +146,9 @@ Result<ImageEncoding> image_encoding(const std::string& path, const PixelFile& c
     if (!format.can_have(encoding.bits)) {
         std::string known;
         for (const int bits : format.bits) known += concat(known.empty() ? "" : ", ", bits);
-        return Status(StatusCode::usage, concat(path, ": ", format.name, " has ", known,
-                                                " bits, not ", encoding.bits, "; change --bits"));
+        return Status(StatusCode::usage,
+                      concat(path, ": ", format.name, " has ", known, " bits, not ", encoding.bits,
+                             "; change {bits}"_keyed));
     }
     const bool is_float = ImageFormat::is_float(encoding.bits);
     encoding.alpha = format.alpha && color_channels == 4;
@@ -162,8 +163,8 @@ Result<ImageEncoding> image_encoding(const std::string& path, const PixelFile& c
         encoding.color_space = color_space_of(*curve);
         if (!format.tells(*curve, encoding.bits))
             encoding.notes.push_back(concat("a ", format.name, " does not say that its values are ",
-                                            name_of(*curve), "; read it with --input-transfer ",
-                                            name_of(*curve)));
+                                            name_of(*curve), "; read it with ",
+                                            setting("input_transfer", name_of(*curve))));
     } else if (input && encoding.same_transfer) {
         encoding.color_space = input->info().color_space;
     }
@@ -182,8 +183,8 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
             StatusCode::output,
             concat(path, ": ", encoded.outside, " pixels do not fit (", range_text(encoding), "), ",
                    encoded.nonfinite,
-                   " of them not finite; clamp them (--overflow clamp), or write a format "
-                   "that holds them (.exr, .tif of 32 bits)"));
+                   " of them not finite; clamp them ({overflow=clamp}), or write a format "
+                   "that holds them (.exr, .tif of 32 bits)"_keyed));
     WriteReport report;
     report.notes = encoding.notes;
     report.overflow_pixels = encoded.outside - encoded.nonfinite;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "chain/base/readable_file.h"
+#include "chain/base/text.h"
 #include "tools/sequence/files/file_stamp.h"
 
 namespace postchain::io {
@@ -173,24 +174,18 @@ Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path) 
 
 namespace {
 
-std::string listed(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-}
-
-Status unknown(const std::string& option, const std::string& name,
+Status unknown(const std::string& key, const std::string& name,
                const std::vector<std::string>& names) {
-    return Status(StatusCode::usage, concat(option, ": the configuration has no '", name,
-                                            "'; it has ", listed(names)));
+    return Status(StatusCode::usage, concat(setting(key), ": the configuration has no '", name,
+                                            "'; it has ", joined(names)));
 }
 
 // `name`, or what the configuration has for none. Errors (usage): it is not among `names`.
-Result<std::string> chosen(const std::string& option, const std::string& name,
-                           const char* by_default, const std::vector<std::string>& names) {
+Result<std::string> chosen(const std::string& key, const std::string& name, const char* by_default,
+                           const std::vector<std::string>& names) {
     if (name.empty()) return std::string(by_default ? by_default : "");
     if (std::find(names.begin(), names.end(), name) != names.end()) return name;
-    return unknown(option, name, names);
+    return unknown(key, name, names);
 }
 
 // By the list of roles: OpenImageIO makes up a name for one that is missing.
@@ -201,24 +196,24 @@ std::optional<std::string> space_of_role(const OIIO::ColorConfig& config, const 
 }
 
 // The color space of this name or role.
-Result<std::string> space_of(const OIIO::ColorConfig& config, const std::string& option,
+Result<std::string> space_of(const OIIO::ColorConfig& config, const std::string& key,
                              const std::string& name) {
     if (auto space = space_of_role(config, name)) return std::move(*space);
     const std::vector<std::string> names = config.getColorSpaceNames();
     if (std::find(names.begin(), names.end(), name) != names.end()) return name;
-    return unknown(option, name, names);
+    return unknown(key, name, names);
 }
 
 // The color space of the frames.
 Result<std::string> working_space(const OIIO::ColorConfig& config, const std::string& path,
                                   const std::string& name) {
-    if (!name.empty()) return space_of(config, "--ocio-colorspace", name);
+    if (!name.empty()) return space_of(config, "ocio_colorspace", name);
     if (auto linear = space_of_role(config, "scene_linear")) return std::move(*linear);
     return Status(StatusCode::usage,
                   concat(path,
-                         ": has no role scene_linear; say with --ocio-colorspace what the frames "
-                         "are in: ",
-                         listed(config.getColorSpaceNames())));
+                         ": has no role scene_linear; say with {ocio_colorspace} what the frames "
+                         "are in: "_keyed,
+                         joined(config.getColorSpaceNames())));
 }
 
 Status apply(const OIIO::ColorProcessorHandle& processor, const std::string& what,
@@ -232,11 +227,11 @@ Status apply(const OIIO::ColorProcessorHandle& processor, const std::string& wha
     return {};
 }
 
-Status convert_space(ImageF& color, const OcioSpace& space, const char* option, bool to_working) {
+Status convert_space(ImageF& color, const OcioSpace& space, const char* key, bool to_working) {
     ASSIGN_OR_RETURN(const auto config, ocio_config(space.config));
     OIIO::ColorConfig& c = *config;
     ASSIGN_OR_RETURN(const auto working, working_space(c, space.config, space.working));
-    ASSIGN_OR_RETURN(const auto stored, space_of(c, option, space.space));
+    ASSIGN_OR_RETURN(const auto stored, space_of(c, key, space.space));
     const std::string &from = to_working ? stored : working, &to = to_working ? working : stored;
     return apply(c.createColorProcessor(from, to),
                  concat(space.config, ": the way from ", from, " to ", to), c, color);
@@ -245,21 +240,20 @@ Status convert_space(ImageF& color, const OcioSpace& space, const char* option, 
 }  // namespace
 
 Status from_ocio_space(ImageF& color, const OcioSpace& space) {
-    return convert_space(color, space, "--input-transfer", true);
+    return convert_space(color, space, "input_transfer", true);
 }
 
 Status to_ocio_space(ImageF& color, const OcioSpace& space) {
-    return convert_space(color, space, "--output-transfer", false);
+    return convert_space(color, space, "output_transfer", false);
 }
 
 Status to_ocio_view(ImageF& color, const DisplayView& view) {
     ASSIGN_OR_RETURN(const auto config, ocio_config(view.config));
     OIIO::ColorConfig& c = *config;
-    ASSIGN_OR_RETURN(const auto display, chosen("--ocio-display", view.display,
+    ASSIGN_OR_RETURN(const auto display, chosen("ocio_display", view.display,
                                                 c.getDefaultDisplayName(), c.getDisplayNames()));
-    ASSIGN_OR_RETURN(
-        const auto name,
-        chosen("--ocio-view", view.view, c.getDefaultViewName(display), c.getViewNames(display)));
+    ASSIGN_OR_RETURN(const auto name, chosen("ocio_view", view.view, c.getDefaultViewName(display),
+                                             c.getViewNames(display)));
     ASSIGN_OR_RETURN(const auto working, working_space(c, view.config, view.working));
     return apply(c.createDisplayTransform(display, name, working),
                  concat(view.config, ": the view ", name, " of ", display), c, color);

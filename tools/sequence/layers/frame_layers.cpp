@@ -334,7 +334,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     std::vector<std::string> notes;
     ASSIGN_OR_RETURN(
         const auto ids,
-        ids_of_names(settings.ids, cryptomattes, notes).at(file.path() + ": --cryptomatte"));
+        ids_of_names(settings.ids, cryptomattes, notes).at(file.path() + ": {cryptomatte}"_keyed));
     for (const std::string& note : notes) result.warnings.push_back(file.path() + ": " + note);
     std::vector<io::Cryptomatte> kept, faulty;
     for (size_t i = 0; i < cryptomattes.size(); ++i) {
@@ -362,12 +362,12 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         });
     ASSIGN_OR_RETURN(
         const auto chosen,
-        choose_layers(layers, joined(words), match.view_layer).at(file.path() + ": --aovs"));
+        choose_layers(layers, joined(words), match.view_layer).at(file.path() + ": {aovs}"_keyed));
     const bool all = std::find(words.begin(), words.end(), "all") != words.end();
     for (size_t i = 0; i < layers.size(); ++i) {
         FileLayer& layer = layers[i];
         if (!is_written(layer.channels.channels, settings.written)) {
-            result.left.push_back({layer.name, "is excluded by --channels"});
+            result.left.push_back({layer.name, "is excluded by {channels}"_keyed});
             continue;
         }
         if (!std::binary_search(chosen.begin(), chosen.end(), i)) {
@@ -385,7 +385,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
             result.left.push_back({layer.name, why});
         else
             return Status(StatusCode::input,
-                          concat(file.path(), ": --aovs: layer ", layer.name, " ", why));
+                          concat(file.path(), ": {aovs}: layer "_keyed, layer.name, " ", why));
     }
     for (size_t i = 0; i < result.cryptomattes.size(); ++i) {
         const io::Cryptomatte& one = result.cryptomattes[i];
@@ -394,12 +394,12 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         const bool filtered = i < result.filtered_cryptomattes;
         if (filtered && !why.empty())
             return Status(StatusCode::input,
-                          concat(file.path(), ": --cryptomatte: ", one.name, " ", why));
+                          concat(file.path(), ": {cryptomatte}: "_keyed, one.name, " ", why));
         if (!filtered && !result.filtered.empty() && is_written(one, settings.written))
             result.warnings.push_back(
                 concat(file.path(), ": cryptomatte ", one.name,
                        " stays as rendered and is sharper than the layers beside it "
-                       "(--cryptomatte filter)"));
+                       "({cryptomatte=filter})"_keyed));
     }
     MatteFinder finder(file, match, faulty, result);
     for (const std::string& name : settings.mattes) {
@@ -416,8 +416,8 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         for (const std::string& name : fill_mask_channels(result.fill_mask))
             if (color_part.find(name))
                 return Status(StatusCode::input,
-                              concat(file.path(), ": --fill-mask: the file has a channel ", name,
-                                     "; give the mask another name"));
+                              concat(file.path(), ": {fill_mask}: the file has a channel "_keyed,
+                                     name, "; give the mask another name"));
     return result;
 } catch (...) {
     return status_of_exception(file.path());

@@ -157,13 +157,13 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
         if (on_disk.empty())
             return Status(StatusCode::input, pattern.text() +
                                                  ": no frame is on disk; give the frames with "
-                                                 "--frames to list them as missing");
+                                                 "{frames} to list them as missing"_keyed);
         const int first = on_disk.begin()->first, last = on_disk.rbegin()->first;
         // One stray file, such as a date, may be a billion frames away.
         if (int64_t(last) - first >= int64_t(io::kMaxFrames))
             return Status(StatusCode::usage, concat(pattern.text(), ": from frame ", first, " to ",
                                                     last, " are more than ", io::kMaxFrames,
-                                                    " frames; choose some with --frames"));
+                                                    " frames; choose some with {frames}"_keyed));
         for (int frame = first; frame <= last; ++frame) numbers.push_back(frame);
     }
     std::vector<CheckedOutput> outputs;
@@ -177,7 +177,7 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
     if (!like.empty()) {
         const CheckedOutput model = looked_at(0, like);
         if (model.settings.empty())
-            return Status(StatusCode::input, "--like: " + like + ": " + model.why);
+            return Status(StatusCode::input, "{like}: "_keyed + like + ": " + model.why);
         settings = model.settings;
     }
     for (CheckedOutput& one : outputs) {

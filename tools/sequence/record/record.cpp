@@ -120,7 +120,7 @@ Result<Record> read_record(const std::string& path) {
     return Status(
         StatusCode::input,
         concat(path, ": no attribute ", kRecordAttribute,
-               "; --like takes an output that `run` of this version or a later one wrote"));
+               "; {like} takes an output that `run` of this version or a later one wrote"_keyed));
 }
 
 }  // namespace postchain::sequence

@@ -67,7 +67,7 @@ Result<egl::ContextOptions> choose_device(const std::string& device, int threads
         const auto parsed = std::from_chars(device.data(), end, context.device);
         if (parsed.ec != std::errc() || parsed.ptr != end || context.device < 0)
             return Status(StatusCode::usage,
-                          "--device: '" + device +
+                          "{device}: '"_keyed + device +
                               "' is not valid; give auto, gpu, software or a number "
                               "listed by `postchain info`");
     }

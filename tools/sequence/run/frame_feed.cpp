@@ -196,7 +196,7 @@ std::optional<FrameFeed::Fed> WatchFeed::give_up_one() {
     Fed fed{std::move(waiting_.front()), Status()};
     waiting_.erase(waiting_.begin());
     const std::string quiet =
-        concat("nothing has changed for ", text_of(*settings_.watch->idle_s), " s (--idle)");
+        concat("nothing has changed for ", text_of(*settings_.watch->idle_s), " s ({idle})"_keyed);
     const auto files = on_disk_.find(fed.task.frame);
     if (files == on_disk_.end())
         fed.missing = Status(StatusCode::input, concat(absent_files(fed.task.frame, settings_),

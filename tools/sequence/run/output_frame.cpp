@@ -232,31 +232,30 @@ Status check_output(const FrameHeader& header, const FrameReport& report,
     if (settings.source.input_transfer && !picture_of(color_file))
         return Status(StatusCode::usage,
                       concat(color_file.path(),
-                             ": --input-transfer applies only to non-EXR inputs; "
-                             "an EXR holds scene-linear light; leave it "
-                             "out"));
+                             ": {input_transfer} applies only to non-EXR inputs; "
+                             "an EXR holds scene-linear light; leave it out"_keyed));
     const RoleChannels& color = color_channels(header);
     if (io::image_format_of(path)) {
         if (!header.match.other_views.empty())
             return Status(StatusCode::usage,
                           path +
-                              ": --view all applies only to EXR outputs, which can hold several "
-                              "views; write .exr, or name one view");
+                              ": {view=all} applies only to EXR outputs, which can hold several "
+                              "views; write .exr, or name one view"_keyed);
         if (!header.layers.fill_mask.empty())
             return Status(StatusCode::usage,
                           path +
-                              ": --fill-mask applies only to EXR outputs, which can hold its "
-                              "channels; write .exr");
+                              ": {fill_mask} applies only to EXR outputs, which can hold its "
+                              "channels; write .exr"_keyed);
         if (!header.layers.filtered.empty() || header.layers.filtered_cryptomattes > 0)
             return Status(StatusCode::usage,
                           path +
-                              ": --aovs and --cryptomatte filter apply only to EXR outputs, "
-                              "which can hold more than color; write .exr");
+                              ": {aovs} and {cryptomatte=filter} apply only to EXR outputs, "
+                              "which can hold more than color; write .exr"_keyed);
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
             return Status(StatusCode::usage,
                           path +
-                              ": --compression, --half and --channels apply only to EXR outputs; "
-                              "leave them out, or name an output that ends in .exr");
+                              ": {compression}, {half} and {channels} apply only to EXR outputs; "
+                              "leave them out, or name an output that ends in .exr"_keyed);
         return io::image_encoding(path, color_file, color.channels.size(), settings.picture)
             .status();
     }
@@ -264,9 +263,9 @@ Status check_output(const FrameHeader& header, const FrameReport& report,
         return Status(
             StatusCode::usage,
             concat(path,
-                   ": --output-transfer and --bits do not apply to EXR outputs, which hold "
-                   "scene-linear light; write .tif with --bits 32, or look at it with "
-                   "--png"));
+                   ": {output_transfer} and {bits} do not apply to EXR outputs, which hold "
+                   "scene-linear light; write .tif with {bits=32}, or look at it with "
+                   "{png=true}"_keyed));
     if (picture_of(color_file)) return io::check_new_exr(color_file, color, options);
     return io::check_rewritable(header.files.color_file(), color, options);
 }
@@ -284,7 +283,7 @@ Status write_frame(const Chain& chain, const RunSettings& settings, const io::Ou
     if (report.output_nonfinite > 0 && settings.strict)
         return Status(StatusCode::health,
                       concat(report.output, ": ", report.output_nonfinite,
-                             " non-finite output pixels under --strict; not written"));
+                             " non-finite output pixels under {strict=true}; not written"_keyed));
     io::WriteOptions options =
         write_options(report, settings, record_text(chain, settings, report));
     // Image, preview and sidecar are replaced together. The old sidecar is set aside first, so

@@ -100,17 +100,17 @@ io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
     io::OutputFiles files(settings.on_existing, "skip or overwrite");
     read_inputs(settings, files);
     read_manifests(chain, settings, tasks, files);
-    const std::string other = "name another output with " + option_name("output");
+    const std::string other = "name another output with {output}"_keyed;
     for (const FrameTask& task : tasks) {
         if (is_stopped()) break;
         const std::string of = concat(" of frame ", task.frame);
         files.write(io::OutputFile{task.output, "the output" + of, other});
         if (settings.sidecar)
             files.write(io::OutputFile{sidecar_path(task.output), "the sidecar" + of,
-                                       "go without it (--no-sidecar), or " + other});
+                                       "go without it ({sidecar=false}), or "_keyed + other});
         if (settings.preview)
             files.write(io::OutputFile{io::preview_path(task.output), "the preview" + of,
-                                       "go without " + option_name("png") + ", or " + other});
+                                       "go without {png}, or "_keyed + other});
     }
     if (frames_are_unknown(settings))
         files.write(io::OutputFamily{
@@ -119,7 +119,7 @@ io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
             "an output", other});
     if (!settings.dump_folder.empty())
         files.write(io::OutputFamily{settings.dump_folder, StageNames(chain, tasks), "a stage",
-                                     "name another folder with " + option_name("dump_stages")});
+                                     "name another folder with {dump_stages}"_keyed});
     return files;
 }
 

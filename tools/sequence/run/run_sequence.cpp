@@ -134,7 +134,7 @@ Status check_folder(const RunSettings& settings) {
         return Status(StatusCode::output, folder + ": is not a folder; choose another name");
     if (!settings.make_folder)
         return Status(StatusCode::output,
-                      folder + ": folder does not exist; create it or use --mkdir");
+                      folder + ": folder does not exist; create it or use {mkdir=true}"_keyed);
     return Status();
 }
 
@@ -204,7 +204,8 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     RETURN_IF_ERROR(io::make_folder(settings.output.folder()));
     files.remove_left_temporaries();
     if (!settings.dump_folder.empty())
-        if (Status s = io::make_folder(settings.dump_folder); !s.ok()) return s.at("--dump-stages");
+        if (Status s = io::make_folder(settings.dump_folder); !s.ok())
+            return s.at("{dump_stages}"_keyed);
     RETURN_IF_ERROR(check_images(settings));
     const StopScope within_a_frame(executor, callbacks.stop);
     FilterJob job(chain, settings, files, executor, renderer);
@@ -216,10 +217,10 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     auto summary = walk_sequence(job, settings, *feed, callbacks);
     if (!summary.ok()) return summary;
     if (frames_are_unknown(settings) && summary->total == 0 && !(callbacks.stop && *callbacks.stop))
-        return Status(
-            StatusCode::input,
-            concat(settings.input.color().text(), ": ", io::why_none(settings.input.color()),
-                   ", and nothing changed for ", text_of(*settings.watch->idle_s), " s (--idle)"));
+        return Status(StatusCode::input,
+                      concat(settings.input.color().text(), ": ",
+                             io::why_none(settings.input.color()), ", and nothing changed for ",
+                             text_of(*settings.watch->idle_s), " s ({idle})"_keyed));
     summary->gaps = std::move(gaps);
     summary->counters = executor.counters();
     return summary;

@@ -187,7 +187,7 @@ class Runner {
                     StatusCode::input,
                     concat(task.files.at(Role::color), ": view ", name, " has the data window ",
                            its.text(), ", view ", header.match.view, " ", own.text(),
-                           "; filter one after the other (--view ", name, ")"));
+                           "; filter one after the other (", setting("view", name), ")"));
             views.push_back({name, &reader, std::move(opened)});
         }
         return views;

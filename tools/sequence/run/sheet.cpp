@@ -35,17 +35,18 @@ Result<SheetWork> work_of(const SheetSettings& sheet) {
     SheetWork work;
     work.settings = sheet.run;
     if (!sheet.output.ends_with(".png"))
-        return Status(StatusCode::usage, "--output: " + sheet.output + " does not end in .png");
+        return Status(StatusCode::usage,
+                      "{output}: "_keyed + sheet.output + " does not end in .png");
     std::vector<io::PathPattern> patterns = {work.settings.input.color()};
     work.files = io::OutputFiles(sheet.on_existing);
     read_inputs(work.settings, work.files);
     if (!sheet.beside.empty()) {
-        ASSIGN_OR_RETURN(auto beside, io::PathPattern::parse(sheet.beside).at("--beside"));
+        ASSIGN_OR_RETURN(auto beside, io::PathPattern::parse(sheet.beside).at("{beside}"_keyed));
         work.files.read(beside, "the image beside it");
         patterns.push_back(std::move(beside));
     }
     work.files.write(
-        io::OutputFile{sheet.output, "the contact sheet", "name another with --output"});
+        io::OutputFile{sheet.output, "the contact sheet", "name another with {output}"_keyed});
     RETURN_IF_ERROR(work.files.check());
     RETURN_IF_ERROR(work.files.check_folders());
     work.files.remove_left_temporaries();
@@ -130,8 +131,8 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetSettings& sh
                 return Status(StatusCode::usage,
                               concat("the sheet would have ", layout.image_width(), "x",
                                      layout.image_height(), " pixels; the limit is ", kMaxPixels,
-                                     " a side; choose fewer --cells or a smaller "
-                                     "--width"));
+                                     " a side; choose fewer {cells} or a smaller "
+                                     "{width}"_keyed));
             return layout;
         }
     return first;

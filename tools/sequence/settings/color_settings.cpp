@@ -10,12 +10,13 @@ std::string config_of(const JobSettings& job) {
     return !job.ocio.empty() ? job.ocio : stated ? stated : "";
 }
 
-Result<std::string> config_for(const JobSettings& job, const std::string& what) {
+Result<std::string> config_for(const JobSettings& job, const std::string& key) {
     std::string config = config_of(job);
     if (!config.empty()) return config;
     return Status(StatusCode::usage,
-                  concat(what, " needs an OpenColorIO configuration; name its file with ",
-                         option_name("ocio"), ", or set OCIO in the environment"));
+                  concat(setting(key),
+                         " needs an OpenColorIO configuration; name its file with {ocio}, "
+                         "or set OCIO in the environment"_keyed));
 }
 
 io::DisplayView view_by(const JobSettings& job, const std::string& config) {
@@ -40,13 +41,13 @@ Result<std::optional<io::Transfer>> transfer_of(const JobSettings& job, const st
     }
     const bool is_space = text.starts_with(kSpace) && text.size() > kSpace.size();
     if (is_space || (takes_view && text == kView)) {
-        ASSIGN_OR_RETURN(const auto config, config_for(job, option_name(key)));
+        ASSIGN_OR_RETURN(const auto config, config_for(job, key));
         if (!is_space) return Chosen(view_by(job, config));
         return Chosen(io::OcioSpace{config, text.substr(kSpace.size()), job.ocio_colorspace});
     }
     return Status(
         StatusCode::usage,
-        concat(option_name(key), ": unknown name '", text, "'; known are ", known, ", ", kSpace,
+        concat(setting(key), ": unknown name '", text, "'; known are ", known, ", ", kSpace,
                "SPACE",
                takes_view      ? ", view"
                : text == kView ? " (a view cannot be inverted, so it cannot describe inputs)"
@@ -74,20 +75,18 @@ Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
     const bool shows = job.preview || job.output_transfer == kView;
     if (names_view && !shows)
         return Status(StatusCode::usage,
-                      concat(option_name("ocio_view"), " and ", option_name("ocio_display"),
-                             " apply only to images that show a view; add ", option_name("png"),
-                             " or ", option_name("output_transfer"), " ", kView));
+                      "{ocio_view} and {ocio_display} apply only to images that show a view; add "
+                      "{png=true} or {output_transfer=view}"_keyed);
     if (names_any && !shows && !needs_ocio(job))
         return Status(
             StatusCode::usage,
-            concat(option_name("ocio"), " has no effect by itself; add ", option_name("png"), ", ",
-                   option_name("output_transfer"), " or ", option_name("input_transfer")));
+            "{ocio} has no effect by itself; add {png=true}, {output_transfer} or {input_transfer}"_keyed);
     if (!job.preview || (!names_any && config_of(job).empty()))
         return std::optional<io::DisplayView>();
     const char* said = !job.ocio_view.empty()      ? "ocio_view"
                        : !job.ocio_display.empty() ? "ocio_display"
                                                    : "ocio_colorspace";
-    ASSIGN_OR_RETURN(const auto config, config_for(job, option_name(said)));
+    ASSIGN_OR_RETURN(const auto config, config_for(job, said));
     return std::optional(view_by(job, config));
 }
 

@@ -40,7 +40,7 @@ Result<std::set<std::string>> rules_of(const PassRegistry& registry, const std::
     for (std::string word; std::getline(words, word, ',');) {
         if (std::ranges::find(known, word) == known.end())
             return Status(StatusCode::usage,
-                          concat(option_name(key), ": ", unknown_word("rule", word, known)));
+                          concat(setting(key), ": ", unknown_word("rule", word, known)));
         rules.insert(word);
     }
     return rules;
@@ -51,7 +51,8 @@ Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& 
     plan.precision = job.precision;
     if (job.no_elide == "all") {
         if (!job.elide.empty())
-            return Status(StatusCode::usage, "--elide contradicts --no-elide; give one of them");
+            return Status(StatusCode::usage,
+                          "{elide} contradicts {no_elide}; give one of them"_keyed);
         plan.elide = false;
         return plan;
     }
@@ -75,14 +76,8 @@ Status set_cryptomatte(const std::string& policy, LayerSettings& layers) {
     const std::string begin = "filter=";
     if (policy.starts_with(begin)) layers.ids = words_of_list(policy.substr(begin.size()));
     if (!layers.ids.empty()) return Status();
-    return Status(StatusCode::usage, concat(option_name("cryptomatte"), ": unknown policy ",
-                                            quoted(policy), "; use keep, filter or filter=NAMES"));
-}
-
-// The value of a setting's text. Its error names the setting.
-template <class Value>
-Result<Value> named(const char* key, Result<Value> value) {
-    return std::move(value).at(option_name(key));
+    return Status(StatusCode::usage, concat("{cryptomatte}: unknown policy "_keyed, quoted(policy),
+                                            "; use keep, filter or filter=NAMES"));
 }
 
 Status set_source(const JobSettings& job, Diagnostics& notes, SourceSettings& source) {
@@ -90,15 +85,15 @@ Status set_source(const JobSettings& job, Diagnostics& notes, SourceSettings& so
     ASSIGN_OR_RETURN(source.input_transfer, input_transfer_of(job));
     source.layers.aovs = job.aovs;
     RETURN_IF_ERROR(set_cryptomatte(job.cryptomatte, source.layers));
-    RETURN_IF_ERROR(check_fill_mask(job.fill_mask).at(option_name("fill_mask")));
+    RETURN_IF_ERROR(check_fill_mask(job.fill_mask).at("{fill_mask}"_keyed));
     source.layers.fill_mask = job.fill_mask;
     ASSIGN_OR_RETURN(source.max_memory, memory_limit_of(job.max_memory));
     if (!job.cuts.empty()) {
-        ASSIGN_OR_RETURN(const auto cuts, named("cuts", io::FrameRange::parse(job.cuts)));
+        ASSIGN_OR_RETURN(const auto cuts, io::FrameRange::parse(job.cuts).at("{cuts}"_keyed));
         source.cuts.insert(cuts.frames.begin(), cuts.frames.end());
     }
     if (!job.profile.empty()) {
-        ASSIGN_OR_RETURN(source.profile, named("profile", find_profile(job.profile)));
+        ASSIGN_OR_RETURN(source.profile, find_profile(job.profile).at("{profile}"_keyed));
     }
     if (!job.camera.empty()) {
         ASSIGN_OR_RETURN(auto camera, load_camera(job.camera));
@@ -116,31 +111,31 @@ Status set_exr(const JobSettings& job, io::ExrSettings& exr) {
     for (std::string name; std::getline(names, name, ',');) {
         if (name.empty())
             return Status(StatusCode::usage,
-                          option_name("channels") + ": an empty name; remove the comma beside it");
+                          "{channels}: an empty name; remove the comma beside it"_keyed);
         exr.channels.push_back(name);
     }
     if (!job.compression.empty()) {
         ASSIGN_OR_RETURN(exr.compression,
-                         named("compression", io::ExrCompression::parse(job.compression)));
+                         io::ExrCompression::parse(job.compression).at("{compression}"_keyed));
     }
     return Status();
 }
 
 Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings& settings) {
-    const auto refuse = [](const std::string& why) {
-        return Status(StatusCode::usage, option_name("watch") + why);
-    };
     if (!job.watch) {
-        if (job.idle) return Status(StatusCode::usage, "--idle needs --watch; add it");
+        if (job.idle) return Status(StatusCode::usage, "{idle} needs {watch}; add it"_keyed);
         return std::optional<Watch>();
     }
     if (job.missing != MissingPolicy::error)
-        return refuse(" waits for missing frames; leave out --missing");
-    if (!settings.frames && !job.chunk.empty()) return refuse(": --chunk also needs --frames");
+        return Status(StatusCode::usage,
+                      "{watch} waits for missing frames; leave out {missing}"_keyed);
+    if (!settings.frames && !job.chunk.empty())
+        return Status(StatusCode::usage, "{watch}: {chunk} also needs {frames}"_keyed);
     if (!settings.frames && !job.idle && settings.input.color().has_token())
-        return refuse(
-            ": give the frames to wait for (--frames 1-48), or a time without changes in seconds "
-            "after which it ends (--idle 600)");
+        return Status(StatusCode::usage,
+                      "{watch}: give the frames to wait for ({frames=1-48}), or a time without "
+                      "changes in seconds "
+                      "after which it ends ({idle=600})"_keyed);
     return std::optional(Watch{job.idle});
 }
 
@@ -176,7 +171,7 @@ Status read_aperture_images(CameraFile& file) {
 }
 
 Result<uint64_t> memory_limit_of(const std::string& text) {
-    return text.empty() ? default_memory_limit() : named("max_memory", parse_bytes(text));
+    return text.empty() ? default_memory_limit() : parse_bytes(text).at("{max_memory}"_keyed);
 }
 
 ParameterTable job_parameters(const PassRegistry& registry) {
@@ -258,7 +253,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .text("ocio", &JobSettings::ocio,
               {.unit = "FILE",
-               .help = "OpenColorIO configuration for ocio:SPACE, view and --png",
+               .help = "OpenColorIO configuration for ocio:SPACE, view and {png}"_keyed,
                .unset_means = "the environment variable OCIO, if set",
                .group = kInputGroup})
         .text("ocio_colorspace", &JobSettings::ocio_colorspace,
@@ -289,8 +284,8 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
               {.unit = "RULES",
-               .help = "also run work that a frame does not need: all rules, or --no-elide=RULES "
-                       "with some of " +
+               .help = "also run work that a frame does not need: all rules, or {no_elide}=RULES "
+                       "with some of "_keyed +
                        joined(rule_names(registry, true)),
                .unset_means = "none",
                .implied = "all",
@@ -330,7 +325,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
             {.help =
                  "if a result is too large for its channel: fail, or store the channel's largest "
                  "value",
-             .unset_means = "clamp for JPEG and for --output-transfer view, otherwise refuse",
+             .unset_means = "clamp for JPEG and for {output_transfer=view}, otherwise refuse"_keyed,
              .group = kOutputGroup})
         .text("compression", &JobSettings::compression,
               {.unit = "NAME",
@@ -348,9 +343,9 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .text(
             "output_transfer", &JobSettings::output_transfer,
             {.unit = "NAME",
-             .help = "color encoding of non-EXR outputs: as --input-transfer, or view: "
-                     "as --ocio-view shows them; auto: as the input, otherwise srgb for integers, "
-                     "linear for float",
+             .help = "color encoding of non-EXR outputs: as {input_transfer}, or view: "
+                     "as {ocio_view} shows them; auto: as the input, otherwise srgb for integers, "
+                     "linear for float"_keyed,
              .unset_means = "auto",
              .group = kOutputGroup})
         .choice("bits", &JobSettings::bits, {"auto", "8", "10", "12", "16", "32"},
@@ -382,31 +377,17 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .boolean(
             "watch", &JobSettings::watch,
             {.help = "process frames while a renderer writes them, complete ones only; wait for "
-                     "frames of --frames that do not exist yet",
+                     "frames of {frames} that do not exist yet"_keyed,
              .group = kWatchGroup})
         .number("idle", &JobSettings::idle,
                 {.min = 1,
                  .max = 1e7,
                  .unit = "s",
-                 .help = "with --watch: give up on missing frames after this many seconds without "
-                         "changes",
+                 .help = "with {watch}: give up on missing frames after this many seconds without "
+                         "changes"_keyed,
                  .unset_means = "wait forever",
                  .group = kWatchGroup})
         .table();
-}
-
-std::string option_name(const std::string& key) {
-    std::string name = "--" + key;
-    for (char& c : name)
-        if (c == '_') c = '-';
-    return name;
-}
-
-std::string without_option(const std::string& key, const std::string& message) {
-    const std::string option = option_name(key);
-    const size_t end = message.find(' ');
-    const std::string first = message.substr(0, end);
-    return first == option || first == option + ":" ? message.substr(end + 1) : message;
 }
 
 std::map<std::string, ParameterValue> given_values(const JobSettings& job,
@@ -425,30 +406,30 @@ Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& regist
                               Diagnostics& notes) {
     RunSettings run;
     static_cast<RunChoices&>(run) = job;
-    ASSIGN_OR_RETURN(run.input, named("input", io::InputSpec::parse(job.input)));
+    ASSIGN_OR_RETURN(run.input, io::InputSpec::parse(job.input).at("{input}"_keyed));
     if (!job.behind.empty()) {
-        ASSIGN_OR_RETURN(auto behind, named("behind", io::PathPattern::parse(job.behind)));
+        ASSIGN_OR_RETURN(auto behind, io::PathPattern::parse(job.behind).at("{behind}"_keyed));
         if (!run.input.patterns.emplace(Role::behind, std::move(behind)).second)
-            return Status(StatusCode::usage, concat(option_name("behind"),
-                                                    ": the input already names behind=; give one"));
+            return Status(StatusCode::usage,
+                          "{behind}: the input already names behind=; give one"_keyed);
     }
     if (const auto behind = run.input.patterns.find(Role::behind);
         behind != run.input.patterns.end() && whole(behind->second) == whole(run.input.color()))
         return Status(StatusCode::usage,
-                      concat(option_name("behind"), ": ", behind->second.text(),
+                      concat("{behind}: "_keyed, behind->second.text(),
                              " is the input itself; name a render without the surfaces in front"));
     if (!job.frames.empty()) {
-        ASSIGN_OR_RETURN(run.frames, named("frames", io::FrameRange::parse(job.frames)));
+        ASSIGN_OR_RETURN(run.frames, io::FrameRange::parse(job.frames).at("{frames}"_keyed));
     }
     if (!job.chunk.empty()) {
-        ASSIGN_OR_RETURN(run.chunk, named("chunk", io::Chunk::parse(job.chunk)));
+        ASSIGN_OR_RETURN(run.chunk, io::Chunk::parse(job.chunk).at("{chunk}"_keyed));
     }
     ASSIGN_OR_RETURN(run.watch, watch_of(job, run));
     RETURN_IF_ERROR(set_source(job, notes, run.source));
     run.source.color_frames = run.input.color();
     ASSIGN_OR_RETURN(run.plan, plan_options_of(job, registry));
     if (!job.output.empty()) {
-        ASSIGN_OR_RETURN(run.output, named("output", io::PathPattern::parse(job.output)));
+        ASSIGN_OR_RETURN(run.output, io::PathPattern::parse(job.output).at("{output}"_keyed));
     }
     RETURN_IF_ERROR(set_exr(job, run.exr));
     ASSIGN_OR_RETURN(run.picture.transfer, output_transfer_of(job));
@@ -457,13 +438,11 @@ Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& regist
     add_other_inputs(job, run);
     if (!job.dump_folder.empty() && job.on_existing == io::OnExisting::skip)
         return Status(StatusCode::usage,
-                      option_name("dump_stages") +
-                          ": a frame that --on-existing skip keeps has no stages; use "
-                          "--on-existing overwrite, or leave one of them out");
+                      "{dump_stages}: a frame that {on_existing=skip} keeps has no stages; use "
+                      "{on_existing=overwrite}, or leave one of them out"_keyed);
     if (!job.dump_folder.empty() && job.view == kAllViews)
-        return Status(StatusCode::usage, option_name("dump_stages") +
-                                             ": stages are those of one view; name it with " +
-                                             option_name("view"));
+        return Status(StatusCode::usage,
+                      "{dump_stages}: stages are those of one view; name it with {view}"_keyed);
     // Excludes which frames are written, where, and what is written besides: they do not change the
     // result.
     static const std::set<std::string> kNotRepeated = {

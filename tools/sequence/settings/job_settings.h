@@ -59,10 +59,6 @@ inline constexpr const char* kWatchGroup = "watch";  // command only
 // Accepts the rule names of the registry.
 ParameterTable job_parameters(const PassRegistry& registry);
 
-// Name of a setting in messages and its command option: "on_existing" -> "--on-existing".
-std::string option_name(const std::string& key);
-// A message without the leading "--key: ", for a diagnostic whose path names the key.
-std::string without_option(const std::string& key, const std::string& message);
 // By key; an empty text is not given.
 std::map<std::string, ParameterValue> given_values(const JobSettings& job,
                                                    const PassRegistry& registry);

@@ -74,7 +74,7 @@ namespace {
 std::string missing_text(const std::vector<int>& frames, const RunSettings& settings) {
     return concat(absent_files(frames[0], settings),
                   ": requested frames are not on disk: ", frames_text(frames),
-                  " (--missing skip or hold continues without them)");
+                  " ({missing=skip or hold} continues without them)"_keyed);
 }
 
 Status check_output_name(const RunSettings& settings) {
@@ -108,9 +108,10 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
                                                : io::find_frames(settings.input, settings.frames));
     if (settings.missing == MissingPolicy::hold && !settings.frames && !list.gaps.empty()) {
         if (list.gaps.size() >= io::kMaxFrames)
-            return Status(StatusCode::usage,
-                          concat("--missing hold: more than ", io::kMaxFrames,
-                                 " frames are missing in the sequence; choose some with --frames"));
+            return Status(
+                StatusCode::usage,
+                concat("{missing=hold}: more than "_keyed, io::kMaxFrames,
+                       " frames are missing in the sequence; choose some with {frames}"_keyed));
         list.frames.insert(list.frames.end(), list.gaps.begin(), list.gaps.end());
         std::sort(list.frames.begin(), list.frames.end());
         list.missing = std::exchange(list.gaps, {});

@@ -101,9 +101,9 @@ Result<std::optional<ProfileMatch>> add_own_file(const SourceSettings& settings,
     auto own = match_file(settings, writer, file);
     if (own.ok() && own->roles.count(role)) {
         if (!own->view.empty() && own->view != match.view)
-            return Status(StatusCode::input,
-                          concat(file.path(), ": has no view ", match.view,
-                                 "; filter one after the other (--view ", own->view, ")"));
+            return Status(StatusCode::input, concat(file.path(), ": has no view ", match.view,
+                                                    "; filter one after the other (",
+                                                    setting("view", own->view), ")"));
         take_role(role, *own, match);
         return std::optional<ProfileMatch>(std::move(*own));
     }
@@ -111,8 +111,9 @@ Result<std::optional<ProfileMatch>> add_own_file(const SourceSettings& settings,
         if (!writer.is_named_or_any())
             return Status(StatusCode::input,
                           concat(file.path(), ": ", name_of(role), " has channels", names_in(file),
-                                 ", which do not belong to ", writer.profile.title, " (detected: ",
-                                 writer.why, "); use --profile to state how they are stored"));
+                                 ", which do not belong to ", writer.profile.title,
+                                 " (detected: ", writer.why,
+                                 "); use {profile} to state how they are stored"_keyed));
         match.roles[role] = *plain;
         const auto sources = writer.profile.roles.find(role);
         if (sources != writer.profile.roles.end() && !sources->second.empty()) {
@@ -214,7 +215,7 @@ Status set_flattening(const Profile& profile, FrameHeader& header) {
                           concat(file.path(), ": is deep, and its depth decreases with distance (",
                                  "profile ", profile.name,
                                  "); deep samples are sorted by a depth that increases: write the "
-                                 "distance, or use a profile that says so (--profile)"));
+                                 "distance, or use a profile that says so ({profile})"_keyed));
         flattening.depth = depth->second.channels[0];
     }
     std::set<std::string> names(color.channels.begin(), color.channels.end());
@@ -345,8 +346,8 @@ void find_zoom(const SourceSettings& settings, const io::CameraMetadata& metadat
     if (wanted == CameraMotion::zoom && !zooms)
         header.warnings.push_back(
             concat(color_path(header),
-                   ": --camera-motion zoom adds no zoom: no camera file states focal_length_mm "
-                   "frame by frame; add it under `frames`, or use --camera-motion sky"));
+                   ": {camera_motion=zoom} adds no zoom: no camera file states focal_length_mm "
+                   "frame by frame; add it under `frames`, or use {camera_motion=sky}"_keyed));
 }
 
 // Why a camera matrix is available but yields no motion vectors: "worldToCamera (singular)". Empty
@@ -406,9 +407,10 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
         !(settings.camera && settings.camera->rotations.contains(frame)) &&
         header.match.roles.contains(Role::motion))
         header.warnings.push_back(concat(
-            color_path(header), ": --camera-motion ", wanted == CameraMotion::all ? "all" : "sky",
-            " has no effect: neither the camera file nor the metadata has a camera matrix of "
-            "this frame; add camera_matrix_world to the camera file, or leave it out"));
+            color_path(header), ": {camera_motion="_keyed,
+            wanted == CameraMotion::all ? "all" : "sky",
+            "} has no effect: neither the camera file nor the metadata has a camera matrix of "
+            "this frame; add camera_matrix_world to the camera file, or leave it out"_keyed));
 }
 
 // The camera of the file's metadata, overridden by the camera file, and the motion made from it.
@@ -483,7 +485,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame) {
     if (settings.view == kAllViews && !settings.all_views)
         return Status(StatusCode::usage,
-                      "--view all: only run filters all views of a file; choose one");
+                      "{view=all}: only run filters all views of a file; choose one"_keyed);
     // The layer behind is a frame of its own (neighbor_planes.h).
     std::map<Role, std::string> own = files;
     const bool has_behind = own.erase(Role::behind) > 0;

@@ -250,7 +250,7 @@ std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan
             " leaves out part of the display window ",
             color_part(frame.header).display_window.text(),
             ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
-            fits(whole) ? " (--data-window grow keeps it)" : ""));
+            fits(whole) ? " ({data_window=grow} keeps it)"_keyed : ""));
     add_exceeded_limits(chain, plan, frame, warnings);
     add_doubts_of_lens(chain, plan, frame, warnings);
     add_doubt_of_speed(frame, warnings);
@@ -261,7 +261,7 @@ std::vector<std::string> plan_warnings(const Chain& chain, const FramePlan& plan
         warnings.push_back(
             concat(path, ": the focus of its metadata is ", *camera.metadata_focus_m,
                    " m, but meters_per_unit is unknown: a scene unit is assumed to be "
-                   "1 m (set it in --camera, in the chain or with --set)"));
+                   "1 m (set it in {camera}, in the chain or with {set})"_keyed));
     return warnings;
 }
 

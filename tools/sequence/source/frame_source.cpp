@@ -143,11 +143,11 @@ std::string doubt_of_depth(const SourceFrame& frame) {
     const auto& near = frame.description.camera.near_clip;
     const double nearest = near ? *near * (1 - 1e-3) : inverse ? kNearest : 0;
     if (!std::isfinite(most) || most * nearest <= 1) return "";
-    const char* remedy = inverse
-                             ? "is it a distance? Then give --profile generic, or a profile of "
-                               "your own with encoding: linear"
-                             : "is it a distance in scene units? Otherwise state its encoding in a "
-                               "profile of your own";
+    const std::string remedy =
+        inverse ? "is it a distance? Then give {profile=generic}, or a profile of "
+                  "your own with encoding: linear"_keyed
+                : "is it a distance in scene units? Otherwise state its encoding in a "
+                  "profile of your own";
     char digits[32];
     std::snprintf(digits, sizeof(digits), "%.3g", 1 / most);
     return concat("the nearest depth, read as ", inverse ? "1/distance" : "distance", ", is ",
@@ -246,9 +246,10 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     frame.warnings.insert(frame.warnings.end(), strip.mattes.warnings.begin(),
                           strip.mattes.warnings.end());
     if (strip.mattes.faulty > 0)
-        frame.strict_fault = Status(
-            StatusCode::health, concat(path, ": ", strip.mattes.faulty,
-                                       " faulty values in mattes under --strict; nothing written"));
+        frame.strict_fault =
+            Status(StatusCode::health,
+                   concat(path, ": ", strip.mattes.faulty,
+                          " faulty values in mattes under {strict=true}; nothing written"_keyed));
     frame.header = std::move(header);
     frame.findings = std::move(strip.findings);
     FrameFindings& findings = frame.findings;
@@ -267,10 +268,11 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
         (*first)[0] += frame.header.window.min_x;
         (*first)[1] += frame.header.window.min_y;
         warn("the first non-finite pixel is " + findings.first_nonfinite_text());
-        frame.strict_fault = Status(StatusCode::health,
-                                    concat(path, ": ", health.nonfinite(),
-                                           " non-finite pixels under --strict, the first at ",
-                                           findings.first_nonfinite_text(), "; nothing written"));
+        frame.strict_fault =
+            Status(StatusCode::health,
+                   concat(path, ": ", health.nonfinite(),
+                          " non-finite pixels under {strict=true}, the first at "_keyed,
+                          findings.first_nonfinite_text(), "; nothing written"));
     }
     count(health.negative_depth, "with depth <= 0 are treated as infinitely far");
     if (const std::string doubt = doubt_of_depth(frame); !doubt.empty()) warn(doubt);
@@ -282,7 +284,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     if (findings.motion_from_camera && settings.camera_motion == CameraMotion::missing)
         warn(concat("no motion vectors (looked for ", frame.header.match.missing[Role::motion],
                     "): the camera's are used, and objects that move by themselves stay sharp "
-                    "(--camera-motion all, if that is meant)"));
+                    "({camera_motion=all}, if that is meant)"_keyed));
     if (frame.description.planes.has(Role::motion) && health.motion_all_zero)
         warn(health.sentinel_motion > 0
                  ? "every motion vector is zero or the sentinel: there will be no motion blur"

@@ -78,7 +78,7 @@ Status check_memory(const std::string& path, uint64_t bytes, uint64_t limit) {
     if (limit == 0 || bytes <= limit) return Status();
     return Status(StatusCode::memory,
                   concat(path, ": this frame needs ", bytes_text(bytes),
-                         " of memory, but --max-memory allows ", bytes_text(limit),
+                         " of memory, but {max_memory} allows "_keyed, bytes_text(limit),
                          "; raise the limit, or render smaller or with fewer channels"));
 }
 

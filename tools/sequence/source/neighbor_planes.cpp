@@ -210,7 +210,7 @@ Result<FrameHeader> behind_of(FrameHeader behind, const FrameHeader& frame) {
     if (const auto lacking = layers_lacking(layers, behind.layers); !lacking.empty())
         return Status(StatusCode::input,
                       concat(path, ": the layer behind lacks these layers of the frame: ",
-                             joined(lacking), "; render them too, or leave out --aovs"));
+                             joined(lacking), "; render them too, or leave out {aovs}"_keyed));
     behind.to_read = needed | RoleSet{Role::color};
     return behind;
 }
@@ -222,10 +222,10 @@ uint64_t behind_bytes(const FrameHeader& behind) {
 }
 
 Status add_behind(const SourceSettings& settings, const FrameHeader& behind, SourceFrame& frame) {
-    const char* why = frame.cryptomattes              ? "cryptomattes are filtered (--cryptomatte)"
-                      : frame.separate_layers.empty() ? nullptr
-                                                      : "a neighboring frame lacks layers";
-    if (why) {
+    const std::string why = frame.cryptomattes ? "cryptomattes are filtered ({cryptomatte})"_keyed
+                            : frame.separate_layers.empty() ? ""
+                                                            : "a neighboring frame lacks layers";
+    if (!why.empty()) {
         frame.warnings.push_back(concat("filtered without the layer behind: ", why));
         return Status();
     }

@@ -272,7 +272,8 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
             add(concat("the image changes ",
                        usual_change > 0 ? number(change / usual_change) + " times as much as usual"
                                         : std::string("unlike elsewhere"),
-                       " to frame ", summary.frame + 1, ": a cut? (--cuts ", summary.frame, ")"));
+                       " to frame ", summary.frame + 1, ": a cut? ({cuts="_keyed, summary.frame,
+                       "})"_keyed));
     }
     return found;
 }

@@ -34,7 +34,7 @@ std::vector<std::string> options_of(const std::string& body, const Roots& roots)
     std::vector<std::string> words;
     for (const auto& [key, value] : text.root().entries) {
         if (std::ranges::find(kOtherKeys, key.text) != kOtherKeys.end()) continue;
-        const std::string option = sequence::option_name(key.text);
+        const std::string option = option_name(key.text);
         if (value.is_list()) {
             for (const TextNode& item : value.items) words.push_back(option + "=" + item.text);
         } else if (!is_string(value) && (value.text == "true" || value.text == "false")) {
@@ -145,7 +145,7 @@ void AbOrBench::read_variants(const MeasurementText& text) {
     for (const std::string& one : text.body.list("sweep")) {
         auto sweep = experiment::parse_sweep(one);
         if (!sweep.ok()) {
-            text.body.fault("sweep", sequence::without_option("sweep", sweep.status().message()));
+            text.body.fault("sweep", sweep.status().message());
             continue;
         }
         if (sweep->key == "camera.aperture_image")
@@ -159,7 +159,7 @@ void AbOrBench::read_variants(const MeasurementText& text) {
     if (variants.ok())
         variants_ = std::move(*variants);
     else
-        text.body.fault("sweep", sequence::without_option("sweep", variants.status().message()));
+        text.body.fault("sweep", variants.status().message());
 }
 
 void AbOrBench::confine_truth(RequestBody& body) {
@@ -175,9 +175,9 @@ void AbOrBench::read_limits(RequestBody& body) {
     const auto kind = is_ab_ ? report::Kind::ab : report::Kind::bench;
     const bool with_truth = !is_ab_ || !measured_.truth.empty();
     const auto limits = [&](const char* key, const std::vector<std::string>& texts) {
-        auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
+        auto found = experiment::limits_of(key, texts, kind, with_truth);
         if (found.ok()) return std::move(*found);
-        body.fault(key, sequence::without_option(key, found.status().message()));
+        body.fault(key, found.status().message());
         return std::vector<metrics::MetricLimit>();
     };
     under_ = limits("under", body.list("under"));

@@ -240,7 +240,7 @@ Status read_config(const CLI::App& subcommand, ServeOptions& serve, Options& opt
             reporter.error(tree.root, "", "expected postchain_service: 1");
         for (const auto& [key, value] : tree.root.entries) {
             if (key.text == "postchain_service") continue;
-            std::string option = sequence::option_name(key.text);
+            std::string option = option_name(key.text);
             for (const ServeList& list : kServeLists)
                 if (key.text == list.key) option = list.option;
             const CLI::Option* given = subcommand.get_option_no_throw(option);
@@ -311,8 +311,8 @@ Result<service::RemoteSettings> remote_settings(const Options& options, const Se
             if (row.get(&serve) != row.default_value) given.push_back(row.key);
         if (!serve.slurm_words.empty()) given.emplace_back("slurm_option");
         if (!given.empty())
-            return Status(StatusCode::usage, sequence::option_name(given.front()) +
-                                                 " has no effect; add --backend slurm");
+            return Status(StatusCode::usage,
+                          option_name(given.front()) + " has no effect; add --backend slurm");
         return remote;
     }
     if (serve.farm_folder.empty())

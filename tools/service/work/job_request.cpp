@@ -220,7 +220,7 @@ class RequestParser {
             if (path_kind(row) != PathKind::input && path_kind(row) != PathKind::output &&
                 row.type == ParameterType::text)
                 if (Status status = status_of_row(row); !status.ok())
-                    body_.fault(row.key, sequence::without_option(row.key, status.message()));
+                    body_.fault(row.key, status.message());
         std::optional<io::PathPattern> output = confine_pattern("output", job_.output);
         std::optional<io::PathPattern> behind = confine_pattern("behind", job_.behind);
         if (has_errors(body_.faults())) return;

@@ -40,7 +40,7 @@ std::vector<std::string> words_of(const JobRequest& request) {
     std::vector<std::string> words = {"--on-error=continue"};
     for (const auto& [key, value] : request.run.given) {
         if (key == "input" || key == "behind") continue;
-        const std::string option = sequence::option_name(key);
+        const std::string option = option_name(key);
         if (const bool* flag = std::get_if<bool>(&value))
             words.push_back(*flag ? option : "--no-" + option.substr(2));
         else

@@ -47,8 +47,10 @@ void RequestBody::fault(const TextNode& at, const std::string& path, const std::
 }
 
 void RequestBody::fault(const std::string& key, const std::string& message) {
-    const TextNode* value = find(key);
-    fault(value ? *value : root(), key, message);
+    const auto [own, text] = split_key(message);
+    const std::string& at = own.empty() ? key : own;
+    const TextNode* value = find(at);
+    fault(value ? *value : root(), at, text);
 }
 
 void RequestBody::outside(const std::string& key, const std::string& message) {

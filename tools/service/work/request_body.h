@@ -45,7 +45,7 @@ class RequestBody {
     const TextNode* find(const std::string& key) const { return tree_.root.find(key); }
 
     void fault(const TextNode& at, const std::string& path, const std::string& message);
-    // At the key's value; at the start of the body if the key is missing.
+    // At the value of the key that the message begins with, or of `key`; else at the body's start.
     void fault(const std::string& key, const std::string& message);
     void outside(const std::string& key, const std::string& message);
     // A path with this error of Roots::resolve().

@@ -58,37 +58,11 @@ std::string about_of(const std::string& body, const Roots& roots) {
     return io::json_text(about);
 }
 
-// A message of the command in terms of a request: "--on-existing skip" becomes "on_existing: skip".
-std::string in_terms_of_request(std::string message, const ParameterTable& table) {
-    for (const Parameter& row : table.rows()) {
-        const std::string option = sequence::option_name(row.key);
-        for (size_t at = 0; (at = message.find(option, at)) != std::string::npos;) {
-            const size_t end = at + option.size();
-            const char next = end < message.size() ? message[end] : ' ';
-            if (std::isalnum(static_cast<unsigned char>(next)) || next == '-') {
-                at = end;
-                continue;
-            }
-            const bool flag = row.type == ParameterType::boolean;
-            const bool valued = !flag && next == ' ';
-            const std::string key = row.key + (flag ? ": true" : valued ? ":" : "");
-            message.replace(at, option.size(), key);
-            at += key.size();
-        }
-    }
-    return message;
-}
-
 }  // namespace
 
 Answer<Submission> check_submission(const std::string& body, const JobReader& reader, bool remote) {
     auto read = reader.job(body);
-    if (auto* refused = std::get_if<Problem>(&read)) {
-        refused->detail = in_terms_of_request(refused->detail, reader.run_table());
-        for (Diagnostic& one : refused->diagnostics)
-            one.message = in_terms_of_request(one.message, reader.run_table());
-        return std::move(*refused);
-    }
+    if (auto* refused = std::get_if<Problem>(&read)) return std::move(*refused);
     const JobRequest& job = std::get<JobRequest>(read);
     Submission submission{job.kind, job.priority, 0, job.warnings};
     submission.about = about_of(body, reader.roots());
@@ -100,9 +74,7 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
                         "this service hands its jobs to another queue, whose tasks write no "
                         "stages; use `postchain run --dump-stages` or a service without --backend");
     const auto refuse = [&](const std::string& key, const Status& status) {
-        return fault_at(
-            body, reader.roots(), key,
-            in_terms_of_request(reader.roots().shown_in(status.message()), reader.run_table()));
+        return fault_at(body, reader.roots(), key, reader.roots().shown_in(status.message()));
     };
     if (job.measurement) {
         submission.frames = job.measurement->frames();
@@ -127,7 +99,7 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     if (!job.run.make_folder && !std::filesystem::is_directory(folder, error))
         return refuse("output", Status(StatusCode::output,
                                        folder + ": folder does not exist; create it or use "
-                                                "--mkdir"));
+                                                "{mkdir=true}"_keyed));
     const io::OutputFiles files = sequence::files_of_run(job.chain.chain, job.run, *tasks);
     if (const Status status = files.check_names(); !status.ok()) return refuse("output", status);
     if (job.run.on_existing != io::OnExisting::fail) return submission;

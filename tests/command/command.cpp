@@ -9,6 +9,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <regex>
 #include <sstream>
 #include <thread>
 
@@ -141,6 +142,14 @@ void expect_prints(const Outcome& outcome, int code, const std::vector<std::stri
     EXPECT_EQ(outcome.code, code) << outcome.text();
     for (const std::string& word : words)
         EXPECT_TRUE(contains(outcome.out, word)) << word << "\n" << outcome.text();
+}
+
+std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
+    std::vector<std::string> found;
+    const std::regex expression(pattern);
+    for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it)
+        found.push_back((*it)[1]);
+    return found;
 }
 
 }  // namespace postchain::test

@@ -86,4 +86,7 @@ bool contains(const std::string& text, const std::string& part);
 void expect_ends(const Outcome& outcome, int code, const std::vector<std::string>& words = {});
 void expect_prints(const Outcome& outcome, int code, const std::vector<std::string>& words);
 
+// The first group of each match.
+std::vector<std::string> matches(const std::string& text, const std::string& pattern);
+
 }  // namespace postchain::test

@@ -44,35 +44,6 @@ class DiffCommand : public CommandTest {
     }
 };
 
-TEST_F(DiffCommand, PrintsOneObjectWithAKeyPerMetric) {
-    write_gray(at("a.exr"), 0.5);
-    write_gray(at("b.exr"), 0.7);
-    const Json all = json("a.exr", "b.exr");
-    for (const auto& row : metrics::metric_rows())
-        EXPECT_TRUE(all.contains(row.name) && all[row.name].is_number()) << row.name;
-    EXPECT_NEAR(all["mse"].get<double>(), 0.04, 1e-6);
-    EXPECT_EQ(all["settings"]["relmse_epsilon"], 0.01);
-    EXPECT_EQ(all["settings"]["pixels_per_degree"], 67.02);
-    EXPECT_EQ(all["settings"]["tone_mapper"], "aces");
-    EXPECT_FALSE(all.contains("tde") || all.contains("temporal_error"));
-    const Json two = json("a.exr", "b.exr", {"--metric", "smape", "--metric", "mse"});
-    EXPECT_TRUE(two.contains("smape") && two.contains("mse") && !two.contains("psnr"));
-}
-
-TEST_F(DiffCommand, PrintsTextWithItsConstants) {
-    write_gray(at("a.exr"), 0.5, 8, 8);
-    const Outcome equal = diff("a.exr", "a.exr", {"-v"});
-    // Which of the two it is stands beside the number, and the settings stand once.
-    for (const char* line :
-         {"psnr             inf", "ssim             none",  // too small
-          "flip             0             of values clamped to 0..1",
-          "hdr_flip         0             over ", "relmse_epsilon 0.01", "smape_epsilon 0.02"})
-        EXPECT_TRUE(contains(equal.out, line)) << equal.out;
-    EXPECT_EQ(equal.out.find("pixels_per_degree"), equal.out.rfind("pixels_per_degree"));
-    for (const char* metric : {"psnr", "ssim"})
-        EXPECT_TRUE(json("a.exr", "a.exr").at(metric).is_null()) << metric;
-}
-
 TEST_F(DiffCommand, TheFirstImageIsTheReference) {
     write_gray(at("a.exr"), 0.99, 1, 1);
     write_gray(at("b.exr"), 1.99, 1, 1);
@@ -89,19 +60,6 @@ TEST_F(DiffCommand, ComparesAMultilayerRenderAndUnpremultipliedColorWithPlainRgb
     write_frame(at("half.exr"), planes);
     write_gray(at("gray.exr"), 0.5, 24, 16);
     EXPECT_EQ(value("half.exr", "gray.exr", "mse"), 0);
-}
-
-TEST_F(DiffCommand, FailAboveExitsWithEight) {
-    write_gray(at("a.exr"), 0.5);
-    write_gray(at("b.exr"), 0.7);
-    EXPECT_EQ(diff("a.exr", "b.exr", {"--fail-above", "mse=0.05"}).code, 0);
-    const Outcome failed =
-        diff("a.exr", "b.exr", {"--fail-above", "flip=0.9", "--fail-above", "mse=0.03"});
-    EXPECT_EQ(failed.code, 8) << failed.text();
-    EXPECT_TRUE(contains(failed.err, "mse") && !contains(failed.err, "flip")) << failed.err;
-    // The limit's metric is measured even if another one is requested.
-    EXPECT_EQ(diff("a.exr", "b.exr", {"--metric", "smape", "--fail-above", "mse=0.03"}).code, 8);
-    EXPECT_EQ(diff("a.exr", "a.exr", {"--fail-above", "flip=0"}).code, 0);
 }
 
 // Metrics read them as 0: no limit of another metric would notice.
@@ -158,73 +116,6 @@ TEST_F(DiffCommand, UsageErrorsExitWithTwo) {
         diff("a.exr", "a.exr",
              {"--metric", "psnr", "--ppd", "50", "--map", at("m.exr"), "--map-metric", "flip"}),
         0);
-}
-
-TEST_F(DiffCommand, InputErrorsNameBothFiles) {
-    write_gray(at("a.exr"), 0.5);
-    write_gray(at("small.exr"), 0.5, 16, 11);
-    const ImageF gray = metrics::gray(16, 12, 0.5);
-    io::PlanesFile wide;
-    for (int c = 0; c < 3; ++c)
-        wide.channels.push_back({std::string(1, "RGB"[c]), io::PixelType::float32, &gray, c});
-    wide.display_window = io::Window{0, 0, 31, 11};
-    must(io::write_planes_exr(at("display.exr"), wide));
-    must(io::write_planes_exr(at("depth.exr"), ImageF(16, 12, 1), {"Z"}));
-    write_text(at("text.exr"), "no picture");
-    const std::tuple<const char*, const char*, const char*> rows[] = {
-        {"a.exr", "small.exr", "16x11"},     {"a.exr", "display.exr", "display windows"},
-        {"a.exr", "depth.exr", "color"},     {"depth.exr", "a.exr", "color"},
-        {"a.exr", "nowhere.exr", "nowhere"}, {"a.exr", "text.exr", ""}};
-    for (const auto& [a, b, said] : rows) expect_ends(diff(a, b), 4, {a, b, said});
-}
-
-TEST_F(DiffCommand, SequencesPrintALinePerFrameAndASummary) {
-    write_sequences();
-    const Outcome result = diff("a.####.exr", "b.####.exr", {"--json"});
-    ASSERT_EQ(result.code, 0) << result.text();
-    const auto lines = json_lines(result.out);
-    ASSERT_EQ(lines.size(), 4u);
-    for (int i = 0; i < 3; ++i) {
-        EXPECT_EQ(lines[size_t(i)]["frame"], i + 1);
-        EXPECT_NEAR(lines[size_t(i)]["mse"].get<double>(), 0.01 * (i + 1) * (i + 1), 1e-6);
-    }
-    const Json& summary = lines[3];
-    EXPECT_EQ(summary["summary"], true);
-    EXPECT_EQ(summary["frames"], 3);
-    EXPECT_NEAR(summary["mse"].get<double>(), 0.14 / 3, 1e-6);
-    EXPECT_NEAR(summary["difference_max"].get<double>(), 0.3, 1e-6);
-    // The error grows by 0.1 a frame.
-    EXPECT_TRUE(lines[0]["tde"].is_null());
-    EXPECT_NEAR(lines[2]["tde"].get<double>(), 0.1, 1e-6);
-    EXPECT_NEAR(summary["tde"].get<double>(), 0.1, 1e-6);
-    // The reference stands still: in steps of an 8-bit display.
-    const auto steps = [](double gray) {
-        return 255 * (double(metrics::display_value(float(gray + 0.1))) -
-                      double(metrics::display_value(float(gray))));
-    };
-    EXPECT_TRUE(lines[0]["temporal_error"].is_null());
-    EXPECT_NEAR(lines[1]["temporal_error"].get<double>(), steps(0.6), 1e-3);
-    EXPECT_NEAR(summary["temporal_error"].get<double>(), (steps(0.6) + steps(0.7)) / 2, 1e-3);
-    const Outcome alone = diff("a.####.exr", "b.####.exr", {"--metric", "temporal_error"});
-    EXPECT_FALSE(contains(alone.out, "tde")) << alone.text();
-    EXPECT_TRUE(contains(alone.out, "temporal_error none")) << alone.text();
-}
-
-TEST_F(DiffCommand, FramesChooseAndMissingOnesAreErrors) {
-    write_sequences();
-    const Outcome chosen =
-        diff("a.####.exr", "b.####.exr",
-             {"--json", "--frames", "1-3x2", "--metric", "mse", "--map", at("out/m.####.png")});
-    ASSERT_EQ(chosen.code, 0) << chosen.text();
-    EXPECT_EQ(json_lines(chosen.out).size(), 3u);
-    EXPECT_TRUE(exists(at("out/m.0001.png")) && exists(at("out/m.0003.png")));
-    expect_ends(diff("a.####.exr", "b.####.exr", {"--frames", "1-5"}), 4, {"4-5"});
-    std::filesystem::remove(at("b.0002.exr"));
-    expect_ends(diff("a.####.exr", "b.####.exr"), 4, {"B 2"});
-    // Additional frames of B are reported but not an error.
-    std::filesystem::remove(at("a.0002.exr"));
-    std::filesystem::remove(at("a.0003.exr"));
-    expect_ends(diff("a.####.exr", "b.####.exr", {"--metric", "mse"}), 0, {"3"});
 }
 
 // Every frame is measured at the exposures of all references, which differ from its own.

@@ -4,21 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <regex>
 
 #include "tests/command/command.h"
 #include "tests/command/frames.h"
 
 namespace postchain::test {
-
-// The first group of each match.
-inline std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
-    std::vector<std::string> found;
-    const std::regex expression(pattern);
-    for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it)
-        found.push_back((*it)[1]);
-    return found;
-}
 
 class CommandTest : public testing::Test {
   protected:

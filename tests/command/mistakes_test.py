@@ -140,18 +140,6 @@ class Channels(Case):
         self.assertEqual([one["frame"] for one in survey["findings"]], [1, 2, 3])
 
 
-class Diff(Case):
-    def test_constants_only_with_v(self):
-        self.write("a.exr")
-        self.write("b.exr", value=0.25)
-        brief = run("diff", "a.exr", "b.exr", folder=self.folder).stdout
-        self.assertNotIn("\nwith ", brief)
-        self.assertTrue(brief.splitlines()[-1].startswith("  difference_max "), brief)
-        every = run("diff", "a.exr", "b.exr", "-v", folder=self.folder).stdout
-        self.assertIn("\nwith pixels_per_degree 67.02 tone_mapper aces exposure_start ", every)
-        self.assertIn("ssim_k1 0.01", every)
-
-
 if __name__ == "__main__":
     POSTCHAIN = str(pathlib.Path(sys.argv.pop(1)).resolve())
     unittest.main(verbosity=1)

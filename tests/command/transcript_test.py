@@ -133,7 +133,7 @@ def pieces(text):
 
 def layout(text, width, filled=False, indent=""):
     """A JSON text of one line: on one line if it fits, else one line per member, or lines filled with members."""
-    begin = re.match(r'("(?:[^"\\]|\\.)*": |[\w.]+: )?[{\[]', text)
+    begin = re.match(r'("(?:[^"\\]|\\.)*": |[\w.$]+: )?[{\[]', text)
     if len(indent + text) <= width or not begin:
         return text
     members = [layout(one, width, filled, indent + " ") for one in pieces(text[begin.end():-1])]
@@ -155,7 +155,7 @@ def filled(lines):
     found, at = [], 0
     while at < len(lines):
         end, text, depth = at, "", 0
-        while re.match(r"([\w.]+: )?[{\[]", lines[at]) and end < len(lines) and (end == at or depth):
+        while re.match(r"([\w.$]+: )?[{\[]", lines[at]) and end < len(lines) and (end == at or depth):
             line = lines[end].strip()
             text += ("" if not text or text[-1] in "{[" or line[:1] in ("}", "]") else " ") + line
             depth = sum((token in "{[") - (token in "}]") for token in TOKEN.findall(text))

@@ -321,21 +321,25 @@ std::string text_of(const pc_plan& plan) {
                        ", list ", int32_t(step.list), ", wait ", step.bands_wait, ", uniforms ",
                        step.uniform_offset, " + ", step.uniform_bytes, ", fetches ", step.fetches,
                        ", reads ", step.read_bytes, ", writes ", step.written_bytes, "\n");
+        text += "  barriers";
         for (uint32_t b = 0; b < step.barrier_count; ++b) {
             const pc_plan_barrier& one = step.barriers[b];
-            text += concat("  barrier ", one.texture, " after ", int32_t(one.before), ": ",
-                           one.from, " to ", one.to, "\n");
+            text += concat("; ", one.texture, " after ", int32_t(one.before), ": ", one.from,
+                           " to ", one.to);
         }
+        text += "\n  bindings";
         for (uint32_t b = 0; b < step.binding_count; ++b) {
             const pc_plan_binding& one = step.bindings[b];
-            text += concat("  kind ", one.kind, " unit ", one.unit, ": texture ", one.texture,
-                           ", access ", one.access, "\n");
+            text += concat("; kind ", one.kind, " unit ", one.unit, ": ", one.texture, ", access ",
+                           one.access);
         }
+        text += "\n  groups";
         for (uint32_t b = 0; b < step.dispatch_count; ++b) {
             const pc_plan_dispatch& one = step.dispatches[b];
-            text += concat("  groups ", one.groups[0], " ", one.groups[1], " ", one.groups[2],
-                           " from ", one.first_group[0], " ", one.first_group[1], "\n");
+            text += concat("; ", one.groups[0], " ", one.groups[1], " ", one.groups[2], " from ",
+                           one.first_group[0], " ", one.first_group[1]);
         }
+        text += "\n";
     }
     for (uint32_t i = 0; i < plan.elision_count; ++i) {
         const pc_plan_elision& one = plan.elisions[i];

@@ -141,41 +141,6 @@ TEST_F(FrameScan, WindowsThatDiffer) {
     expect_like_the_whole();
 }
 
-// Each member of a file and of its frame under its own name.
-TEST_F(FrameScan, InspectTellsAllMembers) {
-    test::FrameFile file;
-    file.display = io::Window{2, 3, 60, 55};
-    file.origin_x = 5;
-    file.origin_y = -4;
-    file.attributes = {{"pixelAspectRatio", 2.0f}, {"owner", std::string("someone")}};
-    test::write_frame(path(1), odd_planes(1), file);
-    RunSettings settings;
-    settings.source.data_window = DataWindow::keep;
-    SequenceSurvey survey;
-    const auto found = inspect_frame(settings, {{Role::color, path(1)}}, 1, survey);
-    ASSERT_TRUE(found.status.ok()) << found.status.message();
-    const io::Json& of_file = found.json.at("files").begin().value();
-    EXPECT_EQ(of_file.at("file"), path(1));
-    EXPECT_EQ(of_file.at("bytes"), std::filesystem::file_size(path(1)));
-    const io::Json& part = of_file.at("parts").at(0);
-    EXPECT_EQ(part.at("data_window"), "(5, -4)-(54, 36)");
-    EXPECT_EQ(part.at("display_window"), "(2, 3)-(60, 55)");
-    EXPECT_EQ(part.at("type"), "scanlineimage");
-    EXPECT_EQ(part.at("compression"), "zip");
-    EXPECT_EQ(part.at("pixel_aspect"), 2);
-    EXPECT_EQ(part.at("attributes").at("owner"), "someone");
-    EXPECT_FALSE(part.contains("view") || part.contains("views"));
-    std::string channels;
-    for (const io::Json& channel : part.at("channels"))
-        channels += channel.at("name").get<std::string>() + ":" +
-                    channel.at("type").get<std::string>() + " ";
-    EXPECT_NE(channels.find("Depth.Z:float "), std::string::npos) << channels;
-    const std::string frame = found.json.dump();
-    for (const char* member : {"\"window\":\"(5, -4)-(54, 36)\"", "\"width\":50", "\"height\":41",
-                               "\"display_width\":59", "\"display_height\":53"})
-        EXPECT_NE(frame.find(member), std::string::npos) << member << frame;
-}
-
 TEST(Windows, OfUpTo16384PixelsASideFit) {
     for (const auto& [first, sides] : {std::pair(-20000, 16384), {-8000, 16384}, {100000, 16384}}) {
         const int last = first + sides - 1;

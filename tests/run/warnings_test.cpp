@@ -203,7 +203,6 @@ TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
     EXPECT_THAT(report_on(planes_, file).warnings, Not(Contains(unit)));
 }
 
-// The file system of /proc has no room. Mesa's index there would end the process.
 // Blocks of 8 x 8 pixels, those at the right and lower borders smaller.
 TEST(ColorChange, IsTheMeanOfBlocks) {
     const ImageF before(20, 12, 4, 1);
@@ -250,6 +249,7 @@ TEST(HardEdges, ArePartOfAllEdges) {
     EXPECT_EQ(step(1.f / 22), 1);
 }
 
+// The file system of /proc has no room. Mesa's index there would end the process.
 TEST(DeviceWarnings, AFullDiskLeavesOutTheCacheOfPrograms) {
     const auto said = [](const std::string& folder) {
         setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1);

@@ -135,8 +135,12 @@ TEST(Document, EveryEditAndItsUndo) {
         EXPECT_GT(document.revision(), revision) << name;
         states.push_back(told(document));
         names.push_back(document.undo_name());
-        test::Transcript::say(concat(
-            "# ", name, ": ", status.ok() ? names.back() : status.message(), "\n", states.back()));
+        test::Transcript::say(concat("# ", name, ": ", names.back()));
+        std::istringstream before(states[states.size() - 2]), after(states.back());
+        std::set<std::string> known;
+        for (std::string line; std::getline(before, line);) known.insert(line);
+        for (std::string line; std::getline(after, line);)
+            if (!known.contains(line)) test::Transcript::say(line);
     }
     for (size_t i = states.size(); i-- > 1;) {
         EXPECT_EQ(document.undo_name(), names[i - 1]);

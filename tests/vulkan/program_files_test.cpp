@@ -16,6 +16,7 @@
 #include "shaders/shared/fxaa_uniforms.h"
 #include "shaders/shared/guest_uniforms.h"
 #include "tests/programs/spirv.h"
+#include "tests/support/filled_json.h"
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
@@ -52,8 +53,9 @@ void say(nlohmann::ordered_json program) {
     EXPECT_TRUE(file.starts_with(key + ".")) << file;
     program["key"] = "KEY";
     program["file"] = "KEY" + file.substr(key.size());
-    static const std::regex counted("(\"precise\": |\")[0-9]+(,| precise)");
-    Transcript::say(std::regex_replace(program.dump(1), counted, "$1N$2"));
+    static const std::regex counted("(\"precise\":|\")[0-9]+(,| precise)");
+    const std::string same = std::regex_replace(program.dump(), counted, "$010$2");
+    Transcript::say(filled_json(nlohmann::ordered_json::parse(same)));
 }
 
 nlohmann::ordered_json in_order(const fs::path& folder, const std::string& shader) {

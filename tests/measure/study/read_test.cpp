@@ -42,7 +42,7 @@ void expect_refused(const std::string& name, const std::vector<std::string>& tex
         const StudyFile file = read(text);
         EXPECT_FALSE(file.status().ok()) << text;
         transcript += printable(replaced(replaced(text, kHead, "(head) "), kScene, "(scene)")) +
-                      "\n" + text_of(file.diagnostics) + "\n";
+                      "\n" + text_of(file.diagnostics);
     }
     test::expect_text_of(POSTCHAIN_SOURCE_DIR "/tests/measure/study/expected." + name, transcript);
 }

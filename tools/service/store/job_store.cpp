@@ -23,18 +23,6 @@ std::string query_of_jobs(bool bodies) {
 constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
 
-// The rows of a query, and its first one.
-template <class Convert>
-auto all(Statement rows, const Convert& convert) {
-    std::vector<decltype(convert(rows))> found;
-    while (rows.step()) found.push_back(convert(rows));
-    return found;
-}
-template <class Convert>
-auto first(Statement rows, const Convert& convert) {
-    return rows.step() ? std::optional(convert(rows)) : std::nullopt;
-}
-
 template <class Enum, size_t n>
 Enum named(const std::string& name, const std::array<Enum, n>& all, Enum otherwise) {
     for (const Enum one : all)
@@ -276,62 +264,48 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
 }
 
 Result<std::optional<Job>> JobStore::job(const std::string& id) const {
-    return look([&](Database& database) { return job_where(database, "id = ?", number_of(id)); });
+    return row(job_of, query_of_jobs(true) + "WHERE id = ?", number_of(id));
 }
 
 Result<std::optional<Job>> JobStore::listed(const std::string& id) const {
-    return look([&](Database& database) {
-        return first(Statement(database, query_of_jobs(false) + "WHERE id = ?", number_of(id)),
-                     job_of);
-    });
+    return row(job_of, query_of_jobs(false) + "WHERE id = ?", number_of(id));
 }
 
 Result<std::optional<Job>> JobStore::job_of_key(const std::string& key) const {
-    return look(
-        [&](Database& database) { return job_where(database, "key = ? AND key <> ''", key); });
+    return row(job_of, query_of_jobs(true) + "WHERE key = ? AND key <> ''", key);
 }
 
 Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::string& before,
                                         size_t limit, const std::string& owner,
                                         const std::string& search) const {
-    return look([&](Database& database) {
-        // No jobs are older than an invalid id.
-        const int64_t last = before.empty() ? 0 : std::max<int64_t>(number_of(before), 1);
-        return all(
-            Statement(database,
-                      query_of_jobs(false) +
-                          "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) AND (?4 = '' OR "
-                          "owner = ?4) AND NOT EXISTS(SELECT 1 FROM json_each(?5) WHERE instr("
-                          "lower(id || ' ' || kind || ' ' || state || ' ' || owner || ' ' || "
-                          "message) || ' ' || names, lower(value)) = 0) ORDER BY id DESC LIMIT ?3",
-                      state, last, int64_t(limit), owner, words_of(search)),
-            job_of);
-    });
+    // No jobs are older than an invalid id.
+    const int64_t last = before.empty() ? 0 : std::max<int64_t>(number_of(before), 1);
+    return rows(job_of,
+                query_of_jobs(false) +
+                    "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) AND (?4 = '' OR owner = "
+                    "?4) AND NOT EXISTS(SELECT 1 FROM json_each(?5) WHERE instr(lower(id || ' ' || "
+                    "kind || ' ' || state || ' ' || owner || ' ' || message) || ' ' || names, "
+                    "lower(value)) = 0) ORDER BY id DESC LIMIT ?3",
+                state, last, int64_t(limit), owner, words_of(search));
 }
 
 Result<std::vector<Job>> JobStore::writers(const std::string& output) const {
-    return look([&](Database& database) {
-        return all(Statement(database,
-                             concat(query_of_jobs(true),
-                                    "WHERE state IN ('queued', 'running') AND output = ? AND "
-                                    "output <> '' ORDER BY id"),
-                             output),
-                   job_of);
-    });
+    return rows(job_of,
+                query_of_jobs(true) +
+                    "WHERE state IN ('queued', 'running') AND output = ? AND output <> '' ORDER BY "
+                    "id",
+                output);
 }
 
 Result<QueuePlaces> JobStore::places() const {
-    return look([&](Database& database) {
-        const auto waiting_of = [](const Statement& row) {
-            return WaitingJob{row.integer(0), int(row.integer(1)), row.text(2), row.integer(3)};
-        };
-        return places_of(
-            all(Statement(database,
-                          "SELECT id, priority, owner, IFNULL((SELECT turn FROM turns "
-                          "WHERE turns.owner = jobs.owner), 0) FROM jobs WHERE state = "
-                          "'queued'"),
-                waiting_of));
-    });
+    const auto waiting_of = [](const Statement& row) {
+        return WaitingJob{row.integer(0), int(row.integer(1)), row.text(2), row.integer(3)};
+    };
+    ASSIGN_OR_RETURN(const auto waiting,
+                     rows(waiting_of,
+                          "SELECT id, priority, owner, IFNULL((SELECT turn FROM turns WHERE "
+                          "turns.owner = jobs.owner), 0) FROM jobs WHERE state = 'queued'"));
+    return places_of(waiting);
 }
 
 Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after,
@@ -368,14 +342,12 @@ StoreUse JobStore::use() const {
 
 Result<std::optional<Job>> JobStore::next(int above,
                                           const std::vector<std::string>& without) const {
-    return look([&](Database& database) {
-        return job_where(database,
-                         "state = 'queued' AND priority >= ? AND owner NOT IN (SELECT value FROM "
-                         "json_each(?)) ORDER BY priority DESC, "
-                         "IFNULL((SELECT turn FROM turns WHERE turns.owner = jobs.owner), 0), id "
-                         "LIMIT 1",
-                         above, io::json_text(io::Json(without)));
-    });
+    return row(job_of,
+               query_of_jobs(true) +
+                   "WHERE state = 'queued' AND priority >= ? AND owner NOT IN (SELECT value FROM "
+                   "json_each(?)) ORDER BY priority DESC, IFNULL((SELECT turn FROM turns WHERE "
+                   "turns.owner = jobs.owner), 0), id LIMIT 1",
+               above, io::json_text(io::Json(without)));
 }
 
 Result<int> JobStore::start(const std::string& id) {
@@ -509,12 +481,11 @@ Result<std::string> JobStore::over_disk(const User& owner) const {
 }
 
 Result<std::vector<LedgerEntry>> JobStore::ledger(const std::string& owner) const {
-    return look([&](Database& database) {
-        return all(Statement(database, "SELECT writes, bytes FROM ledger WHERE owner = ?", owner),
-                   [](const Statement& row) {
-                       return LedgerEntry{row.text(0), row.integer(1)};
-                   });
-    });
+    return rows(
+        [](const Statement& row) {
+            return LedgerEntry{row.text(0), row.integer(1)};
+        },
+        "SELECT writes, bytes FROM ledger WHERE owner = ?", owner);
 }
 
 Status JobStore::settle(const std::string& owner, const std::string& writes, int64_t bytes) {
@@ -532,12 +503,9 @@ Result<std::string> JobStore::remote(const std::string& id) const {
 }
 
 Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
-    return look([&](Database& database) {
-        // A queued one follows when it has started again.
-        return all(Statement(database, query_of_jobs(true) +
-                                           "WHERE remote <> '' AND state <> 'queued' ORDER BY id"),
-                   [](const Statement& row) { return std::pair(job_of(row), row.text(17)); });
-    });
+    // A queued one follows when it has started again.
+    return rows([](const Statement& row) { return std::pair(job_of(row), row.text(17)); },
+                query_of_jobs(true) + "WHERE remote <> '' AND state <> 'queued' ORDER BY id");
 }
 
 Status JobStore::set_remote(const std::string& id, const std::string& remote) {
@@ -552,20 +520,12 @@ Status JobStore::say(const std::string& id, const std::string& type, const io::J
 
 Result<std::vector<JobFrame>> JobStore::frames(const std::string& id, size_t from,
                                                size_t limit) const {
-    return look([&](Database& database) {
-        return all(
-            Statement(database, concat(kFrame, "WHERE job = ? ORDER BY place LIMIT ? OFFSET ?"),
-                      number_of(id), int64_t(limit), int64_t(from)),
-            frame_of);
-    });
+    return rows(frame_of, concat(kFrame, "WHERE job = ? ORDER BY place LIMIT ? OFFSET ?"),
+                number_of(id), int64_t(limit), int64_t(from));
 }
 
 Result<std::optional<JobFrame>> JobStore::frame(const std::string& id, int frame) const {
-    return look([&](Database& database) {
-        return first(Statement(database, concat(kFrame, "WHERE job = ? AND frame = ?"),
-                               number_of(id), frame),
-                     frame_of);
-    });
+    return row(frame_of, concat(kFrame, "WHERE job = ? AND frame = ?"), number_of(id), frame);
 }
 
 Result<FrameTally> JobStore::tally(const std::string& id) const {
@@ -591,16 +551,14 @@ Result<FrameTally> JobStore::tally(const std::string& id) const {
 }
 
 Result<std::vector<FrameToDo>> JobStore::to_do(const std::string& id) const {
-    return look([&](Database& database) {
-        return all(Statement(database,
-                             "SELECT frame, attempts, begun, alone FROM frames WHERE job = ? AND "
-                             "state = 'waiting' ORDER BY place",
-                             number_of(id)),
-                   [](const Statement& row) {
-                       return FrameToDo{int(row.integer(0)), int(row.integer(1)),
-                                        row.integer(2) != 0, row.integer(3) != 0};
-                   });
-    });
+    const auto to_do_of = [](const Statement& row) {
+        return FrameToDo{int(row.integer(0)), int(row.integer(1)), row.integer(2) != 0,
+                         row.integer(3) != 0};
+    };
+    return rows(to_do_of,
+                "SELECT frame, attempts, begun, alone FROM frames WHERE job = ? AND state = "
+                "'waiting' ORDER BY place",
+                number_of(id));
 }
 
 Status JobStore::enter_frames(const std::string& id, const std::vector<JobFrame>& frames) {

@@ -5,7 +5,9 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace postchain::service {
 
@@ -42,6 +44,18 @@ class Statement : public SQLite::Statement {
     double number(int column) const { return getColumn(column).getDouble(); }
     std::string text(int column) const { return getColumn(column).getString(); }
 };
+
+// The rows of a query, and its first one.
+template <class Convert>
+auto all(Statement rows, const Convert& convert) {
+    std::vector<decltype(convert(rows))> found;
+    while (rows.step()) found.push_back(convert(rows));
+    return found;
+}
+template <class Convert>
+auto first(Statement rows, const Convert& convert) {
+    return rows.step() ? std::optional(convert(rows)) : std::nullopt;
+}
 
 template <class... Values>
 int Database::run(const std::string& sql, const Values&... values) {

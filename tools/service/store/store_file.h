@@ -85,6 +85,18 @@ class StoreFile {
         Status status = read([&](Database& database) { value = work(database); }, who);
         return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
     }
+    // The rows of a query, and its first one.
+    template <class Convert, class... Values>
+    auto rows(const Convert& convert, const std::string& sql, const Values&... values) const {
+        return look(
+            [&](Database& database) { return all(Statement(database, sql, values...), convert); });
+    }
+    template <class Convert, class... Values>
+    auto row(const Convert& convert, const std::string& sql, const Values&... values) const {
+        return look([&](Database& database) {
+            return first(Statement(database, sql, values...), convert);
+        });
+    }
     // Within a change.
     void add_event(int64_t job, const std::string& type, const io::Json& data = io::Json::object());
 

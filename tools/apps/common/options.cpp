@@ -24,15 +24,6 @@ std::string option_names(const std::string& key) {
     return (letter == letters.end() ? "" : letter->second + ",") + option_name(key);
 }
 
-void add_words(CLI::App& subcommand, const std::string& name, const std::string& type,
-               std::vector<std::string>& words, const std::string& help) {
-    subcommand.add_option(name, words, help)
-        ->type_name(type)
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
-}
-
 }  // namespace
 
 void refuse_empty_words(CLI::App& subcommand) {
@@ -76,12 +67,18 @@ void add_progress(CLI::App& subcommand, Options& o) {
 }
 
 void add_confine(CLI::App& subcommand, Options& o) {
-    add_words(subcommand, "--confine-to", "DIR", o.confine_to,
-              "open no files but those in this folder and the system's, and no network; may be "
-              "repeated");
-    add_words(subcommand, "--also-read", "PATH", o.also_read,
-              "with --confine-to: read this file, or those in this folder, too; may be repeated");
-    subcommand.get_option("--also-read")->needs(subcommand.get_option("--confine-to"));
+    // No words but these: a word after them may be an argument.
+    const auto paths = [&](const char* name, const char* type, std::vector<std::string>& words,
+                           const char* help) {
+        CLI::Option* option = subcommand.add_option(name, words, help);
+        return option->type_name(type)->expected(1)->take_all()->allow_extra_args(false);
+    };
+    CLI::Option* folders = paths("--confine-to", "DIR", o.confine_to,
+                                 "open no files but those in this folder and the system's, and no "
+                                 "network; may be repeated");
+    paths("--also-read", "PATH", o.also_read,
+          "with --confine-to: read this file, or those in this folder, too; may be repeated")
+        ->needs(folders);
 }
 
 void add_chain_file(CLI::App& subcommand, const std::string& word, const std::string& key,
@@ -175,7 +172,7 @@ void add_list(CLI::App& subcommand, const std::string& name, const std::string& 
     add_property(
         subcommand, key_of(name),
         {{"description", type + ": " + help}, {"type", "array"}, {"items", {{"type", "string"}}}});
-    add_words(subcommand, name, type, words, help);
+    subcommand.add_option(name, words, help)->type_name(type)->expected(1)->take_all();
 }
 
 void add_displayed(CLI::App& subcommand, Options& o) {

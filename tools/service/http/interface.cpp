@@ -1,16 +1,15 @@
-// The operations of the service, their queries, and the schemas that no table of fields has.
-//
 // "queries" names rows of the list at the end: "limit.jobs" is the query `limit`. "replies": a
 // schema, or media types; "refuses": statuses besides those that any operation has. "is":
 //   open     requires no user            audited  a line of the log for each request
 //   at_once  needs no other thread       files    may wait for a disk: runs on Shared::disk_pool
 //   streams  HEAD is not possible
-#include "tools/service/http/route.h"
+#include "tools/service/http/interface.h"
 
 namespace postchain::service {
+namespace {
 
 // clang-format off
-const char* const kInterface = R"json({
+constexpr const char* kInterface = R"json({
 "operations": {
 "POST /v1/jobs": {"id": "submitJob", "about": "Submits a job", "body": "JobRequest", "replies": "Job", "status": 202,
     "refuses": [403, 409, 422], "is": ["audited", "files"], "headers": {"Idempotency-Key":
@@ -157,5 +156,12 @@ const char* const kInterface = R"json({
 }
 })json";
 // clang-format on
+
+}  // namespace
+
+const io::Json& service_interface() {
+    static const io::Json interface = *io::read_json(kInterface, "interface.cpp");
+    return interface;
+}
 
 }  // namespace postchain::service

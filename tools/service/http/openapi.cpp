@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "tools/service/http/interface.h"
 #include "tools/service/http/job_json.h"
 
 namespace postchain::service {
@@ -15,7 +16,7 @@ Json reference_to(const std::string& schema) {
 
 Json schemas(Json job) {
     job.erase("$schema");  // for documents of their own
-    Json all = Json::parse(kInterface)["schemas"];
+    Json all = service_interface()["schemas"];
     all["JobRequest"] = std::move(job);
     all["Job"] = schema_of(job_fields());
     all["ListedJob"] = schema_of(listed_job_fields());

@@ -4,6 +4,7 @@
 #include <optional>
 #include <regex>
 
+#include "tools/service/http/interface.h"
 #include "tools/service/http/problem.h"
 
 namespace postchain::service {
@@ -89,7 +90,7 @@ bool Route::is(const char* word) const {
 }
 
 std::vector<Route> routes_of(const std::map<std::string, Handler>& handlers) {
-    const auto interface = io::Json::parse(kInterface);
+    const io::Json& interface = service_interface();
     std::vector<Route> routes;
     for (const auto& [key, about] : interface["operations"].items()) {
         const size_t space = key.find(' ');

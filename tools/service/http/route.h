@@ -20,8 +20,6 @@ namespace postchain::service {
 // The name of a user who is not known, at routes that are open. No user of a file has it.
 inline constexpr const char* kStranger = "\n";
 
-extern const char* const kInterface;  // JSON, interface.cpp
-
 struct Route;
 
 // A request with its route.

@@ -63,7 +63,7 @@ std::string Camera::text() const {
 }
 
 const ParameterTable& camera_parameters() {
-    const std::string metadata = "from {camera} or the file's metadata"_keyed;
+    static const std::string metadata = "from {camera} or the file's metadata"_keyed;
     static const ParameterTable table =
         ParameterTableBuilder<Camera>()
             .number("focal_length_mm", &Camera::focal_length_mm,

@@ -136,8 +136,9 @@ struct FrameDescription {
     int origin_y = 0;
     double pixel_aspect = 1;  // width over height of a pixel on the display
     // Where the user gives values of the camera, for messages.
-    std::string camera_place =
-        "by {camera} (a file that Blender's add-on writes), or in the file's metadata"_keyed;
+    // With the marks of "{camera}"_keyed, which would allocate for each frame.
+    const char* camera_place =
+        "by \uFDD0camera\uFDD1 (a file that Blender's add-on writes), or in the file's metadata";
     int frame_number = 0;   // seeds come from it
     RoleSet planes;         // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;  // others that its files have and no pass needs

@@ -206,7 +206,7 @@ TEST_F(Completion, IsBashAndOffersWhatFits) {
     EXPECT_EQ(offered({"postchain", "run", "paper", "--on-e"}),
               (Words{"--on-error", "--on-existing"}));
     EXPECT_EQ(offered({"postchain", "run", "paper", "--on-existing", ""}),
-              (Words{"fail", "skip", "overwrite"}));
+              (Words{"fail", "overwrite", "skip", "resume"}));
     EXPECT_EQ(offered({"postchain", "run", "paper", "--set", "motion_blur.sample"}),
               (Words{"motion_blur.sample_split=", "motion_blur.samples="}));
     EXPECT_EQ(offered({"postchain", "plan", "paper", "--profile", "c"}), Words{"cycles"});

@@ -84,7 +84,7 @@ TEST_F(InputTest, TextThatIsNoUtf8) {
     const auto filtered = run({"run", at("fxaa.yaml"), "-i", at("caf\xe9.####.exr"), "-o",
                                at("out/caf\xe9.####.exr"), "--json", "--log-format", "json"});
     EXPECT_EQ(filtered.code, 0) << filtered.text();
-    EXPECT_EQ(json_lines(filtered.out).size(), 1u);
+    EXPECT_EQ(json_lines(filtered.out).size(), 2u);
     json_lines(filtered.err);
     // Also if inspect fails after it has described the file.
     io::PlanesFile planes;

@@ -28,7 +28,7 @@ TEST_F(LikeTest, EqualBitsFromThePictureAlone) {
     const Json stop = first["resolved"]["camera"]["f_stop"];
     EXPECT_EQ(stop["value"], 1.2);
     EXPECT_EQ(stop["from"], "option");
-    EXPECT_EQ(stop["where"], "--set camera.f_stop=1.2");
+    EXPECT_EQ(stop["where"], "set camera.f_stop=1.2");
     EXPECT_TRUE(contains(first["resolved"]["camera"]["focal_length_mm"]["where"].get<std::string>(),
                          "all.yaml:2"));
     EXPECT_EQ(first["settings"]["precision"], "fp16");

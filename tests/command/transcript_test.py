@@ -181,7 +181,8 @@ def played(path, postchain):
         replaced = Replaced(folder, subprocess.run([postchain, "--version"], capture_output=True, text=True,
                                                    check=True).stdout.split()[-1])
         environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", SOURCE=str(ROOT),
-                           PYTHONDONTWRITEBYTECODE="1", LC_ALL="C.UTF-8")
+                           PYTHONDONTWRITEBYTECODE="1", LC_ALL="C.UTF-8",
+                           MESA_SHADER_CACHE_DIR=os.path.expanduser("~/.cache"))  # for services too
         environment.pop("OCIO", None)
         beside = path.with_name("prelude.sh")
         prelude = PRELUDE + (beside.read_text(encoding="utf8") if beside.exists() else "")

@@ -12,6 +12,7 @@
 #include "config/profile.h"
 #include "growth.h"
 #include "passes/registry.h"
+#include "tests/service/schemas.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/sequence.h"
@@ -110,8 +111,14 @@ class Cases {
     explicit Cases(const std::string& folder) : folder_(fs::canonical(folder).string()) {
         std::ofstream(folder_ + "/in.0001.exr") << "not an EXR file";
         roots_ = *service::Roots::of({folder_});
-        reader_ =
-            std::make_unique<service::JobReader>(roots_, builtin_passes(), version_, /*threads=*/1);
+        using service::RequestKind;
+        for (const auto& [kind, text] : {std::pair(RequestKind::run, test::kRunSchema),
+                                         {RequestKind::ab, test::kAbSchema},
+                                         {RequestKind::study, test::kStudySchema},
+                                         {RequestKind::plan, test::kRunSchema},
+                                         {RequestKind::preview, test::kRunSchema}})
+            schemas_[kind] = Json::parse(text);
+        reader_ = std::make_unique<service::JobReader>(roots_, schemas_);
         add_readers();
         add_words();
         add_requests();
@@ -131,7 +138,7 @@ class Cases {
         add("profile", documents(), [](const std::string& text) { parse_profile(text, "p.yaml"); });
         add("study", documents(), [this](const std::string& text) {
             const std::string file = folder_ + "/study.yaml";
-            study::read_study(text, file, builtin_passes(), study::paths_beside(file), version_);
+            study::read_study(text, file, builtin_passes(), study::paths_beside(file), "0");
         });
         add("record", documents(), [](const std::string& text) { (void)io::read_json(text, "r"); });
         add("report", documents(), [](const std::string& text) {
@@ -162,10 +169,8 @@ class Cases {
         });
         add("PATCH /v1/jobs/{id}", documents(),
             [this](const std::string& text) { (void)service::read_priority(text, roots_); });
-        const Json schema = service::job_schema(reader_->run_table());
-        // Most belong to several kinds. A short path of `ocio` loads OpenImageIO, which has
-        // instructions that valgrind does not know.
-        std::set<std::string> keys = {"kind", "ocio"};
+        const Json schema = service::job_schema(schemas_);
+        std::set<std::string> keys = {"kind"};  // most belong to several kinds
         for (const Json& kind : schema.at("oneOf"))
             for (const auto& [key, value] : kind.at("properties").items())
                 if (keys.insert(key).second) add_key(kind.at("title").get<std::string>(), key);
@@ -197,16 +202,17 @@ class Cases {
             kind == "plan" || kind == "preview" ? "POST /v1/" + kind : "POST /v1/jobs " + kind;
         add(route + " " + key, bodies, [this, kind](const std::string& body) {
             if (kind == "plan")
-                (void)service::plan_of(body, *reader_);
+                (void)reader_->plan(body);
             else if (kind == "preview")
                 (void)reader_->preview(body);
             else
-                (void)service::check_submission(body, *reader_, false);
+                (void)reader_->job(body);
         });
     }
 
-    const std::string folder_, version_ = "0";
+    const std::string folder_;
     service::Roots roots_;
+    service::Schemas schemas_;
     std::unique_ptr<service::JobReader> reader_;
     std::vector<Case> all_;
 };

@@ -306,6 +306,8 @@ def packages(options):
     for package, file in has.items():
         for other, (files, _) in held.items():
             assert (f"/{file}\n" in files) == (package == other), f"{file} in {other}"
+    if "serve" in options.parts:
+        assert "/bin/postchain-preview\n" in held["postchain-serve"][0], "postchain-preview"
     library, plan = f"libpostchain{so}", rf"libpostchain-plan{so} \(= {re.escape(version)}\)"
     for package, needs, needs_not in ((library, [plan, "libepoxy0"], ["yaml", "openimageio", "openexr"]),
                                       (f"libpostchain-plan{so}", [], ["libepoxy0", "libgl", "libegl"]),

@@ -63,7 +63,7 @@ def test_a_truth_a_budget_and_set_values(frames):
 
 
 def test_a_goal_that_no_chain_meets(frames):
-    with pytest.warns(postchain.Warning, match="error 1e-09: the closest of 1 chain.*; allow"):
+    with pytest.warns(postchain.Warning, match="error=1e-09: the closest of 1 chain.*; allow"):
         found = postchain.tune(frames / "frame.####.exr",
                                **settings_of(frames, error=1e-9, max_chains=1))
     assert found["chain"] is None and found["text"] is None and len(found["front"]) == 1
@@ -74,7 +74,7 @@ def test_wrong_arguments(frames):
     event.set()
     expect_errors((kind, words, lambda more=more: postchain.tune(
         frames / "frame.####.exr", **settings_of(frames, **more))) for kind, words, more in [
-            (postchain.UsageError, "give a time per frame .budget 0.2s.", {}),
+            (postchain.UsageError, "give a time per frame .budget='0.2s'.", {}),
             (postchain.UsageError, "give one of the two", {"budget": 1, "error": 0.1}),
             (postchain.UsageError, "budget: 'x' is not a time above 0", {"budget": "x"}),
             (postchain.UsageError, "budget: .*is not a time above 0", {"budget": -1.0}),

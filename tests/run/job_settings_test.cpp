@@ -111,7 +111,7 @@ TEST(JobSettings, EachValueArrives) {
     // A record repeats what decides the pixels of a frame.
     for (const auto& [key, value] : values) recorded.insert(key);
     for (const char* key : {"frames", "chunk", "max_memory", "output", "mkdir", "on_existing",
-                            "on_error", "sidecar", "png", "dump_stages"})
+                            "on_error", "missing", "sidecar", "png", "dump_stages"})
         recorded.erase(key);
     for (const auto& [key, value] : settings->given) given.insert(key);
     EXPECT_EQ(given, recorded);

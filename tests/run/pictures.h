@@ -41,7 +41,9 @@ struct RunOutcome {
     int code = 0;
     std::string said;
 
-    bool says(const std::string& words) const { return said.find(words) != std::string::npos; }
+    bool says(const std::string& words) const {
+        return as_options(said).find(words) != std::string::npos;
+    }
 };
 
 // Runs of a chain without passes from in_name to out/out_name.

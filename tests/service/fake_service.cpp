@@ -290,7 +290,7 @@ io::Json Service::job_schema() const {
 }
 Health Service::health() const {
     const std::lock_guard lock(state_->mutex);
-    return {true, true, true, true, state_->draining, "fake", ""};
+    return {true, true, true, true, state_->draining, false, "fake", "no Landlock"};
 }
 std::string Service::metrics() const {
     return "postchain_fake 1\n# TYPE postchain_fake_left gauge\npostchain_fake_left " +

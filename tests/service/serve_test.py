@@ -120,6 +120,20 @@ class Serve(Served):
             self.assertNotIn(f"\n{trap}", unit)
         self.assertRegex(unit, r"\nMemoryMax=\d")
 
+    def test_without_the_lab(self):
+        """It starts, and says why it takes no comparison."""
+        self.shots("1-1")
+        (self.path / "bin").mkdir()
+        for name in ("postchain", "postchain-serve", "postchain-preview"):
+            shutil.copy2(pathlib.Path(PROGRAM).parent / name, self.path / "bin" / name)
+        server = Server(serve_command(self.path / "bin/postchain", self.path))
+        for kind in ("ab", "bench", "study"):
+            status, _, body = server.ask("POST", "/v1/jobs", {"kind": kind})
+            self.assertEqual(status, 422)
+            self.assertIn(f"{kind} jobs need postchain-lab beside the command".encode(), body)
+        self.assertEqual(server.ended(server.submit(JOB))["state"], "done")
+        self.assertEqual(server.stop(), 143)
+
     def test_host_ready_and_interrupt(self):
         with self.notified() as (system, environment):
             with self.serving("--host", "farm.example", ends_by=signal.SIGINT,
@@ -195,8 +209,8 @@ class Serve(Served):
             again = server.ask("POST", "/v1/preview", preview | {"frame": 1})
             self.assertEqual((again[0], again[2]), (200, good[2]))
 
-    def test_a_decoder_that_crashes_is_its_files_fault(self):
-        """Of one frame of one user: neither the frames beside it, which are filtered without it, nor another's job
+    def test_a_decoder_that_crashes(self):
+        """Frames of one user that read its file fail; neither the other frames nor another's job nor the service
         suffer."""
         if not LIBRARY:
             skipped("a decoder that crashes `postchain serve`: nothing is preloaded with sanitizers")
@@ -209,51 +223,40 @@ class Serve(Served):
             f"  {name}: {{tokens: [{token_hash(token)}]}}\n" for name, token in users.items()))
         head = {name: {"Authorization": f"Bearer {token}"} for name, token in users.items()}
         environment = os.environ | {"LD_PRELOAD": LIBRARY, "POSTCHAIN_CRASH": "ann/shots/sharp.0002.exr"}
-        command = self.command("--users", str(self.path / "users.yaml"), "--slice", "0")
-        deaths, ended = 0, {}
-        while not ended:
-            server = Server(command, environment)
-            try:
-                # It reads the frames before and after each frame.
-                jobs = {name: server.submit(
-                    {"chain": "best", "mkdir": True, "input": f"{name}/shots/sharp.####.exr",
-                     "camera": f"{name}/shots/camera.json", "output": f"{name}/out/o.####.exr"},
-                    head[name] | {"Idempotency-Key": name}) for name in users}
-                ended = {name: server.ended(job, head[name]) for name, job in jobs.items()}
-            except (OSError, ValueError, AssertionError):
-                self.assertEqual(server.stop(), -signal.SIGSEGV)
-                deaths += 1
-                self.assertEqual(deaths, 1)
-        frames = {name: server.get(f"/v1/jobs/{jobs[name]}/frames", head[name])["frames"] for name in users}
-        for frame, name, status in [(2, "ann", 422), (2, "bob", 200), (1, "ann", 200)]:
-            got, _, said = server.ask(
-                "GET", f"/v1/image?input={name}/shots/sharp.%23%23%23%23.exr&frame={frame}", None, head[name])
-            self.assertEqual(got, status, said)
-            self.assertEqual(b"sharp.0002.exr: its reader crashed" in said, status == 422)
-        self.assertEqual(server.stop(), 143)
-        self.assertEqual(deaths, 1)
-        crashed = "ann/shots/sharp.0002.exr: its reader crashed"
-        self.assertIn(f"1 of 4 frames quarantined: 2; frame 2: {crashed}", ended["ann"]["message"])
-        self.assertEqual([frame["state"] for frame in frames["ann"]], ["written", "quarantined", "written", "written"])
-        for frame, side in ((0, "after"), (2, "before")):
-            self.assertIn(f"filtered without the frame {side}: {crashed}", frames["ann"][frame]["message"])
-        self.assertEqual(frames["ann"][3]["message"], "")
+        with self.serving("--users", str(self.path / "users.yaml"), "--slice", "0", "--attempts", "2",
+                          env=environment) as server:
+            # It reads the frames before and after each frame.
+            jobs = {name: server.submit(
+                {"chain": "best", "mkdir": True, "input": f"{name}/shots/sharp.####.exr",
+                 "camera": f"{name}/shots/camera.json", "output": f"{name}/out/o.####.exr"}, head[name])
+                for name in users}
+            ended = {name: server.ended(job, head[name]) for name, job in jobs.items()}
+            frames = {name: server.get(f"/v1/jobs/{jobs[name]}/frames", head[name])["frames"] for name in users}
+            for frame, name, status in [(2, "ann", 422), (2, "bob", 200), (1, "ann", 200)]:
+                got, _, said = server.ask(
+                    "GET", f"/v1/image?input={name}/shots/sharp.%23%23%23%23.exr&frame={frame}", None, head[name])
+                self.assertEqual(got, status, said)
+                self.assertEqual(b"sharp.0002.exr: its reader crashed" in said, status == 422)
+        self.assertIn("3 of 4 frames quarantined: 1-3; frame 1: its process was ended by SIGSEGV",
+                      ended["ann"]["message"])
+        self.assertEqual([frame["state"] for frame in frames["ann"]], ["quarantined"] * 3 + ["written"])
+        self.assertEqual([frame["attempts"] for frame in frames["ann"]][:3], [2] * 3)
         self.assertEqual((ended["bob"]["state"], ended["bob"]["done"]), ("done", 4))
         self.assertEqual([frame["message"] for frame in frames["bob"]], [""] * 4)
 
-    def test_programs_of_previews_are_kept(self):
-        """Those of the page's first chain from the start, others when they are used."""
+    def test_programs_are_kept(self):
+        """Those of jobs and previews, in one folder."""
         self.shots("1-2")
         programs = self.path / ".jobs.sqlite.programs"
         kept = lambda: sum(file.is_file() for file in programs.rglob("*"))
-        with self.serving() as server:
-            wait_until(lambda: [file for file in programs.glob("*") if re.match(r"\d", file.name)])
-            self.assertFalse((self.path / ".jobs.sqlite.frames").exists())
-            before = kept()
-            self.assertGreater(before, 5)
+        with self.serving(env=dict(os.environ)) as server:
             preview = {"chain": "paper", "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "frame": 1}
+            before = kept()
             self.assertEqual(server.ask("POST", "/v1/preview", preview)[0], 200)
             wait_until(lambda: kept() > before)
+            before = kept()
+            self.assertEqual(server.ended(server.submit(JOB))["state"], "done")
+            self.assertGreater(kept(), before)
         self.assertNotIn("shader cache", "".join(server.stderr))
 
     def check_that_previews_are_confined(self, service):
@@ -266,29 +269,27 @@ class Serve(Served):
         self.assertTrue(any("NoNewPrivs:\t1" in thread for thread in threads), children)
 
     def test_a_read_that_hangs(self):
-        """A frame's disk does not answer: the service manager hears that the service lives, and a second
-        signal ends it at once."""
+        """A frame's disk does not answer: its process is killed, the frames beside it are made, the service manager
+        hears that the service lives, and a second signal ends it at once."""
         if not LIBRARY:
             skipped("a read that hangs in `postchain serve`: nothing is preloaded with sanitizers")
             self.skipTest("no library")
         self.shots("1-3")
+        alone = JOB | {"chain": "paper"}  # reads no frame beside it
         hang = self.path / "hang"
         hang.touch()
         with self.notified() as (system, environment):
             environment |= {"WATCHDOG_USEC": "400000", "LD_PRELOAD": LIBRARY,
                             "POSTCHAIN_HANG": "sharp.0002.exr", "POSTCHAIN_HANG_WHILE": str(hang)}
-            with self.serving("--frame-timeout", "10", env=environment) as server:
+            with self.serving("--frame-timeout", "10", "--attempts", "1", env=environment) as server:
                 self.assertEqual(system.recv(100), b"READY=1")
-                # Its shaders are compiled by a job without a limit.
-                warm = JOB | {"frames": "1", "output": "out/w.####.exr", "frame_timeout": 3600}
-                self.assertEqual(server.ended(server.submit(warm))["state"], "done")
-                job = server.ended(server.submit(JOB))
-                self.assertIn("frame 2 was not read within 10 s", job["message"])
-                self.assertIn("1 thread hangs", server.get("/readyz")["why"])
+                job = server.ended(server.submit(alone))
+                self.assertIn("frame 2: nothing was read, filtered or written for 10 s", job["message"])
+                self.assertEqual((job["state"], job["done"]), ("failed", 2), job)
                 self.assertEqual(system.recv(100), b"WATCHDOG=1")
-                # No limit: the job stays, and so would the process.
+                # No limit: the job stays.
                 hung = hang.stat().st_size
-                server.submit(warm | {"frames": "2", "output": "out/c.####.exr"})
+                server.submit(alone | {"frames": "2", "output": "out/c.####.exr", "frame_timeout": 3600})
                 wait_until(lambda: hang.stat().st_size > hung)
                 server.process.terminate()
                 wait_until(lambda: "shutting down" in server.get("/readyz")["why"])

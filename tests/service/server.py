@@ -3,6 +3,7 @@ own library."""
 import contextlib
 import hashlib
 import json
+import os
 import pathlib
 import re
 import signal
@@ -43,12 +44,16 @@ def make_scene(program, folder, frames, size, *more, scene="wheels"):
                     "--device", "software", "-q", *more], check=True)
 
 
+# Compiled programs of all tests, as of their other programs.
+KEPT_PROGRAMS = {"MESA_SHADER_CACHE_DIR": os.path.expanduser("~/.cache")}
+
+
 class Server:
     """A program that prints its port or its address on the first line."""
 
     def __init__(self, command, env=None):
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        text=True, env=env)
+                                        text=True, env=env or os.environ | KEPT_PROGRAMS)
         self.stderr = []
         line = self.process.stdout.readline()
         found = re.search(r"(\d+)/?\s*$", line)

@@ -1,9 +1,9 @@
-// The whole service: jobs over small frames, with and without failures.
+// The whole service with its programs: what the transcripts beside this file cannot show.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
-#include <future>
 #include <nlohmann/json.hpp>
 
 #include "tests/command/frames.h"
@@ -11,6 +11,7 @@
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
 #include "tools/service/store/job_store.h"
+#include "tools/service/work/job_files.h"
 
 namespace postchain::service {
 namespace {
@@ -18,47 +19,54 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using test::got;
-using test::HeldPass;
 using test::problem_of;
-using test::ServiceTest;
 using test::write_text;
 using testing::HasSubstr;
 using testing::Not;
-using testing::StartsWith;
 
-class Jobs : public ServiceTest {
-  protected:
-    std::string out(int frame) const { return root(concat("out/o.000", frame, ".exr")); }
+// Takes jobs, which never end.
+class BusyQueue final : public TaskQueue {
+  public:
+    std::string name() const override { return "busy"; }
+    Result<std::string> submit(const TaskArray& array) override { return array.name; }
+    Result<std::map<std::string, ArrayState>> look(const std::vector<ArrayName>& names) override {
+        std::map<std::string, ArrayState> states;
+        for (const ArrayName& one : names)
+            if (!one.id.empty()) states[one.name] = {.id = one.id, .running = 1, .message = {}};
+        return states;
+    }
+    Status change(const std::string&, const TaskRank&) override { return Status(); }
+    Status cancel(const std::string&) override { return Status(); }
 };
 
-TEST_F(Jobs, AJobIsDone) {
-    open();
-    const std::string id = submit(body());
-    EXPECT_EQ(done(id).exit_code, 0);
-    EXPECT_EQ(job(id).frames, 6);
-    EXPECT_EQ(job(id).done, 6);
-    for (const JobFrame& frame : frames(id)) {
-        EXPECT_EQ(frame.state, FrameState::written);
-        EXPECT_EQ(frame.output, concat("out/o.000", frame.frame, ".exr"));
-        const JobFrame whole = got(service_->frame(id, frame.frame));
-        EXPECT_EQ(whole.output, frame.output);
-        EXPECT_EQ(whole.sidecar, test::read_text(out(frame.frame) + ".json"));
+class Jobs : public test::ServiceTest {
+  protected:
+    Jobs() {
+        program_ = POSTCHAIN_PROGRAM;
+        preview_program_ = POSTCHAIN_PREVIEW;
+        version_ = POSTCHAIN_VERSION;
     }
-    for (const Event& event : events(id)) EXPECT_TRUE(json::parse(event.data).is_object());
-    EXPECT_EQ(types_of(id), "queued started frames frame frame frame frame frame frame done ");
-    const std::string metrics = service_->metrics();
-    for (const char* line :
-         {"postchain_frames_total{result=\"written\"} 6\n",
-          "postchain_step_seconds_count{step=\"filter\"} 6\n", "postchain_jobs{state=\"done\"} 1\n",
-          "process_resident_memory_bytes "})
-        EXPECT_THAT(metrics, HasSubstr(line));
-}
+    void open_busy() {
+        queue_ = std::make_shared<BusyQueue>();
+        remote_.folder = folder_.path("farm");
+        remote_.max_jobs = 1;
+        remote_.poll = std::chrono::milliseconds(20);
+        open();
+    }
+    std::string out(int frame) const { return root(concat("out/o.000", frame, ".exr")); }
+    // An ab of two frames with its report in this folder.
+    static std::string ab(const std::string& output, const std::string& more = "") {
+        return concat(R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
+            "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1-2",
+            "repeats": 1, "page_frames": 1, "output": ")",
+                      output, "\"", more, "}");
+    }
+};
 
-// A process died during the job: the outputs are checked frame by frame.
+// The service died during the job: the outputs are checked frame by frame.
 TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     open();
-    const std::string id = submit(body());
-    ASSERT_EQ(ended(id).done, 6);
+    ASSERT_EQ(done(submit(body())).done, 6);
     const std::string good = test::read_text(out(2));
     close();
     {
@@ -74,7 +82,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
         }
         ASSERT_TRUE(store->enter_frames(again, frames).ok());
         for (int frame : {1, 2}) ASSERT_TRUE(store->frame_begins(again, frame).ok());
-        std::ofstream(out(1)) << "a stranger's";
+        write_text(out(1), "a stranger's");
     }
     const auto time = fs::last_write_time(out(2));
     open();
@@ -82,44 +90,10 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     EXPECT_EQ(frames("2")[0].state, FrameState::quarantined);
     EXPECT_THAT(frames("2")[0].message, HasSubstr("exists"));
     EXPECT_EQ(test::read_text(out(1)), "a stranger's");
-    EXPECT_EQ(frames("2")[1].state, FrameState::written);
+    EXPECT_EQ(job("2").done, 1);
     EXPECT_FALSE(got(service_->frame("2", 2)).sidecar.empty());
     EXPECT_EQ(test::read_text(out(2)), good);
     EXPECT_EQ(fs::last_write_time(out(2)), time) << "was written again";
-}
-
-// An input that cannot be read, and an output that has come into being since the submission.
-TEST_F(Jobs, FramesThatFailAreQuarantinedAndTheOthersAreDone) {
-    std::ofstream(root("in.0003.exr"), std::ios::binary) << "no EXR";
-    hold();
-    const std::string before = submit(in_folder(held_body(R"(, "frames": "5")"), "before"));
-    ASSERT_TRUE(waits());
-    const std::string id = submit(body());
-    std::ofstream(out(4)) << "mine";
-    HeldPass::held = false;
-    done(before);
-    const Job job = ended(id);
-    EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_EQ(job.exit_code, 1);
-    EXPECT_EQ(job.done, 4);
-    EXPECT_EQ(job.failed, 2);
-    const JobFrame unread = frames(id)[2], exists = frames(id)[3];
-    EXPECT_EQ(job.message, "2 of 6 frames quarantined: 3-4; frame 3: " + unread.message);
-    EXPECT_THAT(events(id).back().data, HasSubstr(unread.message));
-    EXPECT_EQ(unread.state, FrameState::quarantined);
-    EXPECT_EQ(unread.attempts, attempts_);
-    EXPECT_THAT(unread.message, HasSubstr("in.0003.exr"));
-    EXPECT_THAT(exists.message, HasSubstr("out/o.0004.exr: exists"));
-    EXPECT_THAT(exists.message, Not(HasSubstr(root())));
-    EXPECT_EQ(test::read_text(out(4)), "mine");
-    // After the repair a retry does only these frames.
-    const auto time = fs::last_write_time(out(1));
-    test::write_sequence(root(), {3}, 24, 16);
-    fs::remove(out(4));
-    retry(id);
-    EXPECT_EQ(job.created_ms, done(id).created_ms);
-    EXPECT_EQ(frames(id)[2].state, FrameState::written);
-    EXPECT_EQ(fs::last_write_time(out(1)), time);
 }
 
 // Refused before it is queued, unless it says what becomes of them.
@@ -131,163 +105,52 @@ TEST_F(Jobs, OutputsThatExistOrThatAnotherJobWillWrite) {
         EXPECT_THAT(problem.detail, Not(HasSubstr(root())));
         return problem.detail;
     };
-    std::ofstream(out(4)) << "mine";
+    write_text(out(4), "mine");
     fs::create_symlink("nowhere", out(5));
-    hold();
-    for (const char* more : {"", R"(, "on_error": "stop")", R"(, "on_existing": "fail")"})
-        EXPECT_THAT(why(body(more)),
-                    HasSubstr("2 of 6 outputs exist already: out/o.0004.exr and others"));
-    EXPECT_THAT(why(body(R"(, "frames": "4")")), HasSubstr("1 of 1 output exists already: "));
-    // Its sidecar.
-    std::ofstream(out(6) + ".json") << "{}";
-    EXPECT_THAT(why(body(R"(, "frames": "6")")), HasSubstr("out/o.0006.exr.json"));
-    const std::string bare = submit(body(R"(, "frames": "6", "sidecar": false)"));
-    done(bare);
-    fs::remove(out(6) + ".json");
-    EXPECT_EQ(got(service_->frame(bare, 6)).sidecar, "");
+    open_busy();
+    for (const char* more : {"", R"(, "on_existing": "fail")"})
+        EXPECT_THAT(why(body(more)), HasSubstr("out/o.0004.exr"));
     // A job that runs, and one that waits.
-    const std::string runs = submit(held_body(R"(, "frames": "3")"));
-    ASSERT_TRUE(waits());
+    const std::string runs = submit(body(R"(, "frames": "3")"));
     EXPECT_THAT(why(body(R"(, "frames": "2-3")")),
                 HasSubstr(concat("job ", runs, " is going to write frame 3 to the same file")));
-    const std::string beside = submit(body(R"(, "frames": "2")"));  // another frame
-    // One that waits and can write nothing: its chain is gone.
-    write_text(root("chain.yaml"), test::kFxaa);
-    submit(in_folder(R"({"chain": "chain.yaml", "input": "in.####.exr", "frames": "1",
-                         "output": "out/o.####.exr"})",
-                     "free"));
-    fs::remove(root("chain.yaml"));
-    const std::string free = submit(in_folder(body(R"(, "frames": "1")"), "free"));
-    const std::string ab = R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
-        "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1",
-        "repeats": 1, "output": )";
-    const std::string report = submit(ab + R"("report"})");
-    EXPECT_THAT(why(ab + R"("out/../report"})"), HasSubstr("is going to write this report"));
-    const std::string all = submit(body(R"(, "on_existing": "overwrite")"));
-    HeldPass::held = false;
-    for (const std::string& id : {runs, beside, report, free}) done(id);
-    EXPECT_EQ(done(all).done, 6);
-    EXPECT_THAT(why(ab + R"("report"})"), HasSubstr("report"));
-    done(submit(ab + R"("report", "on_existing": "overwrite"})"));
-    // Files that are not frames of the input.
-    done(submit(body(R"(, "frames": "5-8", "missing": "skip", "on_existing": "skip")")));
+    submit(body(R"(, "frames": "2")"));  // another frame
+    EXPECT_THAT(why(body(R"(, "frames": "2")")), HasSubstr("frame 2 to the same file"));
+    submit(ab("report"));
+    EXPECT_THAT(why(ab("out/../report")), HasSubstr("is going to write this report"));
+    submit(body(R"(, "on_existing": "overwrite")"));
 }
 
-// Frame 3 needs a missing shader; the others do not.
-class NoShader final : public test::FakePass {
-  public:
-    std::optional<Identity> identity(const PlanContext& context) const override {
-        if (context.frame.frame_number == 3) return std::nullopt;
-        return FakePass::identity(context);
-    }
-    void plan(PassPlanner& planner) const override {
-        const TextureId result = planner.texture("color", Format::rgba32f);
-        Step step;
-        step.name = "nothing";
-        step.program = {"nowhere.comp", {}};
-        step.bindings = {{0, planner.input(Role::color), Access::sample_nearest},
-                         {0, result, Access::write}};
-        planner.step(std::move(step));
-        planner.output(Role::color, result);
-    }
-};
-
-// A GL failure may come from the device, so it is created anew each time.
-TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
-    const PassRegistry registry = test::with_pass<NoShader>("no_shader");
-    registry_ = &registry;
-    open();
-    const std::string id = submit(body("", "no_shader"));
-    EXPECT_EQ(ended(id).state, JobState::failed);
-    EXPECT_EQ(job(id).done, 5) << job(id).message;
-    EXPECT_EQ(frames(id)[2].state, FrameState::quarantined);
-    EXPECT_EQ(frames(id)[2].attempts, attempts_);
-    EXPECT_THAT(frames(id)[2].message, HasSubstr("nowhere.comp"));
-    EXPECT_EQ(test::count_of(types_of(id), "requeued"), attempts_);
-    EXPECT_TRUE(service_->health().gl);
-    done(submit(body(R"(, "on_existing": "overwrite")")));
-    close();
-}
-
-// A report with the reasons is written in both cases.
-TEST_F(Jobs, AnAbFailsIfBothChainsDo) {
-    const PassRegistry registry = test::with_pass<NoShader>("no_shader");
-    registry_ = &registry;
-    open();
-    for (const auto& [other, state] :
-         {std::pair("fxaa", JobState::done), std::pair("no_shader", JobState::failed)}) {
-        const Job job = ran(in_folder(
-            concat(R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["no_shader"]},
-                "chain_b": {"postchain": 1, "passes": [")",
-                   other,
-                   R"("]}, "input": "in.####.exr", "frames": "3", "repeats": 1, "page_frames": 1,
-                "output": "out/report"})"),
-            other));
-        EXPECT_EQ(job.state, state) << job.message;
-        EXPECT_EQ(job.exit_code, 1);
-        EXPECT_THAT(job.message, HasSubstr("nowhere.comp"));
-        EXPECT_TRUE(std::filesystem::exists(root(concat(other, "/report/report.json"))));
-    }
-    close();
-}
-
-// The message of the command names options.
-TEST_F(Jobs, AFaultNamesTheKeysOfTheRequest) {
-    open();
-    EXPECT_THAT(refused(body(R"(, "ocio": "in.0001.exr")")).detail,
-                HasSubstr("ocio: has no effect by itself; add png: true, output_transfer: or "
-                          "input_transfer"));
-    for (const std::string more : {"", R"(, "frames": "1-6")"}) {
-        std::string one = body(more);
-        one.replace(one.find("o.####"), 6, "o");
-        EXPECT_THAT(refused(one).detail, HasSubstr("error: output: out/o.exr: the output name is "
-                                                   "the same for 6 frames"));
-    }
-}
-
-TEST_F(Jobs, OutputsThatCannotBeAreRefusedAtSubmission) {
-    open();
-    const auto to = [&](const std::string& output) {
-        std::string one = body(R"(, "on_existing": "overwrite")");
-        return refused(one.replace(one.find("out/o.####.exr"), 14, output)).detail;
+TEST_F(Jobs, KeysAndAFullQueue) {
+    max_queue_ = 1;
+    use("  ann: {token: a234567890123456}\n  ben: {token: b543210987654321}\n");
+    open_busy();
+    const std::string first = submit(body(), "ann");
+    ASSERT_TRUE(wait_for([&] { return job(first).state == JobState::running; }));
+    const std::string next = in_folder(body(), "next"), key(255, 'k');
+    const auto with_key = [&](const std::string& text, bool is_new, const char* name = "ann") {
+        bool created = !is_new;
+        auto answer = service_->submit(user(name), text, key, &created);
+        EXPECT_EQ(created, is_new);
+        return answer;
     };
-    EXPECT_THAT(to("in.####.exr"),
-                HasSubstr("error: output: in.0001.exr: the output of frame 1 would replace the "
-                          "input in.0001.exr, which this job reads; name another output"));
-    EXPECT_THAT(to("out/" + std::string(230, 'o') + ".####.exr"),
-                HasSubstr("the name of the sidecar of frame 1 has 244 bytes"));
-    EXPECT_THAT(
-        refused(R"({"kind": "bench", "chain": {"postchain": 1, "passes": ["fxaa"]},
-                    "input": "in.####.exr", "output": ".", "sweep": ["fxaa.blend=stored"]})")
-            .detail,
-        HasSubstr("error: output: .: is the folder of a report, and the input in.0001.exr, which "
-                  "this job reads, is in it"));
-}
-
-TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
-    std::ofstream(root("in.0002.exr"), std::ios::binary) << "no EXR";
-    attempts_ = 1;
-    open();
-    const Job job = ran(body(R"(, "on_error": "stop")"));
-    EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_EQ(job.failed, 1);
-    EXPECT_GE(job.done, 1);
-    EXPECT_EQ(job.exit_code, 1);  // as of the command: some frames are written
-    EXPECT_THAT(job.message, HasSubstr("a retry continues"));
-}
-
-TEST_F(Jobs, AFrameThatStrictRefusesHasTheCodeOfTheCommand) {
-    test::Planes planes = test::make_planes(24, 16);
-    planes.color.at(20, 3, 0) = NAN;
-    test::write_frame(root("in.0002.exr"), planes);
-    open();
-    for (const std::string more : {"", R"(, "on_error": "stop", "on_existing": "overwrite")"}) {
-        const Job job = ran(body(R"(, "strict": true)" + more));
-        EXPECT_EQ(job.state, JobState::failed);
-        EXPECT_EQ(job.exit_code, 7) << more;
-        EXPECT_THAT(job.message, HasSubstr("non-finite"));
-        EXPECT_FALSE(fs::exists(out(2)));
-    }
+    const Job waits = got(with_key(next, true));
+    EXPECT_EQ(waits.place, 1);
+    // Keys are their user's own: this is another job.
+    const Problem full = problem_of(with_key(in_folder(body(), "bens"), false, "ben"));
+    EXPECT_EQ(full.kind, Problem::Kind::busy);
+    EXPECT_GT(full.retry_after_s, 0);
+    // Also with a full queue, and if its files have been removed since.
+    fs::remove(root("in.0001.exr"));
+    EXPECT_EQ(got(with_key(next, false)).id, waits.id);
+    EXPECT_EQ(problem_of(with_key(next + " ", false)).kind, Problem::Kind::conflict);
+    EXPECT_TRUE(wait_for([&] { return !service_->health().queue; }));
+    // A retry waits for room too.
+    got(service_->cancel(user("ann"), waits.id));
+    const std::string other = submit(in_folder(body(), "other"), "ann");
+    EXPECT_EQ(problem_of(service_->retry(user("ann"), waits.id)).kind, Problem::Kind::busy);
+    got(service_->cancel(user("ann"), other));
+    EXPECT_EQ(got(service_->retry(user("ann"), waits.id)).state, JobState::queued);
 }
 
 // All files count for max_disk, and the frames of measurements for max_frames.
@@ -302,90 +165,29 @@ TEST_F(Jobs, WhatItWritesAndMeasuresIsCounted) {
     const auto inputs = size(root());
     const Job run = done(submit(body(R"(, "dump_stages": "stages", "png": true)")));
     EXPECT_EQ(run.bytes, size(root()) - inputs);
-    const std::string measures =
-        R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
-            "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1-2",
-            "output": "report", "repeats": 1, "page_frames": 1})";
-    const Job ab = done(submit(measures));
-    EXPECT_EQ(ab.frames, 2);
-    EXPECT_EQ(ab.done, 2);
-    EXPECT_EQ(ab.bytes, size(root("report")));
-    // It reads the camera of a generated scene, which is beside the frames.
-    write_text(root("camera.json"), R"({"aperture_image": "../outside/a.exr"})");
-    const std::string again = std::string(measures).replace(measures.find("report"), 6, "again");
-    EXPECT_THAT(ran(again).message,
-                HasSubstr("camera.json: names an aperture image outside the folders"));
+    const Job measured = done(submit(ab("report")));
+    EXPECT_EQ(measured.frames, 2);
+    EXPECT_EQ(measured.done, 2);
+    EXPECT_EQ(measured.bytes, size(root("report")));
+    EXPECT_FALSE(measured.verdict.empty());
 }
 
-// Motion vectors are made from the matrices of the frames before and after, whose names start at
-// the root, wherever the service runs.
-TEST_F(Jobs, CamerasOfNeighboringFramesAreFound) {
-    test::FrameFile file;
-    file.convention = "generic";
-    file.motion = false;
-    fs::create_directory(root("pan"));
-    for (const int frame : {1, 2, 3}) {
-        file.attributes["worldToCamera"] = concat("1 0 0 0 0 1 0 0 0 0 1 0 ", frame, " 0 0 1");
-        test::write_sequence(root("pan"), {frame}, 24, 16, file);
-    }
-    write_text(root("pan/camera.json"), R"({"focal_length_mm": 40, "sensor_width_mm": 36})");
+TEST_F(Jobs, BenchAndStudyRunToo) {
     open();
-    auto made = [&, at = 0](const std::string& input) mutable {
-        const std::string output = concat("out/pan", ++at, ".exr");
-        done(submit(json{
-            {"chain_text", test::kMotionBlur},
-            {"input", input},
-            {"camera", "pan/camera.json"},
-            {"frames", "2"},
-            {"output",
-             output}}.dump()));
-        return test::read_color(root(output));
-    };
-    const ImageF blurred = made("pan/in.####.exr");
-    EXPECT_EQ(blurred.data, made(root("pan/in.####.exr")).data);
-    EXPECT_GT(test::largest_difference(blurred, test::read_color(root("pan/in.0002.exr"))), 0.05);
-}
-
-TEST_F(Jobs, FramesThatAreNotThere) {
-    open();
-    const Problem missing = refused(body(R"(, "frames": "5-8")"));
-    EXPECT_EQ(missing.kind, Problem::Kind::invalid);
-    EXPECT_THAT(missing.detail, HasSubstr("(missing: skip or hold continues without them)"));
-    ASSERT_EQ(missing.diagnostics.size(), 1u);
-    EXPECT_EQ(missing.diagnostics[0].path, "frames");
-    std::string none = body();
-    none.replace(none.find("in.####"), 2, "none");
-    EXPECT_EQ(refused(none).diagnostics.at(0).path, "input");
-    EXPECT_THAT(refused(body(R"(, "frames": "1-100001", "missing": "skip")")).detail,
-                HasSubstr("frames: 100001 are more than 100000; submit several jobs"));
-    const Job skip = done(submit(body(R"(, "frames": "5-8", "missing": "skip")")));
-    EXPECT_EQ(skip.exit_code, 1);
-    EXPECT_EQ(skip.done, 2);
-    EXPECT_EQ(frames(skip.id)[3].state, FrameState::missing);
-    const Job held =
-        ran(body(R"(, "frames": "6-7", "missing": "hold", "on_existing": "overwrite")"));
-    EXPECT_EQ(held.done, 2) << held.message;
-    EXPECT_THAT(frames(held.id)[1].message, HasSubstr("frame 6 is written in its place"));
-}
-
-// When it is submitted, and when it runs.
-TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
-    hold();
-    const std::string in_gone = in_folder(body(), "gone");
-    fs::remove_all(root("gone"));
-    EXPECT_THAT(refused(in_gone).detail,
-                HasSubstr("gone: folder does not exist; create it or use mkdir: true"));
-    fs::create_directories(root("gone"));
-    const std::string before = submit(held_body());
-    const std::string waits = submit(in_gone);
-    fs::remove_all(root("gone"));
-    HeldPass::held = false;
-    const Job job = ended(waits);
-    EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_EQ(job.exit_code, 5);
-    EXPECT_THAT(job.message, HasSubstr("gone"));
-    done(before);
-    done(submit(body(R"(, "on_existing": "skip")")));
+    EXPECT_THAT(done(submit(R"({"kind": "bench", "chain": {"postchain": 1, "passes": ["fxaa"]},
+                    "input": "in.####.exr", "frames": "3", "output": "bench", "repeats": 1,
+                    "split_frames": 0, "sweep": ["fxaa.preset=12,39"]})"))
+                    .verdict,
+                HasSubstr("2 variants"));
+    const Job study = done(submit(
+        R"({"kind": "study", "output": "study", "study": {"postchain_study": 1,
+            "chains": {"x": ["fxaa"], "y": []}, "settings": {"repeats": 1},
+            "scenes": [{"name": "a", "input": "in.####.exr", "frames": "1", "truth": "in.####.exr"},
+                       {"name": "b", "input": "in.####.exr", "frames": "1", "truth": "no.####.exr"}]}})"));
+    EXPECT_EQ(study.exit_code, 1);
+    EXPECT_THAT(study.message, HasSubstr("scene b: "));
+    EXPECT_THAT(study.message + test::read_text(root("study/report.json")), Not(HasSubstr(root())));
+    got(service_->report_file(user(), study.id, "scenes/a/x_vs_y/index.html"));
 }
 
 TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
@@ -399,235 +201,214 @@ TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
     EXPECT_TRUE(fs::is_empty(outside()));
 }
 
-class MakesWay : public Jobs {
-  protected:
-    // A job of HeldPass ends behind one of a larger priority that comes while it is under way.
-    std::string made_way(
-        const std::string& slow_body, const std::function<void()>& then = [] {}) {
-        const std::string slow = submit(slow_body);
-        EXPECT_TRUE(waits());
-        then();
-        const std::string urgent = submit(in_folder(body(R"(, "frames": "1-3")"), "first"));
-        EXPECT_EQ(got(service_->change(user(), urgent, R"({"priority": 9})")).priority, 9);
-        HeldPass::held = false;
-        EXPECT_LE(done(urgent).ended_ms, done(slow).ended_ms);
-        EXPECT_THAT(types_of(slow), HasSubstr("requeued"));
-        return slow;
-    }
-};
-
-TEST_F(MakesWay, ARun) {
-    add_frames(20);
-    hold();
-    const std::string slow = made_way(held_body(R"(, "priority": -1)"));
-    EXPECT_EQ(job(slow).done, 20);
-    EXPECT_EQ(test::count_of(types_of(slow), "frame "), 20);
-    for (const JobFrame& frame : frames(slow)) EXPECT_LE(frame.attempts, 1) << frame.frame;
-    for (const char* change : {R"({"priority": 101})", "{}", R"({"priority": "1"})",
-                               R"({"priority": 1, "frames": 2})", "[]"})
-        EXPECT_EQ(problem_of(service_->change(user(), slow, change)).kind, Problem::Kind::invalid)
-            << change;
-    EXPECT_EQ(problem_of(service_->change(user(), slow, R"({"priority": 1})")).kind,
-              Problem::Kind::conflict);
-}
-
-TEST_F(MakesWay, ABench) {
-    hold();
-    const std::string slow = made_way(
-        R"({"kind": "bench", "chain": {"postchain": 1, "passes": ["fxaa", "held"]}, "priority": -1,
-            "input": "in.####.exr", "frames": "3", "output": "bench", "repeats": 3,
-            "split_frames": 0, "sweep": ["fxaa.preset=12,39"]})");
-    EXPECT_THAT(job(slow).verdict, HasSubstr("2 variants"));
-}
-
-TEST_F(MakesWay, AStudy) {
-    json scenes = json::array();
-    for (int i = 0; i < 4; ++i)
-        scenes.push_back({{"name", concat("s", i)},
-                          {"input", "in.####.exr"},
-                          {"frames", i == 0 ? "1" : "3"},
-                          {"truth", i == 2 ? "none.####.exr" : "in.####.exr"}});
-    const json study = {{"postchain_study", 1},
-                        {"chains", {{"held", {"held"}}, {"plain", {"fxaa"}}}},
-                        {"settings", {{"repeats", 1}}},
-                        {"scenes", scenes}};
-    hold();
-    fs::create_directories(root("study/tasks"));
-    std::ofstream(root("study/.postchain-study")) << "This folder is a study of postchain.\n";
-    const std::string result = root("study/tasks/s0.held_vs_plain.json"), first = outside("first");
-    std::ofstream(result) << "of an earlier study";
-    const std::string slow = made_way(json({{"kind", "study"},
-                                            {"study", study},
-                                            {"output", "study"},
-                                            {"on_existing", "overwrite"},
-                                            {"priority", -1}})
-                                          .dump(),
-                                      [&] { fs::create_hard_link(result, first); });
-    EXPECT_EQ(job(slow).exit_code, 1);
-    EXPECT_TRUE(fs::equivalent(result, first)) << "it is not measured again";
-    EXPECT_THAT(job(slow).message, HasSubstr("scene s2: "));
-    const std::string report = test::read_text(root("study/report.json"));
-    EXPECT_EQ(json::parse(report)["scenes"].size(), 4u);
-    EXPECT_THAT(job(slow).message + report, Not(HasSubstr(root())));
-    got(service_->report_file(user(), slow, "scenes/s0/held_vs_plain/index.html"));
-}
-
-TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
-    hold();
-    const std::string id = submit(held_body());
-    ASSERT_TRUE(waits());
-    wait_for_done(id, 2);
-    const auto drained = std::async(std::launch::async, [&] { service_->drain(); });
-    ASSERT_TRUE(wait_for([&] { return service_->health().draining; }));
-    HeldPass::held = false;
-    drained.wait();
-    EXPECT_EQ(refused(body()).kind, Problem::Kind::unavailable);
-    close();
-    open();
-    EXPECT_EQ(done(id).done, 6);
-    for (const JobFrame& frame : frames(id)) EXPECT_EQ(frame.attempts, 1) << frame.frame;
-}
-
-// Nothing is recorded while the store is away. What was written then is this job's own.
-TEST_F(Jobs, AStoreThatIsAwayDuringAJobCostsNoFrame) {
-    hold();
-    const std::string id = submit(held_body(R"(, "frames": "1-3")"));
-    ASSERT_TRUE(waits());
-    wait_for_done(id, 2);
-    fs::rename(settings().store, folder_.path("away.db"));
-    HeldPass::held = false;
-    // By the watch, and by the worker that has failed to record a frame.
-    EXPECT_TRUE(wait_for([&] {
-        return test::count_of(service_->health().why, "the store was removed or replaced") == 2;
-    }));
-    const std::string made = test::read_text(out(3));
-    EXPECT_EQ(refused(in_folder(body(), "next")).kind, Problem::Kind::unavailable);
-    fs::rename(folder_.path("away.db"), settings().store);
-    EXPECT_EQ(done(id).done, 3);
-    EXPECT_EQ(test::read_text(out(3)), made);
-    for (const JobFrame& frame : frames(id)) {
-        EXPECT_EQ(frame.state, FrameState::written) << frame.frame;
-        EXPECT_EQ(frame.attempts, 1) << frame.frame;
-    }
-}
-
-TEST_F(Jobs, CanceledAndTriedAgain) {
-    add_frames(12);
-    hold();
-    const std::string id = submit(held_body());
-    ASSERT_TRUE(waits());
-    wait_for_done(id, 2);
-    const Job canceled = got(service_->cancel(user(), id));
-    EXPECT_EQ(canceled.state, JobState::canceled);
-    EXPECT_EQ(canceled.exit_code, 143) << "as of the command after SIGTERM";
-    EXPECT_EQ(problem_of(service_->cancel(user(), id)).kind, Problem::Kind::conflict);
-    HeldPass::held = false;
-    // The work under way ends: the next job need not wait for the other frames.
-    done(submit(in_folder(body(), "next")));
-    EXPECT_FALSE(fs::exists(root("out/o.0012.exr")));
-    EXPECT_EQ(job(id).done, 2);
-    retry(id);
-    EXPECT_EQ(done(id).done, 12);
-    EXPECT_EQ(problem_of(service_->retry(user(), id)).kind, Problem::Kind::conflict);
-    EXPECT_EQ(problem_of(service_->cancel(user(), "77")).kind, Problem::Kind::not_found);
-    EXPECT_EQ(problem_of(service_->events("77", 0, 9)).kind, Problem::Kind::not_found);
-}
-
-TEST_F(Jobs, AJobThatGoesOnWithAnEditedFileMixesNoFrames) {
-    for (const std::string edited : {"", "chain.yaml", "camera.json", "outputs"}) {
-        const std::string chain = "postchain: 1\npasses: [held]\n", camera = R"({"f_stop": 2})";
-        write_text(root("chain.yaml"), chain);
-        write_text(root("camera.json"), camera);
-        const std::string body = in_folder(R"({"chain": "chain.yaml", "camera": "camera.json",
- "input": "in.####.exr", "output": "out/o.####.exr", "on_existing": "skip"})",
-                                           "edited" + edited);
-        close();
-        hold();
-        const std::string id = submit(body);
-        ASSERT_TRUE(waits());
-        wait_for_done(id, 2);
-        got(service_->cancel(user(), id));
-        HeldPass::held = false;
-        if (edited != "camera.json")
-            write_text(root("chain.yaml"),
-                       edited.empty() ? chain : "postchain: 1\npasses: [held, fxaa]\n");
-        else
-            write_text(root("camera.json"), R"({"f_stop": 4})");
-        for (int frame = 1; edited == "outputs" && frame <= 2; ++frame)
-            fs::remove(root(concat("editedoutputs/o.000", frame, ".exr")));
-        retry(id);
-        if (edited.empty() || edited == "outputs") {
-            EXPECT_EQ(done(id).done, 6) << "written again with the same text, or none to mix with";
-            continue;
-        }
-        const Job failed = ended(id);
-        EXPECT_EQ(failed.state, JobState::failed);
-        EXPECT_EQ(failed.exit_code, 4);
-        EXPECT_EQ(failed.done, 2);
-        EXPECT_THAT(failed.message, StartsWith(edited + ": the "));
-        EXPECT_THAT(failed.message, HasSubstr(" was changed after frame 1 was made with it; submit "
-                                              "the job again, with on_existing: skip"));
-        // Made again, all of them.
-        const std::string again = submit(body);
-        EXPECT_EQ(done(again).done, 6);
-        for (const JobFrame& frame : frames(again))
-            EXPECT_EQ(frame.state, FrameState::written) << frame.frame;
-    }
-}
-
-TEST_F(Jobs, KeysAndAFullQueue) {
-    max_queue_ = 1;
-    use("  ann: {token: a234567890123456}\n  ben: {token: b543210987654321}\n");
-    hold();
-    submit(held_body(), "ann");
-    ASSERT_TRUE(waits());
-    const std::string next = in_folder(body(), "next");
-    // As long as a key may be.
-    const std::string key(255, 'k');
-    bool made = false;
-    const Problem longer = problem_of(service_->submit(user("ann"), next, key + "k", &made));
-    EXPECT_THAT(longer.detail, HasSubstr("Idempotency-Key is longer than 255 bytes"));
-    const auto with_key = [&](const std::string& text, bool is_new, const char* name = "ann") {
-        bool created = !is_new;
-        auto answer = service_->submit(user(name), text, key, &created);
-        EXPECT_EQ(created, is_new);
-        return answer;
-    };
-    const Job first = got(with_key(next, true));
-    EXPECT_EQ(first.place, 1);
-    // Keys are their user's own: this is another job.
-    const Problem full = problem_of(with_key(in_folder(body(), "bens"), false, "ben"));
-    EXPECT_EQ(full.kind, Problem::Kind::busy);
-    EXPECT_GT(full.retry_after_s, 0);
-    // Also with a full queue, and if its files have been removed since.
-    fs::rename(root("in.0001.exr"), outside("1"));
-    const Job same = got(with_key(next, false));
-    EXPECT_EQ(same.id, first.id);
-    EXPECT_EQ(same.place, 1);
-    fs::rename(outside("1"), root("in.0001.exr"));
-    EXPECT_EQ(problem_of(with_key(next + " ", false)).kind, Problem::Kind::conflict);
-    EXPECT_TRUE(wait_for([&] { return !service_->health().queue; }));
-    EXPECT_THAT(service_->health().why, HasSubstr("the queue is full"));
-    // A retry waits for room too.
-    got(service_->cancel(user("ann"), first.id));
-    const std::string other = submit(in_folder(body(), "other"), "ann");
-    EXPECT_EQ(problem_of(service_->retry(user("ann"), first.id)).kind, Problem::Kind::busy);
-    got(service_->cancel(user("ann"), other));
-    got(service_->retry(user("ann"), first.id));
-    HeldPass::held = false;
-    done(first.id);
-}
-
 TEST_F(Jobs, HealthSaysWhatIsWrong) {
     open();
+    ASSERT_TRUE(wait_for([&] { return service_->health().gl; })) << service_->health().why;
     const Health health = service_->health();
-    EXPECT_TRUE(health.gl && health.disk && health.queue && health.progress) << health.why;
-    EXPECT_FALSE(health.draining);
+    EXPECT_TRUE(health.disk && health.queue && health.progress) << health.why;
     EXPECT_FALSE(health.renderer.empty());
-    EXPECT_EQ(health.why, "");
     fs::remove_all(root());
     EXPECT_TRUE(wait_for([&] { return !service_->health().disk; }));
     EXPECT_NE(service_->health().why, "");
+}
+
+// ------------------------------------------------------------------------------------ results
+TEST_F(Jobs, FilesHaveTheTypeOfTheirName) {
+    const Roots roots = test::must(Roots::of({root("")}));
+    std::vector<JobFrame> frames;
+    for (const char* name : {"a.0003.exr", "a.0004.png", "a.0005.dpx", "a.0006.EXR"}) {
+        write_text(root(name), concat("picture ", name));
+        frames.push_back(
+            {.frame = int(frames.size()) + 3, .state = FrameState::written, .output = root(name)});
+    }
+    frames[3].state = FrameState::quarantined;
+    std::string text;
+    for (size_t i = 0; i < 3; ++i) {
+        const ResultFile file = got(output_of(frames[i], roots));
+        text += concat(file.name, " ", file.type, " ", file.bytes, "\n");
+    }
+    EXPECT_EQ(text,
+              "a.0003.exr image/x-exr 18\na.0004.png image/png 18\n"
+              "a.0005.dpx application/octet-stream 18\n");
+    EXPECT_EQ(problem_of(output_of(frames[3], roots)).kind, Problem::Kind::not_found);
+}
+
+TEST_F(Jobs, BytesOfWhatIsWritten) {
+    size_t bytes = 1;
+    for (const char* name : {"out/one.exr", "out/one.exr.json", "out/one.exr.png", "out/f.0001.exr",
+                             "out/f.0001.exr.json", "out/f.0001.exr.png", "out/g.0001.exr"})
+        write_text(root(name), std::string(std::exchange(bytes, 2 * bytes), 'x'));
+    // Neither what a link leads to nor a folder is of the job.
+    write_text(root("large"), std::string(10'000, 'x'));
+    for (const char* link : {"out/f.0002.exr", "out/link"})
+        fs::create_symlink(root("large"), root(link));
+    fs::create_directory(root("out/f.0003.exr"));
+    EXPECT_EQ(bytes_on_disk(root("out/one.exr")), 1 + 2 + 4);
+    EXPECT_EQ(bytes_on_disk(root("out/f.####.exr")), 8 + 16 + 32);
+    EXPECT_EQ(bytes_on_disk(root("out")), 127);
+    EXPECT_EQ(bytes_on_disk(root("out/one.exr") + "\n" + root("out/g.####.exr")), 7 + 64);
+    EXPECT_EQ(bytes_on_disk(root("out/none.exr")), 0);
+}
+
+TEST_F(Jobs, ImagesAndPreviewsHaveALimitOfMemory) {
+    max_memory_ = 40'000;
+    open();
+    const Problem large = no_picture(
+        [&](auto done) { service_->input_image(user(), "in.####.exr", 1, {}, std::move(done)); });
+    EXPECT_EQ(large.kind, Problem::Kind::invalid);
+    EXPECT_THAT(large.detail, HasSubstr("images of this service may need 9.8 KiB"));
+    EXPECT_THAT(no_picture(previewing(R"({"chain": {"postchain": 1, "passes": ["fxaa"]},
+                                          "input": "in.####.exr", "frame": 1})"))
+                    .detail,
+                HasSubstr("9.8 KiB"));
+}
+
+TEST_F(Jobs, ImagesOfWaitingJobsAndDepth) {
+    constexpr const char* kValues = "image/vnd.postchain";
+    open_busy();
+    submit(body());
+    const std::string id = submit(in_folder(body(R"(, "frames": "2")"), "next"));
+    // Images as values: magic, width, height, channels, then planes.
+    const auto size_of = [](const Picture& picture) {
+        std::vector<int> numbers;
+        for (size_t at = 4; at < 16; at += 4) numbers.push_back(uint8_t(picture.bytes.at(at)));
+        return numbers;
+    };
+    const Ask ask = [&](auto done) { service_->job_image(user(), id, {kValues, 12}, done); };
+    EXPECT_EQ(size_of(picture(ask)), (std::vector{12, 8, 3})) << "its first input";
+    fs::remove(root("in.0002.exr"));
+    EXPECT_EQ(no_picture(ask).kind, Problem::Kind::not_found);
+    const auto depth_of = [&](const char* input) {
+        return previewing(json{{"chain", {{"postchain", 1}, {"passes", json::array()}}},
+                               {"input", input},
+                               {"frame", 3},
+                               {"scale", 0.5},
+                               {"plane", "depth"}}
+                              .dump(),
+                          {kValues});
+    };
+    EXPECT_EQ(size_of(picture(depth_of("in.####.exr"))), (std::vector{12, 8, 1}));
+    test::FrameFile flat;
+    flat.depth = false;
+    test::write_frame(root("flat.0003.exr"), test::make_planes(24, 16), flat);
+    EXPECT_THAT(no_picture(depth_of("flat.####.exr")).detail,
+                HasSubstr("flat.0003.exr: the frame has no depth"));
+}
+
+TEST_F(Jobs, ReportsAreReadAndNothingBesideThem) {
+    open();
+    const std::string id = submit(ab("report"));
+    done(id);
+    for (const auto& [name, type] : {std::pair{"index.html", "text/html; charset=utf-8"},
+                                     {"report.csv", "text/csv; charset=utf-8"},
+                                     {"report.json", "application/json"},
+                                     {"added.png", "image/png"}}) {
+        if (std::string(name).starts_with("added")) write_text(root("report/") + name, "x");
+        EXPECT_EQ(got(service_->report_file(user(), id, name)).type, type);
+    }
+    write_text(root("report/added.exe"), "x");
+    write_text(root("secret.json"), "{}");
+    write_text(outside("secret.json"), "{}");
+    fs::create_symlink(outside("secret.json"), root("report/link.json"));
+    for (const char* name :
+         {"../secret.json", "/etc/passwd", "", ".", "none.json", ".postchain-report", "images",
+          "images/../../secret.json", "link.json", "added.exe"})
+        EXPECT_EQ(problem_of(service_->report_file(user(), id, name)).kind,
+                  Problem::Kind::not_found)
+            << name;
+}
+
+// The folders are those of the service when it was submitted, and links lead out of them since.
+TEST_F(Jobs, FilesThatLinkOutsideAreNotShown) {
+    open();
+    const std::string id = submit(body());
+    done(id);
+    for (const auto& [name, target] : {std::pair{"out/o.0006.exr", "o"}, {"in.0002.exr", "in"}}) {
+        fs::rename(root(name), outside(target));
+        fs::create_symlink(outside(target), root(name));
+    }
+    const User& one = user();
+    for (const auto& ask : std::vector<Ask>{
+             [&](auto done) { service_->frame_image(one, id, 6, true, {}, done); },
+             [&](auto done) { service_->frame_image(one, id, 2, false, {}, done); },
+             [&](auto done) { service_->job_image(one, id, {}, done); },
+             [&](auto done) { service_->input_image(one, "in.####.exr", 2, {}, done); }})
+        EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
+    EXPECT_EQ(problem_of(service_->output(one, id, 6)).kind, Problem::Kind::forbidden);
+}
+
+// -------------------------------------------------------------------------------------- users
+class Team : public Jobs {
+  protected:
+    void SetUp() override {
+        Jobs::SetUp();
+        fs::create_directories(root("bob/out"));
+        test::write_sequence(root("bob"), {1, 2}, 24, 16);
+        use("  ann: {token: aaaaaaaaaaaaaaaa}\n"
+            "  bob: {token: bbbbbbbbbbbbbbbb, roots: [bob]}\n"
+            "  ops: {token: oooooooooooooooo, admin: true}\n");
+    }
+    // A body with its files in the folder bob.
+    static std::string of_bob(std::string body) {
+        body.replace(body.find("in.####"), 0, "bob/");
+        return body.replace(body.find("out/"), 0, "bob/");
+    }
+};
+
+// Others may look, and not touch. An administrator may.
+TEST_F(Team, RightsOfAUser) {
+    open();
+    const std::string id = submit(body(), "ann");
+    done(id);
+    const User& bob = user("bob");
+    const auto forbids = [](auto answer) {
+        return problem_of(std::move(answer)).kind == Problem::Kind::forbidden;
+    };
+    EXPECT_EQ(job(id).owner, "ann");
+    EXPECT_TRUE(forbids(service_->forget(bob, id)));
+    EXPECT_TRUE(forbids(service_->cancel(bob, id)));
+    EXPECT_TRUE(forbids(service_->retry(bob, id)));
+    EXPECT_TRUE(forbids(service_->change(bob, id, R"({"priority": 1})")));
+    EXPECT_TRUE(forbids(service_->output(bob, id, 1)));
+    EXPECT_EQ(no_picture([&](auto done) {
+                  service_->input_image(bob, "out/o.####.exr", 1, {}, done);
+              }).kind,
+              Problem::Kind::forbidden);
+    got(service_->forget(user("ops"), id));
+    EXPECT_TRUE(fs::exists(out(1))) << "outputs stay";
+    // A user's processes read the user's folders alone.
+    fs::remove(root("bob/in.0002.exr"));
+    fs::create_symlink(root("in.0002.exr"), root("bob/in.0002.exr"));
+    EXPECT_THAT(refused(of_bob(body()), "bob").detail, HasSubstr("bob/in.0002.exr: is outside"));
+}
+
+TEST_F(Team, JobsOfARemovedUserDoNotRun) {
+    open();
+    write_text(root("in.0003.exr"), "no EXR");
+    const std::string id = submit(body(), "ann");
+    EXPECT_EQ(ended(id).done, 5);
+    EXPECT_NE(got(service_->frame(id, 1)).sidecar, "");
+    close();
+    use("  ops: {token: oooooooooooooooo, admin: true}\n");
+    open();
+    EXPECT_EQ(got(service_->frame(id, 1)).sidecar, "");
+    got(service_->retry(user("ops"), id));
+    EXPECT_THAT(ended(id).message, HasSubstr("user 'ann' is no longer in the file of users"));
+}
+
+// The outputs of a removed job count until they are deleted.
+TEST_F(Team, DiskOfRemovedJobs) {
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"1000\"}\n");
+    open();
+    const std::string first = body(R"(, "frames": "1")");
+    const std::string id = submit(first, "ann");
+    EXPECT_GT(ended(id).bytes, 1000);
+    got(service_->forget(user("ann"), id));
+    const std::string again = body(R"(, "frames": "1", "on_existing": "overwrite")");
+    EXPECT_THAT(refused(again, "ann").detail, HasSubstr("removed jobs included"));
+    EXPECT_THAT(service_->metrics(), HasSubstr("postchain_user_bytes{user=\"ann\"}"));
+    for (const auto& file : fs::directory_iterator(root("out"))) fs::remove(file.path());
+    submit(again, "ann");
 }
 
 }  // namespace

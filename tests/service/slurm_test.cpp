@@ -16,7 +16,7 @@
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tools/service/store/job.h"
-#include "tools/service/work/run_program.h"
+#include "tools/service/work/process.h"
 #include "tools/service/work/slurm_queue.h"
 
 namespace postchain::service {
@@ -27,12 +27,12 @@ using namespace std::chrono_literals;
 
 TEST(Slurm, StatesOfTasks) {
     // Lines of squeue 22.05: waiting tasks are grouped. Another job has no array.
-    std::map<std::string, RemoteTasks> jobs{{"a", {}}, {"b", {}}, {"gone", {}}};
+    std::map<std::string, ArrayState> jobs{{"a", {}}, {"b", {}}, {"gone", {}}};
     add_tasks_of_squeue(
         "12|3,5-40%4|PENDING|a\n12|1|COMPLETED|a\n12|2|RUNNING|a\n12|4|NODE_FAIL|a\n"
         "16|N/A|RUNNING|other\n17|1|RUNNING|b\n\nslurm_load_jobs error: a\n12|1|RUNNING|a|b\n",
         jobs);
-    const RemoteTasks& tasks = jobs["a"];
+    const ArrayState& tasks = jobs["a"];
     EXPECT_EQ(tasks.id, "12");
     EXPECT_EQ(tasks.waiting, 37);
     EXPECT_EQ(tasks.running, 1);
@@ -44,7 +44,7 @@ TEST(Slurm, StatesOfTasks) {
     EXPECT_EQ(jobs["b"].id, "17");
     EXPECT_FALSE(jobs["gone"].known());
     EXPECT_EQ(jobs.size(), 3u);
-    std::map<std::string, RemoteTasks> ended{{"a", {}}};
+    std::map<std::string, ArrayState> ended{{"a", {}}};
     add_tasks_of_sacct(
         "12_1|COMPLETED|a\n12_2|CANCELLED by 1000|a\n12_[5-6]|COMPLETED|a\n12_4|OUT_OF_MEMORY|a\n"
         "12_7|FAILED|a job that had this id before\n12|FAILED|a\n\n12_8|FAILED|a|b\n",
@@ -65,10 +65,10 @@ TEST(Slurm, EveryStateIsKnown) {
          "OUT_OF_MEMORY", "PREEMPTED", "REVOKED", "TIMEOUT"}};
     for (size_t kind = 0; kind < std::size(states); ++kind)
         for (const std::string& state : states[kind]) {
-            std::map<std::string, RemoteTasks> queued{{"a", {}}}, ended{{"a", {}}};
+            std::map<std::string, ArrayState> queued{{"a", {}}}, ended{{"a", {}}};
             add_tasks_of_squeue("12|5|" + state + "|a\n", queued);
             add_tasks_of_sacct("12_5|" + state + "|a\n", ended);
-            for (const RemoteTasks& tasks : {queued["a"], ended["a"]}) {
+            for (const ArrayState& tasks : {queued["a"], ended["a"]}) {
                 const int counts[] = {tasks.waiting, tasks.running, tasks.done, tasks.failed};
                 for (size_t i = 0; i < 4; ++i) EXPECT_EQ(counts[i], int(i == kind)) << state;
                 EXPECT_EQ(tasks.ended(), kind > 1) << state;
@@ -77,17 +77,27 @@ TEST(Slurm, EveryStateIsKnown) {
         }
 }
 
-// The script, as a task runs it.
-ProgramResult ran_as_task(const RemoteJob& job, const std::string& version, int task) {
+// The script, as a task runs it. `out`: its lines for the service.
+ProgramResult ran_as_task(TaskArray job, const std::string& version, int task) {
+    const test::TempFolder logs;
+    job.log_folder = logs.path();
     const auto ran =
-        run_program({"env", concat("SLURM_ARRAY_TASK_ID=", task), "SLURM_CPUS_PER_TASK=3", "sh"},
+        run_program({{"env", concat("SLURM_ARRAY_TASK_ID=", task), "SLURM_CPUS_PER_TASK=3", "sh"}},
                     script_of(job, version), std::chrono::seconds(60));
     EXPECT_TRUE(ran.ok()) << ran.status().message();
-    return ran.ok() ? *ran : ProgramResult();
+    if (!ran.ok()) return {};
+    ProgramResult result = *ran;
+    const auto text = [&](const char* name) {
+        const auto read = read_text_file(logs.path(concat(task, name)), StatusCode::input);
+        return read.ok() ? *read : std::string();
+    };
+    result.out += text(".events");
+    if (version.empty()) EXPECT_EQ(text(".exit"), concat(result.exit_code, "\n"));
+    return result;
 }
 
 TEST(Slurm, AScriptRunsTheWordsOfItsTaskAndNoOtherVersion) {
-    RemoteJob job;
+    TaskArray job;
     job.command = {"echo", "a 'b' $c", "*"};
     job.tasks = {{"--frames=1"}, {}, {"--frames=3 4"}};
     EXPECT_EQ(ran_as_task(job, "", 1).out, "a 'b' $c * --frames=1 --threads=3\n");
@@ -97,18 +107,11 @@ TEST(Slurm, AScriptRunsTheWordsOfItsTaskAndNoOtherVersion) {
     EXPECT_EQ(other.exit_code, 2);
     EXPECT_EQ(other.out, "");
     EXPECT_THAT(other.err, HasSubstr("the service is postchain 1.2"));
-    // The service reads the code of a measurement from a file.
-    const test::TempFolder logs;
-    RemoteJob measures;
-    measures.command = {"sh", "-c", "exit 8"};
-    measures.tasks = {{}, {}};
-    measures.log_folder = logs.path();
-    measures.keeps_exit_code = true;
-    EXPECT_EQ(ran_as_task(measures, "", 2).exit_code, 8);
-    EXPECT_EQ(test::must(read_text_file(logs.path("2.exit"), StatusCode::input)), "8\n");
     // Larger than an argument may be, which has 128 KiB.
     job.tasks.assign(300, {"--frames=" + std::string(1000, '1')});
     EXPECT_THAT(ran_as_task(job, "", 300).out, HasSubstr(" --threads=3\n"));
+    job.command = {"sh", "-c", "exit 8"};
+    EXPECT_EQ(ran_as_task(job, "", 1).exit_code, 8);
 }
 
 // Slurm's programs are scripts of these tests.
@@ -142,7 +145,7 @@ class SlurmPrograms : public testing::Test {
     test::TempFolder folder_;
     SlurmQueue queue_{
         SlurmSettings{.words = {"--account={user}-{user}"}, .memory = "8G", .cpus = 3, .nice = 7}};
-    RemoteJob job_{.name = "n1",
+    TaskArray job_{.name = "n1",
                    .owner = "ann",
                    .comment = "of ann",
                    .folder = "/work/at",
@@ -222,14 +225,14 @@ TEST_F(SlurmPrograms, ARefusalIsNotASilence) {
 }
 
 TEST(Programs, AreRunAndQuoted) {
-    const auto ran = run_program({"sh", "-c", "cat; echo wrong >&2; exit 3"}, "text", 60s);
+    const auto ran = run_program({{"sh", "-c", "cat; echo wrong >&2; exit 3"}}, "text", 60s);
     ASSERT_TRUE(ran.ok()) << ran.status().message();
     EXPECT_EQ(ran->exit_code, 3);
     EXPECT_EQ(ran->out, "text");
     EXPECT_EQ(ran->err, "wrong\n");
-    EXPECT_THAT(run_program({"no-such-program"}, "", 60s).status().message(), HasSubstr("PATH"));
+    EXPECT_THAT(run_program({{"no-such-program"}}, "", 60s).status().message(), HasSubstr("PATH"));
     const std::string odd = "a 'b' $c \"d\" \\";
-    EXPECT_EQ(run_program({"sh", "-c", "printf %s " + shell_quoted(odd)}, "", 60s)->out, odd);
+    EXPECT_EQ(run_program({{"sh", "-c", "printf %s " + shell_quoted(odd)}}, "", 60s)->out, odd);
 }
 
 // None of these waits for a program that sleeps 1000 s.
@@ -237,20 +240,20 @@ TEST(Programs, AreNotWaitedFor) {
     const auto start = std::chrono::steady_clock::now();
     const std::string much(1 << 20, 'x');  // a pipe holds 64 KiB
     for (const char* script : {"sleep 1000", "exec >&- 2>&-; sleep 1000"})
-        EXPECT_THAT(run_program({"sh", "-c", script}, much, 300ms).status().message(),
+        EXPECT_THAT(run_program({{"sh", "-c", script}}, much, 300ms).status().message(),
                     HasSubstr("did not answer within 0.3 s"))
             << script;
-    EXPECT_EQ(run_program({"wc", "-c"}, much, 60s)->out, "1048576\n");
-    EXPECT_EQ(run_program({"true"}, much, 60s)->exit_code, 0);
+    EXPECT_EQ(run_program({{"wc", "-c"}}, much, 60s)->out, "1048576\n");
+    EXPECT_EQ(run_program({{"true"}}, much, 60s)->exit_code, 0);
     // A program that leaves another one with its streams.
-    EXPECT_EQ(run_program({"sh", "-c", "sleep 1000 & echo done"}, "", 60s)->out, "done\n");
+    EXPECT_EQ(run_program({{"sh", "-c", "sleep 1000 & echo done"}}, "", 60s)->out, "done\n");
     // The service ends.
     std::atomic<bool> stop = false;
     std::thread signal([&] {
         std::this_thread::sleep_for(100ms);
         stop = true;
     });
-    EXPECT_THAT(run_program({"sleep", "1000"}, "", 600s, &stop).status().message(),
+    EXPECT_THAT(run_program({{"sleep", "1000"}}, "", 600s, &stop).status().message(),
                 HasSubstr("was ended with the service"));
     signal.join();
     EXPECT_LT(std::chrono::steady_clock::now() - start, 30s);
@@ -260,7 +263,7 @@ TEST(Programs, InheritNoSocket) {
     const int opened = ::socket(AF_INET, SOCK_STREAM, 0);  // without SOCK_CLOEXEC
     const int listens = ::fcntl(opened, F_DUPFD, 100);
     ASSERT_GE(listens, 100);
-    const auto ran = run_program({"sh", "-c", "ls -l /proc/$$/fd"}, "", 60s);
+    const auto ran = run_program({{"sh", "-c", "ls -l /proc/$$/fd"}}, "", 60s);
     ::close(listens);
     ::close(opened);
     EXPECT_THAT(ran->out, HasSubstr(" 2 -> ")) << ran->out;

@@ -110,72 +110,53 @@ TEST_F(StoreTest, EveryFieldIsThereAgain) {
     }
 }
 
-// Any of several frames may have killed the process: the attempt counts for none of them.
-TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
+// They died with the service: no attempt has failed.
+TEST_F(StoreTest, FramesInFlightAtTheEndOfTheServiceKeepTheirAttempts) {
     const std::string id = running(4);
     for (int frame : {1, 2, 3}) begin(id, frame);
-    open();
-    for (const FrameToDo& frame : to_do(id)) {
-        EXPECT_EQ(frame.alone, frame.frame <= 3) << frame.frame;
-        EXPECT_EQ(frame.begun, frame.frame <= 3) << frame.frame;
-        EXPECT_EQ(frame.attempts, 0) << frame.frame;
-    }
-}
-
-TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsQuarantined) {
-    const std::string id = running(2);
-    for (int death = 1; death <= 3; ++death) {
-        begin(id, 1);
+    for (int death = 1; death <= 4; ++death) {
         open();
-        EXPECT_EQ(frame(id, 1).attempts, death);
-        EXPECT_EQ(frame(id, 1).state, death < 3 ? FrameState::waiting : FrameState::quarantined);
-        EXPECT_EQ(types(id).back(), "requeued");
-        ASSERT_GT(*store_->start(id), 0) << "the other frame is still to be done";
+        for (const FrameToDo& frame : to_do(id)) {
+            EXPECT_FALSE(frame.alone) << frame.frame;
+            EXPECT_EQ(frame.begun, frame.frame <= 3) << frame.frame;
+            EXPECT_EQ(frame.attempts, 0) << frame.frame;
+        }
+        EXPECT_EQ(told(id).back(), R"(requeued {"why":"the service ended"})");
+        ASSERT_GT(*store_->start(id), 0);
     }
-    EXPECT_EQ(job(id).failed, 1);
-    const std::string why = R"("the process died while only this frame was in flight"})";
-    EXPECT_EQ(told(id),
-              (std::vector<std::string>{R"(queued {"kind":"run","priority":0})", "started {}",
-                                        R"(frames {"frames":2})",
-                                        R"(frame_failed {"frame":1,"attempts":1,"message":)" + why,
-                                        R"(requeued {"why":"the process ended"})", "started {}",
-                                        R"(frame_failed {"frame":1,"attempts":2,"message":)" + why,
-                                        R"(requeued {"why":"the process ended"})", "started {}",
-                                        R"(quarantined {"frame":1,"attempts":3,"message":)" + why,
-                                        R"(requeued {"why":"the process ended"})", "started {}"}));
-    EXPECT_EQ(job(id).started_ms, events(id)[1].time_ms);
 }
 
-// Of a process that works for the service, which lives on.
-TEST_F(StoreTest, ADeadWorkersFramesAreAlone) {
+// Any of several frames may have killed the process: the attempt counts for none of them.
+TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
     const std::string id = running(3), other = running(1);
     for (int frame : {1, 2}) begin(id, frame);
     begin(other, 1);
-    EXPECT_EQ(*store_->interrupted(id, "it died"), 2);
+    ASSERT_TRUE(store_->interrupted(id, {1, 2}, "it died").ok());
     for (const FrameToDo& frame : to_do(id)) {
         EXPECT_EQ(frame.alone, frame.frame <= 2) << frame.frame;
         EXPECT_EQ(frame.attempts, 0) << frame.frame;
     }
     EXPECT_FALSE(to_do(other)[0].alone);
-    EXPECT_EQ(*store_->interrupted(id, "it died"), 0);
-    begin(id, 2);
-    EXPECT_EQ(*store_->interrupted(id, "it died"), 1);
-    EXPECT_EQ(frame(id, 2).attempts, 1);
-    EXPECT_EQ(frame(id, 2).message, "it died");
-    EXPECT_EQ(told(id).back(), R"(frame_failed {"frame":2,"attempts":1,"message":"it died"})");
     EXPECT_EQ(job(id).state, JobState::running);
 }
 
-TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
-    const std::string id = add();
+TEST_F(StoreTest, AFrameThatKillsItsProcessAloneIsQuarantined) {
+    const std::string id = running(2);
     for (int death = 1; death <= 3; ++death) {
-        ASSERT_EQ(*store_->start(id), death);
-        open();
-        EXPECT_EQ(job(id).state, death < 3 ? JobState::queued : JobState::failed);
+        begin(id, 1);
+        ASSERT_TRUE(store_->interrupted(id, {1}, "it died").ok());
+        EXPECT_EQ(frame(id, 1).attempts, death);
+        EXPECT_EQ(frame(id, 1).state, death < 3 ? FrameState::waiting : FrameState::quarantined);
+        EXPECT_EQ(frame(id, 1).message, "it died");
     }
-    EXPECT_EQ(told(id).back(),
-              R"(failed {"exit_code":1,"message":"the process died 3 times during this job"})");
-    EXPECT_EQ(job(id).message, "the process died 3 times during this job");
+    EXPECT_EQ(job(id).failed, 1);
+    const auto end = [](int attempts) {
+        return concat(R"( {"frame":1,"attempts":)", attempts, R"(,"message":"it died"})");
+    };
+    EXPECT_EQ(told(id),
+              (std::vector<std::string>{R"(queued {"kind":"run","priority":0})", "started {}",
+                                        R"(frames {"frames":2})", "frame_failed" + end(1),
+                                        "frame_failed" + end(2), "quarantined" + end(3)}));
 }
 
 // Its tasks go on without this process, so that no death is its fault.
@@ -410,7 +391,6 @@ TEST_F(StoreTest, LimitsAreOfOneUserAlone) {
     }
 }
 
-// After a step that hangs, the next job runs beside the one that waits.
 TEST_F(StoreTest, TwoRunningJobsAreApart) {
     for (const bool second : {false, true}) {
         const std::string a = running(2), b = running(2);
@@ -419,12 +399,10 @@ TEST_F(StoreTest, TwoRunningJobsAreApart) {
         ASSERT_TRUE(store_->release(released).ok());
         EXPECT_EQ(frame(released, 1).attempts, 0);
         EXPECT_EQ(frame(other, 1).attempts, 1);
-        // One frame of each is in flight: it was alone in its job.
-        begin(released, 1);
-        open();
+        ASSERT_TRUE(store_->interrupted(other, {1}, "it died").ok());
         for (const std::string& id : {a, b}) {
-            EXPECT_EQ(frame(id, 1).attempts, 1);
-            ASSERT_GT(*store_->start(id), 0);
+            EXPECT_EQ(to_do(id)[0].alone, id == other);
+            EXPECT_EQ(frame(id, 1).attempts, id == other);
             ASSERT_TRUE(*store_->cancel(id));
         }
     }
@@ -476,32 +454,6 @@ TEST_F(StoreTest, ARetriedJobIsAsOneThatHasNotEnded) {
             << number;
     }
     EXPECT_EQ(*store_->start(id), 1) << "its first attempt";
-}
-
-// Deaths of a job count since its last progress.
-TEST_F(StoreTest, DeathsCountUntilAFrameHasEnded) {
-    const std::pair<std::function<Status(const std::string&)>, int> cases[] = {
-        {[](const std::string&) { return Status(); }, 3},
-        {[&](const std::string& id) {
-             return store_->frame_ends(id, {1, FrameState::written});
-         },
-         1},
-        {[&](const std::string& id) {
-             return store_->frame_ends(id, {1, FrameState::missing});
-         },
-         1},
-        {[&](const std::string& id) { return store_->frame_fails(id, 1, "why"); }, 1},
-        {[&](const std::string& id) { return store_->requeue(id, "why", true); }, 3},
-        {[&](const std::string& id) { return store_->requeue(id, "why", false); }, 1}};
-    for (size_t i = 0; i < std::size(cases); ++i) {
-        const std::string id = running(2);
-        open();
-        ASSERT_EQ(*store_->start(id), 2) << i;
-        ASSERT_TRUE(cases[i].first(id).ok()) << i;
-        open();
-        EXPECT_EQ(*store_->start(id), cases[i].second) << i;
-        ASSERT_TRUE(*store_->cancel(id));
-    }
 }
 
 TEST_F(StoreTest, UseOfTheStore) {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -16,14 +17,14 @@ namespace fs = std::filesystem;
 using namespace service;
 
 void ServiceTest::SetUp() {
-    registry_ = &builtin_passes();
+    std::signal(SIGPIPE, SIG_IGN);  // as the program does
     fs::create_directories(root("out"));
     fs::create_directories(outside());
     write_sequence(root(), {1, 2, 3, 4, 5, 6}, 24, 16);
 }
 
-std::string ServiceTest::body(const std::string& more, const std::string& pass) {
-    return concat(R"({"chain": {"postchain": 1, "passes": [")", pass, R"("]},
+std::string ServiceTest::body(const std::string& more) {
+    return concat(R"({"chain": {"postchain": 1, "passes": ["fxaa"]},
  "input": "in.####.exr", "output": "out/o.####.exr")",
                   more, "}");
 }
@@ -35,7 +36,10 @@ ServiceSettings ServiceTest::settings() {
     settings.attempts = attempts_;
     settings.max_queue = max_queue_;
     settings.max_memory = max_memory_;
-    settings.version = "test";
+    settings.version = version_;
+    settings.program = program_;
+    settings.preview_program = preview_program_;
+    settings.queue = queue_;
     settings.users = users_;
     settings.frame_timeout_s = frame_timeout_s_;
     settings.slice_s = slice_s_;
@@ -47,19 +51,6 @@ ServiceSettings ServiceTest::settings() {
     };
     settings.roots = *Roots::of({root()});
     return settings;
-}
-
-void ServiceTest::hold() {
-    static const PassRegistry with_held = with_pass<HeldPass>("held");
-    registry_ = &with_held;
-    HeldPass::held = true;
-    HeldPass::waits = false;
-    open();
-}
-
-std::optional<Identity> HeldPass::identity(const PlanContext& context) const {
-    for (; held && context.frame.frame_number >= 3; usleep(1000)) waits = true;
-    return FakePass::identity(context);
 }
 
 void ServiceTest::use(const std::string& users) {

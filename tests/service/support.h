@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -13,8 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "chain/pass/pass.h"
-#include "chain/pass/planner.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
 #include "tests/io/exr_files.h"
@@ -36,39 +33,10 @@ service::Problem problem_of(service::Answer<T> answer) {
     return std::get<service::Problem>(std::move(answer));
 }
 
-// A pass of a test, which reads color. By default it is the identity.
-class FakePass : public PlainPass {
-  public:
-    RoleUse roles() const override {
-        RoleUse use;
-        use.required = {Role::color};
-        return use;
-    }
-    Guarantees guarantees() const override { return {}; }
-    Reach reach() const override { return {}; }
-    std::optional<Identity> identity(const PlanContext&) const override {
-        return Identity{kRuleFacts, {"nothing to do"}};
-    }
-    void plan(PassPlanner&) const override {}
-    void reference(const PlanContext&, ReferenceFrame&) const override {}
-    ParameterRef parameters() override { return &unused_; }
-
-  private:
-    char unused_ = 0;
-};
-
-// Planning the frames from 3 on waits while `held`; `waits` is set as soon as one does.
-class HeldPass final : public FakePass {
-  public:
-    static inline std::atomic<bool> held = false, waits = false;
-    std::optional<Identity> identity(const PlanContext& context) const override;
-};
-
 // FOLDER/root/in.####.exr (frames 1..), FOLDER/root/out/, FOLDER/store.db, FOLDER/outside/.
 class ServiceTest : public testing::Test {
   protected:
     void SetUp() override;
-    void TearDown() override { HeldPass::held = false; }
 
     std::string root(const std::string& name = "") const {
         return folder_.path("root" + (name.empty() ? "" : "/" + name));
@@ -76,20 +44,13 @@ class ServiceTest : public testing::Test {
     std::string outside(const std::string& name = "") const {
         return folder_.path("outside" + (name.empty() ? "" : "/" + name));
     }
-    // A run of a pass over all frames, with extra members: ", \"strict\": true".
-    static std::string body(const std::string& more = "", const std::string& pass = "fxaa");
-    // The same with HeldPass, in a service that hold() opens.
-    static std::string held_body(const std::string& more = "") { return body(more, "held"); }
-    void hold();
-    // Until HeldPass waits.
-    static bool waits() {
-        return wait_for([] { return HeldPass::waits.load(); });
-    }
+    // A run over all frames, with extra members: ", \"strict\": true".
+    static std::string body(const std::string& more = "");
     void wait_for_done(const std::string& id, int count) const {
         EXPECT_TRUE(wait_for([&] { return job(id).done == count; })) << job(id).done;
     }
 
-    void open() { service_ = must(service::Service::open(settings(), *registry_)); }
+    void open() { service_ = must(service::Service::open(settings(), builtin_passes())); }
     void close() { service_.reset(); }
     service::ServiceSettings settings();
 
@@ -137,12 +98,13 @@ class ServiceTest : public testing::Test {
     double slice_s_ = 60;
     std::chrono::milliseconds drain_ = std::chrono::seconds(20);
     std::shared_ptr<service::Users> users_ = std::make_shared<service::Users>();
-    service::RemoteSettings remote_;
+    std::shared_ptr<service::TaskQueue> queue_;  // null = processes of this machine
+    service::QueueSettings remote_;
+    std::string program_, preview_program_, version_ = "test";
     std::mutex log_mutex_;
     std::vector<service::LogLine> log_;
     size_t max_queue_ = 100;
     uint64_t max_memory_ = 0;
-    const PassRegistry* registry_;  // the built-in passes, unless a test has its own
     std::unique_ptr<service::Service> service_;
 };
 
@@ -152,18 +114,6 @@ inline int count_of(const std::string& text, const std::string& part) {
     for (size_t at = text.find(part); at != text.npos; at = text.find(part, at + part.size()))
         ++count;
     return count;
-}
-
-// The built-in passes and this one.
-template <class Pass>
-PassRegistry with_pass(const char* name) {
-    static const ParameterTable no_parameters;
-    std::vector<PassType> types = builtin_passes().types();
-    types.push_back(
-        {.name = name, .title = "", .help = "", .parameters = &no_parameters, .create = [] {
-             return std::make_unique<Pass>();
-         }});
-    return PassRegistry(types);
 }
 
 }  // namespace postchain::test

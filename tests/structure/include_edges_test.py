@@ -26,7 +26,7 @@ LAYERS = [
 ]
 
 # A part (files.py) knows no other but the pages, in these folders.
-JOINTS = [("tools/service/lab", "tools/measure"), ("tools/python/lab", "tools/measure")]
+JOINTS = [("tools/python/lab", "tools/measure")]
 
 # Headers of other projects by their name or first folder, with the folders and files that may use them. All others
 # belong to the standard library and the system. OpenImageIO and OpenColorIO are in the module alone, so that programs
@@ -47,7 +47,7 @@ ALLOWED_LIBRARIES = {
     "nlohmann": ["config/text_tree.cpp", "tools"],
     "zlib.h": ["tools/page", "tools/sequence/exr", "tools/sequence/image", "tools/service/http"],
     "libdeflate.h": ["tools/sequence/exr"],
-    "CLI": ["tools/apps", "tools/measure/program", "tools/service/program"],
+    "CLI": ["tools/apps", "tools/measure/program", "tools/service/program", "tools/service/preview"],
     "pybind11": ["tools/python"],
     "spdlog": ["tools/apps"],
     "seccomp.h": ["tools/apps/common"],
@@ -67,6 +67,10 @@ ALLOWED_LIBRARIES = {
 # Each room includes only those before it: planning is independent of GL, running plans makes no context and knows no
 # pass, and chain/vk has no GL.
 ROOMS = ["chain/base", "chain/frame", "chain/plan", "chain/pass", "chain/gl", "chain/egl", "chain/guest", "chain/vk"]
+# The server computes no pixel and reads no frame: these belong to its preview/ alone.
+FRAMES = ["chain/gl", "chain/egl", "tools/sequence"]
+BUT = ["tools/sequence/files", "tools/sequence/settings", "tools/sequence/record", "tools/sequence/source/memory.h",
+       "tools/sequence/source/memory_limit.h"]
 STRANGERS = [("chain/gl", "chain/pass"), ("chain/egl", "chain/pass"), ("chain/vk", "chain/gl")]
 
 
@@ -154,6 +158,9 @@ def fault_of(include):
         return f"a sample builds alone, with what is installed: {target}"
     if is_another_pass(include.start, include.end):
         return f"{include.start} may not know another pass: {target}"
+    if (is_in(include.start, "tools/service") and include.start != "tools/service/preview"
+            and any(is_in(target, folder) for folder in FRAMES) and not any(is_in(target, folder) for folder in BUT)):
+        return f"only tools/service/preview reads frames: {target}"
     # So that metrics work on any pixels.
     if (include.start == "tools/metrics" != include.end
             and target not in ("chain/base/image.h", "chain/base/status.h")):
@@ -226,8 +233,13 @@ class IncludeEdges(files.Case):
                 ("tools/metrics/flip.cpp", "chain/plan/plan.h", True, True),
                 ("tools/nowhere/a.cpp", "chain/plan/plan.h", True, True),
                 ("tools/service/work/a.cpp", "tools/measure/study/study.h", True, True),
-                ("tools/service/lab/a.cpp", "tools/measure/study/study.h", True, False),
-                ("tools/service/lab/a.cpp", "tools/apps/view/session.h", True, True),
+                ("tools/service/work/a.cpp", "tools/sequence/source/frame_source.h", True, True),
+                ("tools/service/work/a.cpp", "tools/sequence/record/sidecar.h", True, False),
+                ("tools/service/http/a.cpp", "chain/egl/context.h", True, True),
+                ("tools/service/preview/a.cpp", "chain/egl/context.h", True, False),
+                ("tools/service/preview/a.cpp", "tools/measure/study/study.h", True, True),
+                ("tools/python/lab/a.cpp", "tools/measure/study/study.h", True, False),
+                ("tools/python/lab/a.cpp", "tools/apps/view/session.h", True, True),
                 ("tools/apps/postchain/a.cpp", "tools/measure/study/study.h", True, True),
                 ("tools/apps/view/a.cpp", "tools/metrics/compare.h", True, False),
                 ("tools/samples/ogre/a.cpp", "chain/guest/postchain.h", True, True),

@@ -13,8 +13,10 @@ MAY_PARSE = {
     "tools/python/documentation.cpp": "the passes of this program",
     "tools/service/http/problem.cpp": "a reply of this program",
     "tools/service/work/service.cpp": "an event of this program",
-    "tools/service/work/preview_helper.cpp": "between the service and its process",
-    "tools/service/work/image_helper.cpp": "between the service and its process",
+    "tools/service/work/request_checks.cpp": "what the store keeps of a job",
+    "tools/service/work/preview_process.cpp": "between the service and its process",
+    "tools/service/work/image_process.cpp": "between the service and its process",
+    "tools/service/preview/main.cpp": "between the service and its process",
 }
 
 

@@ -126,13 +126,13 @@ TEST(TuneGoal, OtherBudgetsAreRefused) {
          {"0", "-1s", "0ms", "nan", "inf", "fast", "2m", "1us", "0.2 s", "s", "1e999"}) {
         const auto made = goal(text);
         EXPECT_EQ(made.status().code(), StatusCode::usage) << text;
-        EXPECT_THAT(made.status().message(), HasSubstr(concat("--budget: '", text, "'")));
+        EXPECT_THAT(made.status().message(), HasSubstr(concat("{budget}: '"_keyed, text, "'")));
     }
 }
 
 TEST(TuneGoal, ExactlyOneIsGiven) {
     EXPECT_DOUBLE_EQ(*goal("", 0.07)->error, 0.07);
-    for (const auto& [made, said] : {std::pair{goal("", 0.0), "--error"},
+    for (const auto& [made, said] : {std::pair{goal("", 0.0), "{error}"_keyed},
                                      {goal("1s", 0.07), "give one of the two"},
                                      {goal(""), "give a time per frame"}}) {
         EXPECT_EQ(made.status().code(), StatusCode::usage);

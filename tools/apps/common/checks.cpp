@@ -43,13 +43,13 @@ std::string path_of(const Parameter& row) {
     return row.unit == "DIR" ? "folder" : "";
 }
 
-// "on-existing" -> "on_existing"
-std::string key_named(std::string option) {
+}  // namespace
+
+std::string key_of(std::string option) {
+    option.erase(0, option.find_first_not_of('-'));
     std::ranges::replace(option, '-', '_');
     return option;
 }
-
-}  // namespace
 
 void add_schema(CLI::App& subcommand, const std::vector<std::string>& required) {
     subcommand.add_flag_callback(
@@ -57,7 +57,7 @@ void add_schema(CLI::App& subcommand, const std::vector<std::string>& required) 
     auto& all = schema_at(subcommand).required.emplace(required);
     for (const CLI::Option* option : subcommand.get_options())
         if (option->get_required() && !option->get_lnames().empty())
-            all.push_back(key_named(option->get_lnames().front()));
+            all.push_back(key_of(option->get_lnames().front()));
 }
 
 void add_checks(CLI::App& subcommand, Options& options, const std::vector<std::string>& required) {
@@ -90,7 +90,12 @@ std::optional<Json> schema_of(const CLI::App& subcommand) {
 
 bool Checks::take(const std::string& key, const Status& status) {
     if (status.ok()) return true;
-    const auto [named, text] = split_key(status.message());
+    auto [named, text] = split_key(status.message());
+    // The parser of the command line names the option itself.
+    if (const size_t end = text.find_first_of(": "); text.starts_with("--") && end != text.npos) {
+        named = key_of(text.substr(0, end));
+        text.erase(0, text.find_first_not_of(": ", end));
+    }
     faults_.push_back({{"key", named.empty() ? key : named}, {"message", text}});
     if (exit_code_ == 0) exit_code_ = exit_code(status);
     return false;

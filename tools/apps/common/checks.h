@@ -16,6 +16,7 @@ namespace postchain {
 void add_checks(CLI::App& subcommand, Options& options, const std::vector<std::string>& required);
 void add_schema(CLI::App& subcommand, const std::vector<std::string>& required);
 
+std::string key_of(std::string option);  // "--on-existing" -> "on_existing"
 // Keys of a subcommand, as its options are added.
 void add_property(const CLI::App& subcommand, const std::string& key, io::Json schema);
 void add_property(const CLI::App& subcommand, const Parameter& row);  // unless it is for a person

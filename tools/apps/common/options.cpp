@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <filesystem>
 #include <map>
 
 #include "config/chain_find.h"
@@ -16,6 +17,8 @@
 
 namespace postchain {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
@@ -93,6 +96,15 @@ void add_chain(CLI::App& subcommand, Options& o) {
     add_chain_file(subcommand, "CHAIN", "chain", o.chain);
     add_list(subcommand, "--set", "KEY=VALUE", o.sets,
              "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2");
+    add_relative_to(subcommand, o);
+}
+
+void add_relative_to(CLI::App& subcommand, Options& o) {
+    subcommand
+        .add_option("--relative-to", o.relative_to,
+                    "folder at which paths in the file of a chain or study start (default: the "
+                    "file's)")
+        ->type_name("DIR");
 }
 
 const ParameterTable& job_parameters() {
@@ -213,11 +225,20 @@ void add_device(CLI::App& subcommand, Options& o) {
     add_threads(subcommand, o);
 }
 
+Result<ChainText> find_chain_of(const Options& options) {
+    auto chain = find_chain(options.chain);
+    if (chain.ok() && !options.relative_to.empty() && !chain->shipped)
+        chain->file_name =
+            (fs::path(options.relative_to) / fs::path(chain->file_name).filename()).string();
+    return chain;
+}
+
 Result<ChainFile> read_chain_of(const Options& options) {
-    if (options.recorded_chain.empty())
-        return load_chain(options.chain, builtin_passes(), options.sets);
-    return parse_chain(options.recorded_chain, "the record of " + options.like, builtin_passes(),
-                       options.sets);
+    ChainText text{"the record of " + options.like, options.recorded_chain};
+    if (options.recorded_chain.empty()) {
+        ASSIGN_OR_RETURN(text, find_chain_of(options));
+    }
+    return parse_chain(text, builtin_passes(), options.sets);
 }
 
 Result<ChainFile> load_chain_of(const Options& options) {

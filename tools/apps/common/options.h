@@ -9,6 +9,7 @@
 
 #include "chain/egl/context.h"
 #include "config/chain_file.h"
+#include "config/chain_find.h"
 #include "tools/sequence/settings/job_settings.h"
 
 namespace CLI {
@@ -23,6 +24,7 @@ struct Options {
     std::vector<std::string> command_line;  // with the program's name
     std::string chain;                      // file or shipped name
     std::vector<std::string> sets;
+    std::string relative_to;      // folder of the files that the chain names; empty = the chain's
     std::string like;             // of run
     std::string recorded_chain;   // chain file text; replaces `chain`
     std::string recorded_camera;  // camera file text; replaces job.camera
@@ -44,7 +46,8 @@ void add_logging(CLI::App& subcommand, Options& options);
 // CHAIN, or another word; `key`: of its setting.
 void add_chain_file(CLI::App& subcommand, const std::string& word, const std::string& key,
                     std::string& chain);
-void add_chain(CLI::App& subcommand, Options& options);  // CHAIN, --set
+void add_chain(CLI::App& subcommand, Options& options);  // CHAIN, --set, --relative-to
+void add_relative_to(CLI::App& subcommand, Options& options);
 void add_threads(CLI::App& subcommand, Options& options);
 void add_device(CLI::App& subcommand, Options& options);  // and --threads
 // The settings of a subcommand that shows frames as --png does, and --threads.
@@ -80,6 +83,8 @@ void add_list(CLI::App& subcommand, const std::string& name, const std::string& 
 // --on-existing for subcommands without incremental results: fail, overwrite.
 void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisting& on_existing);
 
+// find_chain() with --relative-to.
+Result<ChainText> find_chain_of(const Options& options);
 // The chain with its diagnostics; the images that its camera names are not read. Errors: there is
 // no such file.
 Result<ChainFile> read_chain_of(const Options& options);

@@ -25,6 +25,7 @@ namespace {
 struct PlanSettings {
     std::string format = "text";
     std::string calibration;  // path of a sidecar, empty = none
+    int most = 0;             // frames; 0 = all
 };
 
 using Calibration = std::optional<sequence::Calibration>;
@@ -199,7 +200,9 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
     const auto print = [&](const sequence::PlanReport& planned) {
         const auto seconds = seconds_of(planned, calibration);
         if (plan.format == "json") {
-            print_line(sequence::planned_json(planned, seconds));
+            io::Json json = sequence::planned_json(planned, seconds);
+            if (!planned.warnings.empty()) json["warnings"] = planned.warnings;
+            print_line(json);
             return;
         }
         const std::string text = plan.format == "dot" ? plan_as_dot(*planned.plan)
@@ -216,10 +219,12 @@ Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
         if (planned.plan.ok()) {
             ++good;
             print(planned);
-            return true;
+            return plan.most == 0 || good < size_t(plan.most);
         }
         // An error repeated for the next frame applies to every frame.
         const Status status = planned.plan.status();
+        if (plan.format == "json")
+            print_line({{"frame", planned.frame}, {"error", status.message()}});
         const std::string what = sequence::fault_of(status.message());
         if (status.code() == StatusCode::chain && what == said) return false;
         said = what;
@@ -251,6 +256,9 @@ RunSubcommand add_plan(CLI::App& subcommand, Options& options) {
             "--dot", [plan] { plan->format = "dot"; }, "graphviz")
         ->excludes(text)
         ->excludes(json);
+    subcommand.add_option("--most", plan->most, "plan no more frames than this; 0 = all")
+        ->check(number_within(CLI::Range(0, 1'000'000)))
+        ->capture_default_str();
     subcommand
         .add_option("--calibration", plan->calibration,
                     "sidecar of a frame filtered on a similar machine, to estimate times")

@@ -119,7 +119,9 @@ std::string in_words(const std::string& text) {
         end = (*one)[0].second;
     }
     words.append(end, text.end());
-    return as_keys(words);
+    return with_settings(words, [](const std::string& setting, const std::string&) {
+        return setting == "camera" ? "the camera" : setting;
+    });
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ void complete(experiment::ExperimentSettings& settings, sequence::RunSettings ru
 
 Result<std::vector<experiment::NamedChain>> variants_of(const Options& options,
                                                         const ExperimentOptions& e) {
-    ASSIGN_OR_RETURN(const auto chain, find_chain(options.chain));
+    ASSIGN_OR_RETURN(const auto chain, find_chain_of(options));
     std::vector<experiment::Sweep> sweeps;
     for (const auto& text : e.sweeps) {
         ASSIGN_OR_RETURN(auto sweep, experiment::parse_sweep(text));
@@ -115,10 +115,8 @@ int check_bench(const Options& options, const ExperimentOptions& e) {
     std::optional<std::vector<experiment::NamedChain>> variants;
     if (chain) variants = checks.take("sweep", variants_of(options, e));
     auto run = checks.settings(options);
-    for (const auto& [key, words] :
-         {std::pair("fail_above", &e.fail_above), {"under", &e.under}})
-        checks.take(key,
-                    experiment::limits_of(key, *words, report::Kind::bench, true).status());
+    for (const auto& [key, words] : {std::pair("fail_above", &e.fail_above), {"under", &e.under}})
+        checks.take(key, experiment::limits_of(key, *words, report::Kind::bench, true).status());
     if (!checks.ok()) return checks.print({});
     experiment::BenchSettings settings = e.bench;
     std::vector<Camera> cameras;
@@ -313,6 +311,7 @@ RunSubcommand add_ab(CLI::App& subcommand, Options& o) {
     const auto e = std::make_shared<ExperimentOptions>();
     add_chain_file(subcommand, "CHAIN_A", "chain", o.chain);
     add_chain_file(subcommand, "CHAIN_B", "chain_b", e->chain_b);
+    add_relative_to(subcommand, o);
     add_experiment(subcommand, o, *e, experiment::ab_parameters(), &e->ab, {"chain", "chain_b"});
     return [&o, e] {
         if (o.check) return Result<int>(check_ab(o, *e));
@@ -323,6 +322,7 @@ RunSubcommand add_ab(CLI::App& subcommand, Options& o) {
 RunSubcommand add_bench(CLI::App& subcommand, Options& o) {
     const auto e = std::make_shared<ExperimentOptions>();
     add_chain_file(subcommand, "CHAIN", "chain", o.chain);
+    add_relative_to(subcommand, o);
     add_list(subcommand, "--sweep", "KEY=V1,V2,...", e->sweeps,
              "values to try for one key of --set, may be repeated (all combinations are "
              "run): motion_blur.samples=5,9,13");

@@ -24,10 +24,14 @@ struct StudyOptions {
     study::StudySettings settings;
 };
 
-Result<study::Study> study_of(const std::string& path) {
-    ASSIGN_OR_RETURN(const auto text, read_text_file(path, StatusCode::usage));
-    auto file =
-        study::read_study(text, path, builtin_passes(), study::paths_beside(path), kVersion);
+Result<study::StudyFile> read_study_of(const StudyOptions& s, const std::string& relative_to) {
+    ASSIGN_OR_RETURN(const auto text, read_text_file(s.file, StatusCode::usage));
+    const std::string beside = relative_to.empty() ? s.file : relative_to + "/study.yaml";
+    return study::read_study(text, s.file, builtin_passes(), study::paths_beside(beside), kVersion);
+}
+
+Result<study::Study> study_of(const StudyOptions& s, const std::string& relative_to) {
+    ASSIGN_OR_RETURN(auto file, read_study_of(s, relative_to));
     RETURN_IF_ERROR(log::write(file.diagnostics, log::Level::detail));
     return std::move(file.study);
 }
@@ -42,15 +46,12 @@ int check_study(const Options& options, const StudyOptions& s) {
     Checks checks;
     const auto& [folder, chunk, on_existing] = s.settings;
     if (!chunk.empty()) checks.take("chunk", io::Chunk::parse(chunk).status());
-    const auto text = checks.take("study", read_text_file(s.file, StatusCode::usage));
-    if (!text) return checks.print({});
-    const study::StudyFile file =
-        study::read_study(*text, s.file, builtin_passes(), study::paths_beside(s.file), kVersion);
-    if (!checks.take("study", file.diagnostics)) return checks.print({});
-    const Status found = study::StudyFolder::check(file.study, folder, on_existing);
+    const auto file = checks.take("study", read_study_of(s, options.relative_to));
+    if (!file || !checks.take("study", file->diagnostics)) return checks.print({});
+    const Status found = study::StudyFolder::check(file->study, folder, on_existing);
     checks.take(found.code() == StatusCode::usage ? "output" : "on_existing", found);
     if (!options.confine_to.empty()) {
-        for (const study::Scene& scene : file.study.scenes) {
+        for (const study::Scene& scene : file->study.scenes) {
             checks.reads("study", scene.measured.run.input);
             if (const auto truth = io::InputSpec::parse(scene.measured.truth); truth.ok())
                 checks.reads("study", *truth);
@@ -58,8 +59,8 @@ int check_study(const Options& options, const StudyOptions& s) {
         checks.writes("output", folder);
     }
     size_t frames = 0;
-    for (const study::Task& task : study::tasks_of(file.study))
-        frames += frames_of(file.study.scenes[task.scene]);
+    for (const study::Task& task : study::tasks_of(file->study))
+        frames += frames_of(file->study.scenes[task.scene]);
     return checks.print(
         {{"frames", frames}, {"writes", {whole_path(folder)}}, {"new_folder", false}});
 }
@@ -85,7 +86,7 @@ Result<MeasurementEnd> study_subcommand(const Options& options, const StudyOptio
     if (!s.settings.chunk.empty()) {
         ASSIGN_OR_RETURN(chunk, io::Chunk::parse(s.settings.chunk).at("--chunk"));
     }
-    ASSIGN_OR_RETURN(auto study, study_of(s.file));
+    ASSIGN_OR_RETURN(auto study, study_of(s, options.relative_to));
     ASSIGN_OR_RETURN(auto folder,
                      study::StudyFolder::open(study, s.settings.folder, s.settings.on_existing));
 
@@ -122,6 +123,7 @@ RunSubcommand add_study(CLI::App& subcommand, Options& o) {
     subcommand.add_option("STUDY", s->file, "study file, YAML or JSON")->required();
     add_settings(subcommand, study::study_parameters(), "", &s->settings);
     add_settings(subcommand, study::study_parameters(), study::kSplitGroup, &s->settings);
+    add_relative_to(subcommand, o);
     add_device(subcommand, o);
     subcommand.add_flag("--json", o.json, kJsonHelp);
     add_progress(subcommand, o);

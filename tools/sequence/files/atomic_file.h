@@ -28,6 +28,7 @@ enum class OnExisting {
     fail,       // an error, also when another process makes the file first
     overwrite,  // replace it
     skip,       // keep the old file, drop the new one
+    resume,     // of a run: as skip for its own outputs, as fail for others
 };
 
 // Checks for an existing file before any work. Returns true if it exists and is kept; with `fail`

@@ -159,6 +159,23 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
     return range;
 }
 
+std::string range_text(std::span<const int> frames) {
+    std::string text;
+    for (size_t at = 0; at < frames.size();) {
+        const int first = frames[at];
+        const int step = at + 1 < frames.size() ? frames[at + 1] - first : 0;
+        size_t last = at;
+        while (step > 0 && last + 1 < frames.size() && frames[last + 1] - frames[last] == step)
+            ++last;
+        if (step > 1 && last == at + 1) last = at;
+        text += concat(text.empty() ? "" : ",", first);
+        if (last > at) text += concat("-", frames[last]);
+        if (last > at && step > 1) text += concat("x", step);
+        at = last + 1;
+    }
+    return text;
+}
+
 Result<Chunk> Chunk::parse(std::string_view text) {
     std::string_view rest = text;
     const std::optional<int> index = take_number(rest);

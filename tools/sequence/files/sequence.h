@@ -10,6 +10,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -34,6 +35,10 @@ struct FrameRange {
     // other non-number.
     static Result<FrameRange> parse(std::string_view text, size_t max_frames = kMaxFrames);
 };
+
+// "1-6,8,10-20x5", which FrameRange::parse() reads: short for the frames of a long job. `frames`
+// ascend.
+std::string range_text(std::span<const int> frames);
 
 // "3/8": the third of eight parts of a list of frames. The parts are consecutive runs whose sizes
 // differ by at most one. If there are more parts than frames, some are empty.

@@ -44,8 +44,20 @@ class FilterJob final : public FrameJob {
             report.preview_provenance = preview_provenance_of(fingerprint, settings_);
         RETURN_IF_ERROR(check_output(*opened.frame, report, settings_));
         std::error_code error;
-        return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
-               !is_done(task.output, fingerprint, settings_);
+        const bool keeps = settings_.on_existing == io::OnExisting::skip ||
+                           settings_.on_existing == io::OnExisting::resume;
+        if (!keeps || !fs::exists(task.output, error)) return true;
+        if (is_done(task.output, fingerprint, settings_)) return false;
+        // A run that died may have left the image without its sidecar and preview.
+        RunSettings image_alone = settings_;
+        image_alone.sidecar = image_alone.preview = false;
+        if (settings_.on_existing == io::OnExisting::resume &&
+            !is_done(task.output, fingerprint, image_alone))
+            return Status(StatusCode::output,
+                          task.output +
+                              ": exists, and this run would make another; name another "
+                              "output, or use {on_existing=overwrite}"_keyed);
+        return true;
     }
 
     Status prepare(const SourceFrame& source, FrameReport& report) override {

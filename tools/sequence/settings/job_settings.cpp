@@ -309,10 +309,10 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .boolean("mkdir", &JobSettings::make_folder,
                  {.help = "create the output folder if it does not exist", .group = kOutputGroup})
         .choice<io::OnExisting>(
-            "on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
-            {.help = "if an output exists: fail, overwrite it, or skip it if it is complete "
-                     "and made by the same chain from "
-                     "the same input (otherwise make it again)",
+            "on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip", "resume"},
+            {.help = "if an output exists: fail, overwrite it, skip it if it is complete and made "
+                     "by the same chain from the same input (otherwise make it again), or resume: "
+                     "skip such ones and fail for others",
              .group = kOutputGroup})
         .choice<MissingPolicy>(
             "missing", &JobSettings::missing, {"error", "skip", "hold"},
@@ -446,7 +446,7 @@ Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& regist
     // Excludes which frames are written, where, and what is written besides: they do not change the
     // result.
     static const std::set<std::string> kNotRepeated = {
-        "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
+        "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error", "missing",
         "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};
     for (const auto& [key, value] : given_values(job, registry))
         if (!kNotRepeated.contains(key)) run.given[key] = value;

@@ -4,6 +4,7 @@
 
 #include "tools/service/http/interface.h"
 #include "tools/service/http/job_json.h"
+#include "tools/service/work/job_request.h"
 
 namespace postchain::service {
 namespace {

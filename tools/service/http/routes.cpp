@@ -231,7 +231,8 @@ Reply readiness(const Service& service, const RequestThreads& threads, const Cal
                  {"disk", health.disk},
                  {"queue", health.queue},
                  {"progress", health.progress},
-                 {"draining", health.draining}};
+                 {"draining", health.draining},
+                 {"confined", health.confined}};
     // Details of the machine need the token.
     if (call.user.name != kStranger) {
         body["renderer"] = health.renderer;

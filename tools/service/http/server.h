@@ -27,7 +27,7 @@ struct ServerSettings {
     GuardSettings guard;
     size_t max_connections = 4096;
     size_t max_connections_per_address = 2048;
-    size_t max_waiting = 256;                     // requests waiting for a thread or for the worker
+    size_t max_waiting = 256;                     // requests waiting for a thread
     size_t max_unsent = 512 << 20;                // bytes of replies that clients have not read yet
     uint32_t max_header = 16 * 1024;              // bytes
     uint64_t max_body = 1024 * 1024;              // bytes

@@ -23,12 +23,13 @@
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "passes/registry.h"
+#include "tools/apps/common/confine.h"
 #include "tools/apps/common/log.h"
 #include "tools/apps/common/stop_on_signal.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/service/http/server.h"
 #include "tools/service/store/store_file.h"
-#include "tools/service/work/remote_backend.h"
+#include "tools/service/work/job_runner.h"
 #include "tools/service/work/service.h"
 #include "tools/service/work/slurm_queue.h"
 
@@ -117,8 +118,8 @@ const ParameterTable& serve_parameters() {
             .number(
                 "frame_timeout", &O::frame_timeout_s,
                 number_row(0, 86400,
-                           "seconds that reading, filtering or writing a frame may take, then its "
-                           "job fails; 0 = no limit"))
+                           "seconds that a job's process may print nothing, then it is killed and "
+                           "its frame has failed an attempt; 0 = no limit"))
             .number(
                 "slice", &O::slice_s,
                 number_row(0, 86400,
@@ -302,9 +303,14 @@ Result<std::shared_ptr<service::Users>> users_of(const ServeOptions& serve,
     });
 }
 
-Result<service::RemoteSettings> remote_settings(const Options& options, const ServeOptions& serve,
-                                                const service::Roots& roots) {
-    service::RemoteSettings remote;
+// The queue and how jobs are handed to it; none for this machine.
+struct FarmSettings {
+    std::shared_ptr<service::TaskQueue> queue;
+    service::QueueSettings settings;
+};
+Result<FarmSettings> farm_settings(const Options& options, const ServeOptions& serve,
+                                   const service::Roots& roots) {
+    FarmSettings farm;
     if (serve.backend == ServeBackend::local) {
         std::vector<std::string> given;
         for (const Parameter& row : slurm_parameters().rows())
@@ -313,25 +319,46 @@ Result<service::RemoteSettings> remote_settings(const Options& options, const Se
         if (!given.empty())
             return Status(StatusCode::usage,
                           option_name(given.front()) + " has no effect; add --backend slurm");
-        return remote;
+        return farm;
     }
     if (serve.farm_folder.empty())
         return Status(StatusCode::usage,
                       "--backend slurm: add --farm-folder, a folder outside of the roots that "
                       "every machine of Slurm sees");
     RETURN_IF_ERROR(
-        service::take_farm_folder(serve.farm_folder, roots.folders()).at("--farm-folder"));
-    remote.queue = std::make_shared<service::SlurmQueue>(service::SlurmSettings{
+        service::take_private_folder(serve.farm_folder, roots.folders()).at("--farm-folder"));
+    farm.queue = std::make_shared<service::SlurmQueue>(service::SlurmSettings{
         serve.slurm_words, serve.farm_memory, serve.farm_cpus, serve.farm_nice, kVersion});
-    remote.folder = std::filesystem::absolute(serve.farm_folder);
-    if (!serve.farm_program.empty()) remote.program = serve.farm_program;
-    remote.device = options.device;
-    remote.frames_per_task = serve.farm_frames;
-    remote.max_jobs = serve.farm_jobs;
-    remote.max_jobs_of_user = serve.farm_jobs_per_user;
-    remote.max_tasks = serve.farm_tasks;
-    remote.lag = std::chrono::seconds(serve.farm_lag_s);
-    return remote;
+    service::QueueSettings& settings = farm.settings;
+    settings.folder = std::filesystem::absolute(serve.farm_folder);
+    if (!serve.farm_program.empty()) settings.program = serve.farm_program;
+    settings.device = options.device;
+    settings.frames_per_task = serve.farm_frames;
+    settings.max_jobs = serve.farm_jobs;
+    settings.max_jobs_of_user = serve.farm_jobs_per_user;
+    settings.max_tasks = serve.farm_tasks;
+    settings.lag = std::chrono::seconds(serve.farm_lag_s);
+    return farm;
+}
+
+// A program that is installed beside this one.
+std::string beside_this(const char* name) {
+    std::error_code error;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+    return (self.parent_path() / name).string();
+}
+
+// Compiled programs are kept beside the store, for the processes of jobs and previews alone, unless
+// $MESA_SHADER_CACHE_DIR names a folder.
+void keep_programs_beside(const std::string& store) {
+    if (std::getenv("MESA_SHADER_CACHE_DIR")) return;
+    const auto path = std::filesystem::absolute(store);
+    const std::string folder =
+        (path.parent_path() / ("." + path.filename().string() + ".programs")).string();
+    std::error_code error;
+    std::filesystem::create_directory(folder, error);
+    ::setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 1);
+    ::setenv("MESA_SHADER_CACHE_MAX_SIZE", "256M", 1);
 }
 
 // Sends a state such as "READY=1" to the service manager, at the socket named by $NOTIFY_SOCKET:
@@ -477,7 +504,8 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     ASSIGN_OR_RETURN(const auto roots, service::Roots::of(serve.roots));
     ASSIGN_OR_RETURN(const auto users, users_of(serve, roots));
     ASSIGN_OR_RETURN(const auto settings, server_settings(options, serve, users));
-    ASSIGN_OR_RETURN(const auto remote, remote_settings(options, serve, roots));
+    ASSIGN_OR_RETURN(const auto farm, farm_settings(options, serve, roots));
+    keep_programs_beside(store);
     allow_connections(serve.max_connections);
 
     const StopOnSignal stop(true);
@@ -490,14 +518,16 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     work.attempts = serve.attempts;
     work.max_queue = size_t(serve.max_queue);
     work.users = users;
-    work.program = "/proc/self/exe";
+    work.program = beside_this("postchain");
+    work.preview_program = beside_this("postchain-preview");
     work.frame_timeout_s = serve.frame_timeout_s;
     work.slice_s = serve.slice_s;
     work.keep = {serve.keep_jobs, serve.keep_days};
-    work.remote = remote;
+    work.queue = farm.queue;
+    work.remote = farm.settings;
     work.version = kVersion;
+    work.less_confined = confinement();
     work.log = write_line;
-    work.warn = [](const std::string& line) { log::warning(line); };
     ASSIGN_OR_RETURN(auto opened, service::Service::open(work, builtin_passes()));
     ASSIGN_OR_RETURN(server, service::Server::open(settings, *opened));
     const std::string address = address_text(serve.bind, server->port());
@@ -513,6 +543,7 @@ Result<int> run_service(const Options& options, const ServeOptions& serve) {
     else
         log::info(concat("listening on ", address, " for ", users->count(),
                          users->count() == 1 ? " user of " : " users of ", serve.users));
+    if (!work.less_confined.empty()) log::warning(work.less_confined);
     if (!service::is_loopback(serve.bind) && serve.trusted.empty())
         log::warning(
             "other machines can connect without encryption: on a shared network, "

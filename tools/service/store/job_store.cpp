@@ -640,47 +640,29 @@ Status JobStore::release(const std::string& id) {
 }
 
 // ------------------------------------------------------------------------------ after a death
-int JobStore::interrupt(Database& database, int64_t job, const std::string& message) {
-    const auto begun =
-        all(Statement(database, "SELECT frame FROM frames WHERE job = ? AND in_flight = 1", job),
-            [](const Statement& row) { return int(row.integer(0)); });
-    database.run(
-        "UPDATE frames SET in_flight = 0, alone = 1, attempts = attempts - ? WHERE job = ? AND "
-        "in_flight = 1",
-        int(begun.size() > 1), job);
-    if (begun.size() == 1) fail_frame(database, job, begun[0], message);
-    return int(begun.size());
+Status JobStore::interrupted(const std::string& id, const std::vector<int>& frames,
+                             const std::string& message) {
+    return change([&](Database& database) {
+        const int64_t job = number_of(id);
+        for (const int frame : frames)
+            database.run(
+                "UPDATE frames SET in_flight = 0, alone = 1, attempts = attempts - ? WHERE job = ? "
+                "AND frame = ? AND in_flight = 1",
+                int(frames.size() > 1), job, frame);
+        if (frames.size() == 1) fail_frame(database, job, frames[0], message);
+    });
 }
 
-Result<int> JobStore::interrupted(const std::string& id, const std::string& message) {
-    return change([&](Database& database) { return interrupt(database, number_of(id), message); });
-}
-
+// The jobs' processes died with the service, or go on in another queue: no attempt has failed.
 void JobStore::recover(Database& database) {
-    // A job in another queue goes on without this process: its death is no attempt.
-    const auto running =
-        all(Statement(database,
-                      "SELECT id, CASE remote WHEN '' THEN attempts ELSE 0 END FROM jobs WHERE "
-                      "state = 'running'"),
-            [](const Statement& row) { return std::pair(row.integer(0), int(row.integer(1))); });
-    for (const auto& [job, attempts] : running) {
-        const int in_flight =
-            interrupt(database, job, "the process died while only this frame was in flight");
-        if (in_flight == 0 && attempts >= attempts_) {
-            Job ended;
-            ended.id = std::to_string(job);
-            ended.state = JobState::failed;
-            ended.exit_code = 1;
-            ended.message = concat("the process died ", attempts, " times during this job");
-            end_job(database, ended);
-            continue;
-        }
-        database.run("UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?",
-                     in_flight > 0 ? 0 : attempts, job);
-        add_event(job, "requeued", {{"why", "the process ended"}});
+    const auto running = all(Statement(database, "SELECT id FROM jobs WHERE state = 'running'"),
+                             [](const Statement& row) { return row.integer(0); });
+    for (const int64_t job : running) {
+        database.run("UPDATE jobs SET state = 'queued', attempts = 0 WHERE id = ?", job);
+        add_event(job, "requeued", {{"why", "the service ended"}});
     }
-    // Of jobs that were canceled just before.
-    database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
+    database.run(
+        "UPDATE frames SET attempts = MAX(attempts - 1, 0), in_flight = 0 WHERE in_flight = 1");
 }
 
 }  // namespace postchain::service

@@ -163,10 +163,10 @@ class JobStore final : public StoreFile {
     Status frame_fails(const std::string& id, int frame, const std::string& message);
     // After a stop: interrupted frames wait again, without a counted attempt.
     Status release(const std::string& id);
-    // After the death of a process that worked on the job: its frames in flight run alone from now
-    // on. If there is one, its attempt has failed; of several none is counted. Returns their
-    // number.
-    Result<int> interrupted(const std::string& id, const std::string& message);
+    // After the death of a process that worked on the job: the frames that it had under way run
+    // alone from now on. If it was one, its attempt has failed; of several none is counted.
+    Status interrupted(const std::string& id, const std::vector<int>& frames,
+                       const std::string& message);
 
   private:
     JobStore(const std::string& path, int attempts, const Retention& keep)
@@ -175,7 +175,6 @@ class JobStore final : public StoreFile {
     void prune(Database& database);
     void end_job(Database& database, const Job& job);
     void fail_frame(Database& database, int64_t job, int frame, const std::string& message);
-    int interrupt(Database& database, int64_t job, const std::string& message);
     void recover(Database& database);  // docs/service.md, "After a crash"
 
     const int attempts_;  // of a frame

@@ -42,20 +42,13 @@ struct Counters::Families {
                                                          .Name("postchain_jobs_ended_total")
                                                          .Help("jobs that ended, by state and kind")
                                                          .Register(registry);
-    prometheus::Counter& waits = BuildCounter()
-                                     .Name("postchain_preview_wait_seconds_total")
-                                     .Help("time that jobs have left the device to previews")
-                                     .Register(registry)
-                                     .Add({});
     const double start = double(now_ms()) * 1e-3;
 };
 
 // With 0, so that a rate counts the first one too.
 Counters::Counters() : families_(std::make_unique<Families>()) {
-    for (const auto outcome :
-         {sequence::Outcome::written, sequence::Outcome::skipped, sequence::Outcome::held,
-          sequence::Outcome::missing, sequence::Outcome::failed})
-        families_->frames.Add({{"result", name_of(outcome)}});
+    for (const char* outcome : {"written", "skipped", "held", "missing", "failed"})
+        families_->frames.Add({{"result", outcome}});
     for (const auto kind : kJobKinds)
         for (const auto state : {JobState::done, JobState::failed, JobState::canceled})
             families_->ended.Add({{"kind", name_of(kind)}, {"state", name_of(state)}});
@@ -63,20 +56,13 @@ Counters::Counters() : families_(std::make_unique<Families>()) {
 
 Counters::~Counters() = default;
 
-void Counters::add(const sequence::FrameReport& report) noexcept try {
-    families_->frames.Add({{"result", name_of(report.outcome)}}).Increment();
-    if (!report.plan) return;
-    for (const auto& [step, ms] : {std::pair("read", report.findings.read_ms),
-                                   {"convert", report.findings.convert_ms},
-                                   {"filter", report.filter_ms},
-                                   {"write", report.write_ms}})
-        families_->steps.Add({{"step", step}}, kSeconds).Observe(ms * 1e-3);
+void Counters::add(const io::Json& frame) noexcept try {
+    families_->frames.Add({{"result", frame.at("outcome").get<std::string>()}}).Increment();
+    for (const char* step : {"read", "convert", "filter", "write"})
+        if (const double ms = frame.at("times_ms").value(step, 0.0); ms > 0)
+            families_->steps.Add({{"step", step}}, kSeconds).Observe(ms * 1e-3);
 } catch (...) {
     // A lost count must not cost a frame.
-}
-
-void Counters::waited_for_previews(double seconds) noexcept {
-    if (seconds > 0) families_->waits.Increment(seconds);
 }
 
 void Counters::ended(JobKind kind, const std::string& state) noexcept try {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "tools/sequence/record/frame_report.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/store/job_store.h"
 
 namespace postchain::service {
@@ -16,8 +16,7 @@ class Counters {
     ~Counters();
 
     // Callable from any thread; throws nothing.
-    void add(const sequence::FrameReport& report) noexcept;
-    void waited_for_previews(double seconds) noexcept;            // the running job
+    void add(const io::Json& frame) noexcept;  // a line of `postchain run --json`
     void ended(JobKind kind, const std::string& state) noexcept;  // a job
     // With the present state of the store, and the threads that hang.
     std::string text(const StoreUse& use, size_t stuck) const;

@@ -16,7 +16,8 @@
 namespace postchain::service {
 
 struct WatchedHealth {
-    Status device = {};      // of a test dispatch
+    Status device = {};  // of a test dispatch
+    std::string renderer = {};
     Status store = {};       // it is in its place
     size_t queued = 0;       // waiting jobs
     std::string disks = {};  // faults of the folders; empty = none

@@ -6,7 +6,6 @@
 
 #include "config/text_tree.h"
 #include "tools/sequence/record/sidecar.h"
-#include "tools/service/work/measurement.h"
 
 namespace postchain::service {
 namespace {
@@ -121,13 +120,17 @@ Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after
     auto read = reader.job(job.body);
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     const JobRequest& request = std::get<JobRequest>(read);
-    const std::string path = after ? frame.output : request.run.input.color().format(frame.frame);
+    const auto input = io::InputSpec::parse(request.input);
+    if (!input.ok()) return not_found("a study has no frames of its own; its report shows them");
+    const std::string path = after ? frame.output : input->color().format(frame.frame);
     if (!roots.resolve(path).ok())
         return Problem{Problem::Kind::forbidden,
                        roots.shown(path) + ": links outside the folders of this service"};
     std::error_code error;
     if (!fs::is_regular_file(path, error)) return not_found(roots.shown(path) + ": does not exist");
-    return ShownFrame{path, frame.frame, request.run.source, job.body};
+    ShownFrame shown{path, frame.frame};
+    for (const auto& [key, word] : request.options) shown.words.push_back(word);
+    return shown;
 }
 
 Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& frames,
@@ -142,9 +145,13 @@ Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& fram
         auto read = reader.job(job.body);
         if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
         const JobRequest& request = std::get<JobRequest>(read);
-        if (request.kind == JobKind::study)
+        const auto input = io::InputSpec::parse(request.input);
+        if (!input.ok())
             return not_found("a study has no frames of its own; its report shows them");
-        const auto list = io::find_frames(request.run.input, request.run.frames);
+        std::optional<io::FrameRange> range;
+        if (const auto wanted = io::FrameRange::parse(request.value("frames", "")); wanted.ok())
+            range = *wanted;
+        const auto list = io::find_frames(*input, range);
         if (!list.ok()) return not_found(reader.roots().shown_in(list.status().message()));
         first.frame = list->files.empty() ? 0 : list->files.begin()->first;
     }
@@ -160,7 +167,7 @@ Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots&
         std::error_code error;
         if (path.ok() && !fs::is_regular_file(*path, error))
             return not_found(roots.shown(*path) + ": does not exist");
-        if (path.ok()) return ShownFrame{*path, frame, {}};
+        if (path.ok()) return ShownFrame{*path, frame};
         pattern = path.status();
     }
     return Problem{Problem::Kind::forbidden, pattern.status().message()};
@@ -171,8 +178,8 @@ Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
     auto read = reader.job(job.body);
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     const JobRequest& request = std::get<JobRequest>(read);
-    if (request.kind == JobKind::run) return not_found("job " + job.id + " has no report");
-    const std::string& folder = request.measurement->report_folder();
+    if (request.kind == RequestKind::run) return not_found("job " + job.id + " has no report");
+    const std::string& folder = request.output;
     const auto path = reader.roots().resolve(folder + "/" + name);
     std::error_code error;
     if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||

@@ -17,8 +17,7 @@ std::string sidecar_of(const std::string& output, const Roots& roots);
 struct ShownFrame {
     std::string path;
     int frame = 0;
-    sequence::SourceSettings source;
-    std::string body = {};  // of the job that has `source`; empty = of none
+    std::vector<std::string> words = {};  // options of its job; none = of no job
 };
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
                                const JobReader& reader);

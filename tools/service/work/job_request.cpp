@@ -1,19 +1,14 @@
 #include "tools/service/work/job_request.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 
+#include "config/chain_find.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/files/json.h"
-#include "tools/sequence/image/bokeh_kernel_file.h"
-#include "tools/sequence/settings/color_settings.h"
-#include "tools/sequence/source/memory.h"
-#include "tools/service/work/body_keys.h"
-#include "tools/service/work/measurement.h"
-#include "tools/service/work/request_body.h"
-#include "tools/service/work/service.h"
 
 namespace postchain::service {
 namespace {
@@ -21,235 +16,291 @@ namespace {
 namespace fs = std::filesystem;
 using io::Json;
 
-BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table) {
-    BodyKeys keys;
-    if (kind != RequestKind::plan && kind != RequestKind::preview) {
-        keys.emplace_back("kind", Json{{"const", name_of(JobKind(kind))}});
-        keys.emplace_back("priority", Json{{"type", "integer"},
-                                           {"minimum", -kMaxPriority},
-                                           {"maximum", kMaxPriority},
-                                           {"default", 0}});
-        keys.emplace_back(
-            "frame_timeout",
-            Json{{"description",
-                  "seconds that reading, filtering or writing a frame may take; in place of "
-                  "--frame-timeout of the service"},
-                 {"type", "integer"},
-                 {"minimum", 1},
-                 {"maximum", kMaxFrameTimeoutS}});
+// Keys that the service reads itself.
+constexpr std::array kOwnKeys = {"kind", "priority", "frame_timeout"};
+constexpr std::array kPreviewKeys = {"frame", "scale", "plane"};
+
+bool is_job(RequestKind kind) {
+    return kind != RequestKind::plan && kind != RequestKind::preview;
+}
+
+// The arguments of a kind: their keys.
+std::vector<std::string> subjects_of(RequestKind kind) {
+    if (kind == RequestKind::study) return {"study"};
+    if (kind == RequestKind::ab) return {"chain", "chain_b"};
+    return {"chain"};
+}
+
+// The options of a kind: properties of its schema that are not its arguments.
+std::vector<std::pair<std::string, Json>> options_of(RequestKind kind, const Json& schema) {
+    const std::vector<std::string> arguments = subjects_of(kind);
+    std::vector<std::pair<std::string, Json>> options;
+    for (const auto& [key, row] : schema.at("properties").items())
+        if (std::ranges::find(arguments, key) == arguments.end()) options.emplace_back(key, row);
+    return options;
+}
+
+std::vector<std::string> keys_of(RequestKind kind, const Json& schema) {
+    std::vector<std::string> keys;
+    if (is_job(kind)) keys.assign(kOwnKeys.begin(), kOwnKeys.end());
+    if (kind == RequestKind::preview) keys.assign(kPreviewKeys.begin(), kPreviewKeys.end());
+    for (const std::string& key : subjects_of(kind)) {
+        keys.push_back(key);
+        if (kind != RequestKind::study) keys.push_back(key + "_text");
     }
-    if (kind == RequestKind::study) {
-        add_measurement_keys(JobKind::study, keys);
-        return keys;
-    }
-    add_chain_keys("chain", keys);
-    keys.emplace_back("set", strings_schema("KEY=VALUE, as --set"));
-    add_row_keys(run_table, sequence::kInputGroup, keys);
-    add_row_keys(run_table, sequence::kPlanGroup, keys);
-    if (kind == RequestKind::run || kind == RequestKind::plan)
-        add_row_keys(run_table, sequence::kLayerGroup, keys);
-    if (kind == RequestKind::run) {
-        add_row_keys(run_table, sequence::kOutputGroup, keys);
-        // As read_tables() sets it.
-        std::ranges::find(keys, "on_error", &BodyKeys::value_type::first)->second["default"] =
-            "continue";
-    }
-    if (kind == RequestKind::ab || kind == RequestKind::bench)
-        add_measurement_keys(JobKind(kind), keys);
-    if (kind == RequestKind::preview) {
-        keys.emplace_back("frame", Json::object());
-        keys.emplace_back("scale", Json::object());
-        keys.emplace_back("plane", Json::object());
-    }
+    for (const auto& [key, row] : options_of(kind, schema)) keys.push_back(key);
     return keys;
 }
 
-Json schema_of(RequestKind kind, const std::vector<std::string>& required,
-               const ParameterTable& run_table) {
-    Json properties = Json::object();
-    for (auto& [key, schema] : body_keys(kind, run_table)) properties[key] = std::move(schema);
-    return {{"title", name_of(JobKind(kind))},
-            {"type", "object"},
-            {"additionalProperties", false},
-            {"required", required},
-            {"properties", properties}};
-}
+// A node as JSON on the lines and columns where it stands in its text.
+class PlacedJson {
+  public:
+    explicit PlacedJson(const TextNode& node) { write(node); }
+    const std::string& text() const { return text_; }
 
-}  // namespace
-
-io::Json job_schema(const ParameterTable& run_table) {
-    Json kinds = {schema_of(RequestKind::run, {"input", "output"}, run_table)};
-    if (can_measure()) {
-        kinds.push_back(schema_of(RequestKind::ab, {"kind", "input", "output"}, run_table));
-        kinds.push_back(schema_of(RequestKind::bench, {"kind", "input", "output"}, run_table));
-        kinds.push_back(schema_of(RequestKind::study, {"kind", "study", "output"}, run_table));
+  private:
+    void go_to(const TextNode& node) {
+        for (; line_ < node.line; ++line_, column_ = 1) text_ += '\n';
+        for (; column_ < node.column; ++column_) text_ += ' ';
     }
-    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-            {"title", "a job of the postchain service"},
-            {"oneOf", std::move(kinds)}};
+    void put(const std::string& part, size_t characters) {
+        text_ += part;
+        column_ += int(characters);
+    }
+    void put_string(const std::string& value) {
+        const std::string quoted = Json(value).dump(-1, ' ', false, Json::error_handler_t::replace);
+        put(quoted,
+            size_t(std::ranges::count_if(quoted, [](char c) { return (c & 0xc0) != 0x80; })));
+    }
+    void write(const TextNode& node) {
+        go_to(node);
+        if (node.is_map()) {
+            put("{", 1);
+            for (size_t i = 0; i < node.entries.size(); ++i) {
+                if (i > 0) put(",", 1);
+                go_to(node.entries[i].key);
+                put_string(node.entries[i].key.text);
+                put(":", 1);
+                write(node.entries[i].value);
+            }
+            put("}", 1);
+        } else if (node.is_list()) {
+            put("[", 1);
+            for (size_t i = 0; i < node.items.size(); ++i) {
+                if (i > 0) put(",", 1);
+                write(node.items[i]);
+            }
+            put("]", 1);
+        } else if (node.is_null()) {
+            put("null", 4);
+        } else if (node.quoted) {
+            put_string(node.text);
+        } else {
+            put(node.text, node.text.size());
+        }
+    }
+
+    std::string text_;
+    int line_ = 1, column_ = 1;
+};
+
+std::string input_words(const io::InputSpec& input) {
+    if (!input.separate_files()) return input.color().text();
+    std::string text;
+    for (const auto& [role, pattern] : input.patterns)
+        text += concat(text.empty() ? "" : ",", io::InputSpec::word_of(role), "=", pattern.text());
+    return text;
 }
 
-// ------------------------------------------------------------------------- jobs, plans, previews
-JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
-                     int threads)
-    : roots_(roots),
-      registry_(registry),
-      version_(version),
-      threads_(threads),
-      table_(std::make_shared<const ParameterTable>(sequence::job_parameters(registry))) {}
-
-JobReader JobReader::with(Roots roots) const {
-    JobReader reader = *this;
-    reader.roots_ = std::move(roots);
-    return reader;
+// The name of a shipped profile, not of a file.
+bool is_word(const std::string& text) {
+    return text.find_first_of("/.") == std::string::npos;
 }
 
 class RequestParser {
   public:
     RequestParser(const JobReader& reader, const std::string& text)
-        : reader_(reader), roots_(reader.roots_), body_(text, reader.roots_) {}
+        : reader_(reader), body_(text, reader.roots()) {}
 
     Answer<JobRequest> read(RequestKind asked) {
         if (!body_.faults().empty()) return body_.problem();
-        kind_ = asked == RequestKind::run ? kind_of_job() : asked;
-        std::vector<std::string> known;
-        for (const auto& [key, schema] : body_keys(kind_, *reader_.table_)) known.push_back(key);
+        request_.kind = asked == RequestKind::run ? kind_of_job() : asked;
+        const auto schema = reader_.schemas().find(request_.kind);
+        if (schema == reader_.schemas().end()) return body_.problem();
+        const std::vector<std::string> known = keys_of(request_.kind, schema->second);
         for (const auto& [key, value] : body_.root().entries)
             if (std::ranges::find(known, key.text) == known.end())
                 body_.fault(key, key.text, unknown_word("key", key.text, known));
-        if (is_job()) request_.kind = JobKind(kind_);
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
         body_.integer("frame_timeout", 1, kMaxFrameTimeoutS, request_.frame_timeout_s);
-        ChainReader chains(body_, roots_, reader_.registry_);
-        const MeasurementText text{
-            body_, roots_, reader_.registry_, reader_.version_, reader_.threads_, chains,
-            text_, job_};
-        if (kind_ == RequestKind::study) {
-            request_.measurement = read_measurement(text, request_);
-            return result();
-        }
-        read_tables();
-        chains.read("chain", request_.chain, text_);
-        if (kind_ == RequestKind::preview) read_preview();
-        read_settings();
-        if (kind_ == RequestKind::ab || kind_ == RequestKind::bench)
-            request_.measurement = read_measurement(text, request_);
-        else
-            add_other_inputs();
-        return result();
-    }
-
-  private:
-    Answer<JobRequest> result() {
+        for (const std::string& key : subjects_of(request_.kind)) read_subject(key);
+        for (const auto& [key, row] : options_of(request_.kind, schema->second))
+            read_option(key, row, schema->second);
+        if (request_.kind == RequestKind::preview) read_preview();
         if (has_errors(body_.faults())) return body_.problem();
-        for (const Diagnostic& one : body_.faults())
-            if (one.severity == Severity::warning)
-                request_.warnings.push_back(roots_.shown_in(one.text()));
         return std::move(request_);
     }
 
-    // -------------------------------------------------------------------------------- keys
+  private:
     RequestKind kind_of_job() {
         const TextNode* node = body_.find("kind");
         if (!node) return RequestKind::run;
         std::vector<std::string> names;
-        for (const JobKind kind : kJobKinds) {
-            const bool named = is_string(*node) && node->text == name_of(kind);
-            if (named && kind != JobKind::run && !can_measure()) {
-                body_.fault("kind", node->text +
-                                        " jobs need a service that was built with the lab "
-                                        "(POSTCHAIN_LAB); this one filters alone");
+        for (const RequestKind kind : kRequestKinds) {
+            if (!is_job(kind)) continue;
+            const bool known = reader_.schemas().contains(kind);
+            if (is_string(*node) && node->text == name_of(kind)) {
+                if (known) return kind;
+                body_.fault("kind", node->text + " jobs need postchain-lab beside the command");
                 return RequestKind::run;
             }
-            if (named) return RequestKind(kind);
-            if (kind == JobKind::run || can_measure()) names.push_back(name_of(kind));
+            if (known) names.emplace_back(name_of(kind));
         }
         body_.fault("kind", unknown_word("kind", node->text, names));
         return RequestKind::run;
     }
 
-    bool is_job() const { return kind_ != RequestKind::plan && kind_ != RequestKind::preview; }
-
-    bool takes_layers() const { return kind_ == RequestKind::run || kind_ == RequestKind::plan; }
-
-    void read_tables() {
-        // By default a failed frame does not end a job of the service.
-        job_.on_error = sequence::ErrorPolicy::keep_going;
-        body_.read_rows(*reader_.table_, sequence::kInputGroup, &job_);
-        body_.read_rows(*reader_.table_, sequence::kPlanGroup, &job_);
-        if (takes_layers()) body_.read_rows(*reader_.table_, sequence::kLayerGroup, &job_);
-        if (kind_ == RequestKind::run)
-            body_.read_rows(*reader_.table_, sequence::kOutputGroup, &job_);
-    }
-
-    // ------------------------------------------------------------------------------ settings
-    // Checks one string of the run's table alone, with defaults for all other rows.
-    Status status_of_row(const Parameter& row) const {
-        sequence::JobSettings alone;
-        alone.input = "a.exr";
-        const ParameterValue value = row.get(&job_);
-        if (value == ParameterValue()) return Status();
-        // A view is meaningful only with its display: checked with all settings.
-        if (row.key.starts_with("ocio")) return Status();
-        row.set(&alone, value);
-        if (sequence::needs_ocio(alone)) alone.ocio = job_.ocio;
-        Diagnostics notes;
-        return sequence::parse_job(alone, reader_.registry_, notes).status();
-    }
-
-    // A camera file may name aperture images, which are read with it.
-    bool confine_camera() {
-        if (job_.camera.empty()) return true;
-        auto camera = load_camera(job_.camera);
-        if (!camera.ok() || !camera->status().ok()) return true;  // reported with the settings
-        bool good = body_.confine_image("camera", camera->camera);
-        for (auto& [number, frame] : camera->frames)
-            good = body_.confine_image("camera", frame.camera) && good;
-        return good;
-    }
-
-    void read_settings() {
-        const size_t before = body_.faults().size();
-        for (const Parameter& row : reader_.table_->rows())
-            if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
-                body_.confine_file(row, &job_);
-        if (!confine_camera() || body_.faults().size() > before) return;
-        std::optional<io::InputSpec> input;
-        if (!job_.input.empty()) input = body_.confine_input("input", job_.input);
-        for (const Parameter& row : reader_.table_->rows())
-            if (path_kind(row) != PathKind::input && path_kind(row) != PathKind::output &&
-                row.type == ParameterType::text)
-                if (Status status = status_of_row(row); !status.ok())
-                    body_.fault(row.key, status.message());
-        std::optional<io::PathPattern> output = confine_pattern("output", job_.output);
-        std::optional<io::PathPattern> behind = confine_pattern("behind", job_.behind);
-        if (has_errors(body_.faults())) return;
-        Diagnostics notes;
-        auto settings = sequence::parse_job(job_, reader_.registry_, notes);
-        if (!settings.ok()) return body_.fault("", settings.status().message());
-        for (Diagnostic& note : notes) body_.add(std::move(note));
-        sequence::set_input(*settings, std::move(*input), std::move(behind));
-        if (output) settings->output = std::move(*output);
-        settings->version = reader_.version_;
-        settings->source.layers.manifest_check = roots_.resolver();
-        request_.run = std::move(*settings);
-    }
-
-    // Files that no output may replace.
-    void add_other_inputs() {
-        request_.run.other_inputs.push_back({text_.file_name, "the chain file"});
-        for (auto& picture : io::inputs_of(request_.chain.chain.camera))
-            request_.run.other_inputs.push_back(std::move(picture));
-    }
-
-    std::optional<io::PathPattern> confine_pattern(const char* key, const std::string& text) {
-        if (text.empty()) return std::nullopt;
-        auto pattern = io::PathPattern::parse(text);
-        if (!pattern.ok()) {
-            body_.fault(key, pattern.status().message());
-            return std::nullopt;
+    // ---------------------------------------------------------------------- chains and studies
+    void read_subject(const std::string& key) {
+        const bool is_study = key == "study";
+        const TextNode* named = body_.find(key);
+        const TextNode* written = is_study ? nullptr : body_.find(key + "_text");
+        const std::string what =
+            is_study ? "a study's file or object" : "a chain's name, file or object";
+        if (named && written)
+            return body_.fault(key + "_text", "contradicts " + key + "; give one of them");
+        if (!named && !written) return body_.fault(key, concat("missing; give ", what));
+        NamedText subject{key, key + ".yaml"};
+        if (written) {
+            if (!is_string(*written))
+                return body_.fault(key + "_text",
+                                   written->describe() + " is not a chain file's text");
+            subject.text = written->text;
+            subject.written = true;
+        } else if (named->is_map()) {
+            subject.text = PlacedJson(*named).text();
+            subject.written = subject.in_body = true;
+        } else if (!is_string(*named) || named->text.empty()) {
+            return body_.fault(
+                key, (is_string(*named) ? "empty; give " : named->describe() + " is not ") + what);
+        } else if (!is_study && find_shipped(named->text)) {
+            subject.word = named->text;
+        } else if (RequestBody::has_zero(named->text)) {
+            return body_.fault(key, "contains a zero byte");
+        } else if (!is_study && is_word(named->text)) {
+            return body_.fault(key, find_chain(named->text).status().message());
+        } else {
+            auto confined = body_.confine(key, named->text);
+            if (!confined) return;
+            subject.word = std::move(*confined);
         }
-        return body_.confine(key, *pattern);
+        request_.subjects.push_back(std::move(subject));
+    }
+
+    static bool find_shipped(const std::string& name) {
+        const auto names = shipped_chains();
+        return std::ranges::find(names, name) != names.end();
+    }
+
+    // --------------------------------------------------------------------------------- options
+    void read_option(const std::string& key, const Json& row, const Json& schema) {
+        const TextNode* node = body_.find(key);
+        if (!node) {
+            if (const auto required = schema.find("required");
+                required != schema.end() &&
+                std::ranges::find(*required, Json(key)) != required->end())
+                body_.fault(key, "missing");
+            return;
+        }
+        const std::string type = type_of(row);
+        if (node->is_null() && row.at("type").is_array()) return;
+        if (type == "array") {
+            for (std::string& item : body_.list(key.c_str())) add(key, from_root(item));
+        } else if (type == "boolean") {
+            if (!is_flag(*node))
+                return body_.fault(key, node->describe() + " is not true or false");
+            const std::string option = option_name(key);
+            request_.options.emplace_back(
+                key, node->text == "true" ? option : "--no-" + option.substr(2));
+        } else if (type == "string") {
+            if (!is_string(*node)) return body_.fault(key, node->describe() + " is not a string");
+            if (node->text.empty()) return body_.fault(key, "empty");
+            if (RequestBody::has_zero(node->text)) return body_.fault(key, "contains a zero byte");
+            if (const auto choices = row.find("enum");
+                choices != row.end() && !check_choice(key, node->text, *choices))
+                return;
+            read_text(key, node->text, row.value("x-path", ""));
+        } else {
+            read_number(key, *node, row, type == "integer");
+        }
+    }
+
+    // Of a key that may also be null the other one.
+    static std::string type_of(const Json& row) {
+        const Json& type = row.at("type");
+        return (type.is_array() ? type.at(0) : type).get<std::string>();
+    }
+
+    static bool is_flag(const TextNode& node) {
+        return node.is_scalar() && !node.quoted && (node.text == "true" || node.text == "false");
+    }
+
+    bool check_choice(const std::string& key, const std::string& text, const Json& choices) {
+        std::vector<std::string> names;
+        for (const Json& choice : choices)
+            if (choice.is_string()) names.push_back(choice.get<std::string>());
+        if (std::ranges::find(names, text) != names.end()) return true;
+        body_.fault(key, unknown_word(key, text, names));
+        return false;
+    }
+
+    void read_number(const std::string& key, const TextNode& node, const Json& row, bool whole) {
+        const Result<double> value = number_of(node);
+        const double least = row.value("minimum", -1e300), most = row.value("maximum", 1e300);
+        if (!value.ok() || !(*value >= least && *value <= most) ||
+            (whole && !integer_of(node, int(std::max(least, -2e9)), int(std::min(most, 2e9))).ok()))
+            return body_.fault(
+                key, concat(node.describe(), " is not a ", whole ? "whole " : "", "number",
+                            row.contains("minimum") && row.contains("maximum")
+                                ? concat(" in ", least, "..", most)
+                                : std::string()));
+        add(key, node.text);
+    }
+
+    void read_text(const std::string& key, const std::string& text, const std::string& path) {
+        if (path == "input") {
+            auto input = body_.confine_input(key, text);
+            if (!input) return;
+            const std::string words = input_words(*input);
+            if (key == "input") request_.input = words;
+            return add(key, words);
+        }
+        if (path == "pattern" || path == "output") {
+            auto pattern = io::PathPattern::parse(text);
+            if (!pattern.ok()) return body_.fault(key, pattern.status().message());
+            const auto confined = body_.confine(key, *pattern);
+            if (!confined) return;
+            if (key == "output") request_.output = confined->text();
+            return add(key, confined->text());
+        }
+        if (path.empty() || (path == "profile" && is_word(text))) return add(key, text);
+        const auto confined = body_.confine(key, text);
+        if (!confined) return;
+        if (key == "output") request_.output = *confined;
+        add(key, *confined);
+    }
+
+    void add(const std::string& key, const std::string& value) {
+        request_.options.emplace_back(key, option_name(key) + "=" + value);
+    }
+
+    // An override; the path of an aperture image is relative to the first root.
+    std::string from_root(const std::string& text) const {
+        const std::string key = "camera.aperture_image=";
+        if (!text.starts_with(key) || text.size() == key.size() || text[key.size()] == '/' ||
+            text == key + "null")
+            return text;
+        return key + joined_path(reader_.roots().folders().front(), text.substr(key.size()));
     }
 
     void read_preview() {
@@ -257,7 +308,7 @@ class RequestParser {
         if (!body_.find("frame")) body_.fault("frame", "missing");
         if (const TextNode* plane = body_.find("plane")) {
             if (is_string(*plane) && plane->text == "depth")
-                request_.plane = PreviewPlane::depth;
+                request_.shows_depth = true;
             else if (!is_string(*plane) || plane->text != "color")
                 body_.fault("plane", unknown_word("plane", plane->text, {"color", "depth"}));
         }
@@ -271,35 +322,60 @@ class RequestParser {
     }
 
     const JobReader& reader_;
-    const Roots& roots_;
     RequestBody body_;
-    RequestKind kind_ = RequestKind::run;
-    sequence::JobSettings job_;
     JobRequest request_;
-    ChainText text_;  // of the chain
 };
 
-namespace {
-
-Answer<JobRequest> read(const JobReader& reader, const std::string& body, RequestKind kind,
-                        uint64_t max_memory = 0) {
+Answer<JobRequest> read(const JobReader& reader, const std::string& body, RequestKind kind) {
     try {
-        auto read = RequestParser(reader, body).read(kind);
-        if (auto* request = std::get_if<JobRequest>(&read)) {
-            limit_memory(request->run.source.max_memory, max_memory);
-            if (request->measurement) request->measurement->limit_memory(max_memory);
-        }
-        return read;
+        return RequestParser(reader, body).read(kind);
     } catch (...) {
-        const Status status = status_of_exception("the request");
-        return Problem{Problem::Kind::internal, status.message()};
+        return Problem{Problem::Kind::internal, status_of_exception("the request").message()};
     }
 }
 
 }  // namespace
 
+const char* name_of(RequestKind kind) {
+    if (is_job(kind)) return name_of(JobKind(kind));
+    return kind == RequestKind::plan ? "plan" : "preview";
+}
+
+std::string JobRequest::value(std::string_view key, std::string_view otherwise) const {
+    for (const auto& [name, word] : options)
+        if (name == key) return word.substr(word.find('=') + 1);
+    return std::string(otherwise);
+}
+
+std::vector<std::string> words_of(const JobRequest& request, const std::string& folder,
+                                  const std::vector<std::string_view>& without) {
+    std::vector<std::string> words = {name_of(request.kind)};
+    bool written = false;
+    for (const NamedText& subject : request.subjects) {
+        words.push_back(subject.written ? joined_path(folder, subject.word) : subject.word);
+        written = written || subject.written;
+    }
+    // Files that a text names are relative to the first root, where the program starts.
+    if (written) words.emplace_back("--relative-to=.");
+    for (const auto& [key, word] : request.options)
+        if (std::ranges::find(without, key) == without.end()) words.push_back(word);
+    return words;
+}
+
+Status write_texts(const JobRequest& request, const std::string& folder) {
+    for (const NamedText& subject : request.subjects) {
+        if (!subject.written) continue;
+        const std::string path = joined_path(folder, subject.word);
+        std::ofstream out(path, std::ios::binary);
+        out << subject.text;
+        out.close();
+        if (!out) return Status(StatusCode::output, path + ": cannot be written");
+    }
+    return Status();
+}
+
 Answer<JobRequest> JobReader::job(const std::string& body) const {
-    return read(*this, body, RequestKind::run, max_memory_);
+    return read(*this, body, RequestKind::run);
 }
 
 Answer<JobRequest> JobReader::plan(const std::string& body) const {
@@ -307,7 +383,7 @@ Answer<JobRequest> JobReader::plan(const std::string& body) const {
 }
 
 Answer<JobRequest> JobReader::preview(const std::string& body) const {
-    return read(*this, body, RequestKind::preview, max_preview_memory_);
+    return read(*this, body, RequestKind::preview);
 }
 
 // ----------------------------------------------------------------------------------------- users
@@ -336,6 +412,59 @@ Result<ReadJob> Readers::read(const Job& job) const {
         return Status(status.ok() ? StatusCode::usage : status.code(), problem->detail);
     }
     return ReadJob{std::move(reader), std::get<JobRequest>(std::move(read))};
+}
+
+// ---------------------------------------------------------------------------------------- schema
+io::Json job_schema(const Schemas& schemas) {
+    Json kinds = Json::array();
+    const auto text = [](const std::string& help, const Json& type) {
+        return Json{{"description", help}, {"type", type}};
+    };
+    for (const auto& [kind, schema] : schemas) {
+        if (!is_job(kind)) continue;
+        Json properties = Json::object();
+        properties["kind"] = {{"const", name_of(kind)}};
+        properties["priority"] = {{"type", "integer"},
+                                  {"minimum", -kMaxPriority},
+                                  {"maximum", kMaxPriority},
+                                  {"default", 0}};
+        properties["frame_timeout"] = {
+            {"description",
+             "seconds in which a job must read, filter or write something, else its process is "
+             "killed; in place of --frame-timeout of the service"},
+            {"type", "integer"},
+            {"minimum", 1},
+            {"maximum", kMaxFrameTimeoutS}};
+        Json required = kind == RequestKind::run ? Json::array() : Json::array({"kind"});
+        for (const std::string& key : subjects_of(kind)) {
+            if (kind == RequestKind::study) {
+                properties[key] =
+                    text("a study's file, or a study as an object", {"string", "object"});
+                required.push_back(key);
+                continue;
+            }
+            properties[key] = text("a shipped chain's name, a chain file, or a chain as an object",
+                                   {"string", "object"});
+            properties[key + "_text"] =
+                text("the text of a chain file, in place of " + key, "string");
+        }
+        for (const auto& [key, row] : options_of(kind, schema)) properties[key] = row;
+        // As Programs::check() and the runner set it.
+        if (kind == RequestKind::run) properties["on_error"]["default"] = "continue";
+        if (const auto needs = schema.find("required"); needs != schema.end())
+            for (const Json& key : *needs)
+                if (const auto arguments = subjects_of(kind);
+                    std::ranges::find(arguments, key.get<std::string>()) == arguments.end())
+                    required.push_back(key);
+        kinds.push_back({{"title", name_of(kind)},
+                         {"type", "object"},
+                         {"additionalProperties", false},
+                         {"required", required},
+                         {"properties", properties}});
+    }
+    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", "a job of the postchain service"},
+            {"oneOf", std::move(kinds)}};
 }
 
 }  // namespace postchain::service

@@ -1,78 +1,89 @@
-// Requests: text -> settings, with every path checked against the roots.
+// Requests: a JSON body becomes the words of a program, with every path checked against the roots.
 //
-//   JSON --keys of the tables of settings/job_settings.h, and those of a measurement--> JobRequest
+//   JSON --keys that `--schema` of the program lists--> JobRequest --command_of()--> words
 //
 // The same function reads a job when it is submitted and when it runs, and resolves its paths each
-// time.
+// time. The program itself checks the values, with `--check` (programs.h).
 #pragma once
 
-#include <memory>
+#include <map>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "chain/base/parameter.h"
-#include "chain/pass/pass.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
-#include "tools/service/work/request_chain.h"
+#include "tools/service/work/request_body.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
 
-class Measurement;
-
 enum class RequestKind { run, ab, bench, study, plan, preview };  // the jobs first, as in JobKind
+inline constexpr std::array kRequestKinds = {RequestKind::run,   RequestKind::ab,
+                                             RequestKind::bench, RequestKind::study,
+                                             RequestKind::plan,  RequestKind::preview};
+const char* name_of(RequestKind kind);
 
 inline constexpr int kMaxFrameTimeoutS = 86'400;
+inline constexpr double kMinPreviewScale = 0.05;  // in the body of a preview; the largest is 1
 
-enum class PreviewPlane { color, depth };
+// The settings of each kind as the programs publish them: JSON Schemas. A kind whose program is not
+// installed has none.
+using Schemas = std::map<RequestKind, io::Json>;
+
+// A chain or a study: a name, a file, or a text that is written for the program.
+struct NamedText {
+    std::string key;   // of the body
+    std::string word;  // a shipped name or a path; of a text the name of its file
+    std::string text = {};
+    bool written = false;  // it is a text
+    bool in_body = false;  // an object of the body, at the same lines and columns
+};
 
 struct JobRequest {
-    JobKind kind = JobKind::run;
+    RequestKind kind = RequestKind::run;
     int priority = 0;
-    int frame_timeout_s = 0;                   // 0 = that of the service
-    NamedChain chain;                          // of a run, plan and preview
-    sequence::RunSettings run;                 // of an ab or bench that of the measurement
-    int frame = 0;                             // preview
-    double scale = 1;                          // preview: kMinPreviewScale..1
-    PreviewPlane plane = PreviewPlane::color;  // preview
-    std::shared_ptr<Measurement> measurement;  // null but for ab, bench and study
-    std::vector<std::string> warnings;
+    int frame_timeout_s = 0;          // 0 = that of the service
+    std::vector<NamedText> subjects;  // the program's arguments: chains, or a study
+    std::vector<std::pair<std::string, std::string>> options;  // key and word, "--half"
+    std::string input;         // resolved, as --input; of a study empty
+    std::string output;        // resolved: a pattern or a folder
+    int frame = 0;             // preview
+    double scale = 1;          // preview
+    bool shows_depth = false;  // preview
+
+    // The value of an option, or this one.
+    std::string value(std::string_view key, std::string_view otherwise) const;
 };
+
+// The words after the program's name, without the options of these keys. Texts are in `folder`.
+std::vector<std::string> words_of(const JobRequest& request, const std::string& folder,
+                                  const std::vector<std::string_view>& without = {});
+// Writes the texts. Errors (output).
+Status write_texts(const JobRequest& request, const std::string& folder);
 
 class JobReader {
   public:
-    // `registry` and `version` outlive the reader.
-    JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
-              int threads);
-    // The largest --max-memory of jobs and of previews, bytes; 0 = none.
-    void limit_memory(uint64_t jobs, uint64_t previews) {
-        max_memory_ = jobs;
-        max_preview_memory_ = previews;
-    }
+    // `schemas` outlives the reader.
+    JobReader(const Roots& roots, const Schemas& schemas) : roots_(roots), schemas_(&schemas) {}
     // The same reader with other folders.
-    JobReader with(Roots roots) const;
+    JobReader with(Roots roots) const { return {std::move(roots), *schemas_}; }
 
-    // Problems: (invalid), (forbidden), with every fault in `diagnostics`.
+    // Problems: (invalid), (forbidden), with every fault in `diagnostics`. A job has its kind in
+    // its body.
     Answer<JobRequest> job(const std::string& body) const;
     Answer<JobRequest> plan(const std::string& body) const;
     Answer<JobRequest> preview(const std::string& body) const;
 
     const Roots& roots() const { return roots_; }
-    // The table of a run's settings.
-    const ParameterTable& run_table() const { return *table_; }
+    const Schemas& schemas() const { return *schemas_; }
 
   private:
-    friend class RequestParser;
     Roots roots_;
-    const PassRegistry& registry_;
-    const std::string& version_;
-    int threads_;
-    uint64_t max_memory_ = 0, max_preview_memory_ = 0;
-    std::shared_ptr<const ParameterTable> table_;
+    const Schemas* schemas_;
 };
 
 struct ReadJob {
@@ -100,7 +111,7 @@ class Readers {
     const Users& users_;
 };
 
-// JSON Schema (draft 2020-12) of a job. `run_table`: the settings of a run.
-io::Json job_schema(const ParameterTable& run_table);
+// JSON Schema (draft 2020-12) of a job.
+io::Json job_schema(const Schemas& schemas);
 
 }  // namespace postchain::service

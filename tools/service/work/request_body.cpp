@@ -2,18 +2,11 @@
 
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/image/image_file.h"
-#include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::service {
 namespace {
 
 constexpr size_t kMaxItems = 256;  // of a list; each may change every pass of a chain
-
-// The name of a shipped chain or profile, not of a file.
-bool is_word(const std::string& text) {
-    return text.find_first_of("/.") == std::string::npos;
-}
 
 }  // namespace
 
@@ -27,14 +20,6 @@ TextTree read_json_body(const std::string& text) {
 
 bool is_string(const TextNode& node) {
     return node.is_scalar() && node.quoted;
-}
-
-PathKind path_kind(const Parameter& row) {
-    if (row.type != ParameterType::text) return PathKind::none;
-    if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;
-    if (row.unit == "OUT") return PathKind::output;
-    if (row.unit == "FILE" || row.unit == "DIR") return PathKind::file;
-    return row.key == "profile" ? PathKind::profile : PathKind::none;
 }
 
 bool RequestBody::has_zero(const std::string& text) {
@@ -113,24 +98,6 @@ std::vector<std::string> RequestBody::list(const char* key) {
     return texts;
 }
 
-void RequestBody::read_row(const Parameter& row, const ParameterTable& table,
-                           ParameterRef settings) {
-    const TextNode* node = find(row.key);
-    if (!node) {
-        if (!row.optional && row.default_value == ParameterValue()) fault(row.key, "missing");
-        return;
-    }
-    if (is_string(*node) && node->text.empty()) return fault(row.key, "empty");
-    if (is_string(*node) && has_zero(node->text)) return fault(row.key, "contains a zero byte");
-    if (Status status = set_row(table, settings, row, *node); !status.ok())
-        fault(row.key, status.message());
-}
-
-void RequestBody::read_rows(const ParameterTable& table, const char* group, ParameterRef settings) {
-    for (const Parameter& row : table.rows())
-        if (row.group == group) read_row(row, table, settings);
-}
-
 std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
     auto resolved = roots_.resolve(path);
     if (resolved.ok()) return std::move(*resolved);
@@ -146,27 +113,6 @@ std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
     return std::nullopt;
 }
 
-void RequestBody::confine_file(const Parameter& row, ParameterRef settings) {
-    const ParameterValue value = row.get(settings);
-    const auto* text = std::get_if<std::string>(&value);
-    if (!text) return;
-    if (path_kind(row) == PathKind::profile && is_word(*text)) return;
-    const auto confined = confine(row.key, *text);
-    if (!confined) return;
-    row.set(settings, *confined);
-    if (row.key == "ocio") confine_tables(row.key, *confined);
-}
-
-void RequestBody::confine_tables(const std::string& key, const std::string& config) {
-    const auto module = io::image_module(StatusCode::input);
-    if (!module.ok()) return fault(key, module.status().message());
-    const auto sources = (*module)->ocio_sources(config);
-    if (!sources.ok()) return;  // reported by the transfer that uses it
-    for (const std::string& file : sources->files)
-        if (!roots_.resolve(file).ok())
-            return outside(key, "names a table outside the folders of this service");
-}
-
 std::optional<io::InputSpec> RequestBody::confine_input(const std::string& key,
                                                         const std::string& text) {
     auto input = io::InputSpec::parse(text);
@@ -180,24 +126,6 @@ std::optional<io::InputSpec> RequestBody::confine_input(const std::string& key,
         pattern = std::move(*confined);
     }
     return std::move(*input);
-}
-
-void RequestBody::confine_rows(const ParameterTable& table, ParameterRef settings) {
-    for (const Parameter& row : table.rows())
-        if (path_kind(row) == PathKind::file) confine_file(row, settings);
-}
-
-bool RequestBody::confine_image(const std::string& key, Camera& camera) {
-    const std::string file = camera.aperture_image.file();
-    if (file.empty()) return true;
-    auto resolved = roots_.resolve(file);
-    if (!resolved.ok()) {
-        // The message leaves out the path: it is absolute by now and would reveal the roots.
-        outside(key, "camera.aperture_image is outside the folders of this service");
-        return false;
-    }
-    camera.aperture_image = BokehKernel(*resolved);
-    return true;
 }
 
 }  // namespace postchain::service

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "chain/base/parameter.h"
-#include "chain/frame/frame.h"
 #include "config/diagnostic.h"
 #include "config/text_tree.h"
 #include "tools/sequence/files/sequence.h"
@@ -24,16 +22,6 @@ inline constexpr const char* kBodyFile = "job";
 TextTree read_json_body(const std::string& text);
 
 bool is_string(const TextNode& node);
-
-// How a setting names files.
-enum class PathKind {
-    none,     // it does not
-    file,     // a file or folder
-    profile,  // a name, or a file
-    input,    // frame patterns: one, or one per plane
-    output,   // a frame pattern
-};
-PathKind path_kind(const Parameter& row);
 
 class RequestBody {
   public:
@@ -60,21 +48,13 @@ class RequestBody {
     // Settings without a key in the body keep their values; a value of the wrong type is a fault.
     void integer(const char* key, int least, int most, int& value);
     std::vector<std::string> list(const char* key);
-    void read_rows(const ParameterTable& table, const char* group, ParameterRef settings);
 
     // Replace paths by their real paths under the roots; a path outside is a fault.
     std::optional<std::string> confine(const std::string& key, const std::string& path);
     std::optional<io::PathPattern> confine(const std::string& key, const io::PathPattern& pattern);
-    void confine_file(const Parameter& row, ParameterRef settings);
-    void confine_rows(const ParameterTable& table, ParameterRef settings);
     std::optional<io::InputSpec> confine_input(const std::string& key, const std::string& text);
-    bool confine_image(const std::string& key, Camera& camera);
 
   private:
-    void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings);
-    // The tables named by an OpenColorIO configuration must be under the roots too.
-    void confine_tables(const std::string& key, const std::string& config);
-
     const Roots& roots_;
     const TextTree tree_;
     Diagnostics faults_;

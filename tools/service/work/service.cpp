@@ -14,21 +14,21 @@
 #include "config/describe.h"
 #include "config/schema.h"
 #include "tools/sequence/record/frame_report.h"
-#include "tools/sequence/run/device.h"
+#include "tools/sequence/source/memory_limit.h"
 #include "tools/service/store/job_store.h"
-#include "tools/service/work/backend.h"
 #include "tools/service/work/browse.h"
 #include "tools/service/work/counters.h"
-#include "tools/service/work/device_gate.h"
 #include "tools/service/work/health_watch.h"
+#include "tools/service/work/helper_process.h"
 #include "tools/service/work/helper_threads.h"
-#include "tools/service/work/image_helper.h"
+#include "tools/service/work/image_process.h"
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/job_runner.h"
+#include "tools/service/work/local_queue.h"
 #include "tools/service/work/previews.h"
-#include "tools/service/work/remote_backend.h"
+#include "tools/service/work/programs.h"
 #include "tools/service/work/request_checks.h"
-#include "tools/service/work/worker.h"
 
 namespace postchain::service {
 namespace {
@@ -65,6 +65,8 @@ void check_priority(const User& user, int priority) {
         throw Problem{Problem::Kind::forbidden,
                       concat("priority: the largest of ", user.name, " is ", user.max_priority)};
 }
+
+constexpr auto kLocalPoll = std::chrono::milliseconds(50);
 
 // Those of the roots, and the store's.
 std::vector<std::string> folders_of(const ServiceSettings& settings) {
@@ -157,39 +159,41 @@ void log_event(const Event& event, const JobStore& store, Counters& counters,
 
 // ------------------------------------------------------------------------------------- the state
 struct Service::State {
-    State(const ServiceSettings& s, const PassRegistry& r, const egl::ContextOptions& device,
+    State(const ServiceSettings& s, const PassRegistry& r, Schemas known,
           std::vector<std::string> folders)
         : settings(s),
           registry(r),
-          reader(settings.roots, registry, settings.version, settings.threads),
+          schemas(std::move(known)),
+          reader(settings.roots, schemas),
           readers(reader, *settings.users),
           memory(settings.max_memory > 0 ? settings.max_memory : sequence::default_memory_limit()),
-          image_memory(memory / 4),
+          images(memory / 4),
+          programs(settings.program, folder.path() + "/texts", kOwnMemory + memory / 2),
           thumbnails(kThumbnailThreads, kMaxThumbnails),
-          previews(settings, memory / 4, device, registry, gate),
-          watch(std::move(folders), [this] { return look(); }) {
-        // The rest is for images. Jobs of another queue are on other machines.
-        reader.limit_memory(settings.remote.queue ? 0 : memory / 2, memory / 4);
-    }
+          previews(settings, memory / 4),
+          watch(std::move(folders), [this] { return look(); }) {}
 
     const ServiceSettings settings;
+    const PrivateFolder folder;
     const PassRegistry& registry;
+    const Schemas schemas;
     JobReader reader;
     const Readers readers;
     const uint64_t memory;  // bytes of the frames of jobs, previews and images
-    sequence::MemoryGate image_memory;
+    MemoryGate images;
+    const Programs programs;
     Counters counters;
     std::unique_ptr<JobStore> store;
     HelperThreads thumbnails;
-    DeviceGate gate;
     Previews previews;
-    std::unique_ptr<Backend> backend;
+    std::unique_ptr<JobRunner> runner;
     std::atomic<bool> draining = false;
     std::mutex listener_mutex;
     std::function<void(const Event&)> listener;
     // On the thread of `watch`.
     std::chrono::steady_clock::time_point device_tested = {};
     Status device_state = {};
+    std::string renderer;
     HealthWatch watch;  // the last member: it uses the others
 
     // A job of the store with the remaining time of the running job, or its place in the queue.
@@ -205,9 +209,6 @@ struct Service::State {
     void check_known(const std::string& id) const;
     JobFrame known(const std::string& id, int frame) const;
     JobReader reader_of(const User& user) const;
-    // An image of a file, by another process if there is a program for it.
-    Result<std::string> image(const ShownFrame& shown, const Roots& roots,
-                              const ImageWanted& wanted);
     // Sends an image of a file from another thread. `find` returns the file for a reader.
     using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
     void show(const User& user, const ImageWanted& wanted,
@@ -220,7 +221,7 @@ struct Service::State {
 };
 
 Job Service::State::shown(Job job, const QueuePlaces& places) const {
-    job.remaining_s = backend->remaining_s(job.id);
+    job.remaining_s = runner->remaining_s(job.id);
     const auto place = places.find(job.id);
     if (place != places.end()) job.place = place->second;
     return job;
@@ -243,12 +244,15 @@ WatchedHealth Service::State::look() {
     const auto now = std::chrono::steady_clock::now();
     if (now - device_tested > kDevicePeriod) {
         // A preview may take long; then the device's last known state stays.
-        if (auto tested = previews.test()) device_state = std::move(*tested);
+        if (auto tested = previews.test()) {
+            device_state = tested->status();
+            if (tested->ok()) renderer = **tested;
+        }
         device_tested = now;
     }
     const auto counts = store->use().jobs;
     const auto queued = counts.find(JobState::queued);
-    return {device_state, store->in_place(), queued == counts.end() ? 0 : queued->second};
+    return {device_state, renderer, store->in_place(), queued == counts.end() ? 0 : queued->second};
 }
 
 Job Service::State::known(const std::string& id) const {
@@ -276,22 +280,12 @@ JobReader Service::State::reader_of(const User& user) const {
     return std::move(*own);
 }
 
-Result<std::string> Service::State::image(const ShownFrame& shown, const Roots& roots,
-                                          const ImageWanted& wanted) {
-    if (!settings.program.empty())
-        return image_by_helper(settings.program, shown, roots, wanted, image_memory);
-    std::optional<MemoryPlace> place;
-    return image_of(shown.path, shown.frame, shown.source, wanted,
-                    [&](uint64_t bytes) { place.emplace(image_memory, bytes); });
-}
-
 void Service::State::show(const User& user, const ImageWanted& wanted,
                           const std::function<void(Answer<Picture>)>& done, const FindFrame& find) {
     const auto make = [this, wanted, reader = reader_of(user), find] {
         try {
-            ShownFrame shown = taken(find(reader));
-            shown.source.max_memory = memory / 4;
-            auto bytes = image(shown, reader.roots(), wanted);
+            const ShownFrame shown = taken(find(reader));
+            auto bytes = image_of(settings.preview_program, shown, reader.roots(), wanted, images);
             if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
             return Picture{wanted.type, std::move(*bytes)};
         } catch (const Problem&) {
@@ -333,16 +327,16 @@ Service::~Service() {
 
 size_t Service::end() {
     state_->draining = true;
-    const size_t lost = state_->backend ? state_->backend->end() : 0;
+    const size_t lost = state_->runner ? state_->runner->end() : 0;
     return lost + state_->watch.end() + state_->previews.end() + state_->thumbnails.end();
 }
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
-    ASSIGN_OR_RETURN(auto device,
-                     sequence::choose_device(settings.device, settings.threads, settings.warn));
     confine_files(settings.roots.folders());
-    auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
+    ASSIGN_OR_RETURN(auto schemas, Programs(settings.program, "", 0).schemas(settings.version));
+    auto state =
+        std::make_unique<State>(settings, registry, std::move(schemas), folders_of(settings));
     ASSIGN_OR_RETURN(state->store,
                      JobStore::open(settings.store, settings.attempts, settings.keep));
     if (settings.log)
@@ -350,30 +344,30 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
             log({LogLine::Level::error, text, {{"event", "store"}}});
         });
     state->store->on_event([at = state.get()](const Event& event) { at->hear(event); });
-    if (settings.remote.queue) {
-        RemoteSettings remote = settings.remote;
-        remote.attempts = settings.attempts;
-        remote.drain = settings.drain;
-        state->backend = std::make_unique<RemoteBackend>(*state->store, state->readers, remote);
-    } else {
-        WorkerSettings work;
-        work.device = device;
-        work.attempts = settings.attempts;
-        work.frame_timeout_s = settings.frame_timeout_s;
-        work.slice_s = settings.slice_s;
-        work.drain = settings.drain;
-        if (!settings.program.empty())
-            work.try_file = [at = state.get()](ShownFrame shown, const Roots& roots) {
-                shown.source.max_memory = at->memory / 4;
-                const Status read = at->image(shown, roots, {.side = 16}).status();
-                // Other errors are those of images.
-                return read.code() == StatusCode::input ? read : Status();
-            };
-        state->backend = std::make_unique<Worker>(*state->store, state->readers, state->counters,
-                                                  state->gate, registry, work);
+    if (state->folder.path().empty())
+        return Status(StatusCode::output, "the folder of temporary files cannot be written");
+    QueueSettings queue = settings.remote;
+    std::shared_ptr<TaskQueue> tasks = settings.queue;
+    queue.attempts = settings.attempts;
+    queue.drain = settings.drain;
+    if (!tasks) {
+        queue.folder = state->folder.path() + "/jobs";
+        queue.program = settings.program;
+        queue.device = settings.device;
+        queue.threads = settings.threads;
+        queue.max_memory = state->memory / 2;  // the rest is for previews and images
+        queue.frames_per_task = 0;
+        queue.max_jobs = 1;
+        queue.frame_timeout_s = settings.frame_timeout_s;
+        queue.slice_s = settings.slice_s;
+        queue.poll = kLocalPoll;
+        tasks = std::make_shared<LocalQueue>(
+            LocalSettings{.memory = kOwnMemory + 2 * queue.max_memory});
     }
+    state->runner = std::make_unique<JobRunner>(*state->store, state->readers, state->programs,
+                                                state->counters, tasks, queue);
     for (const Status& status :
-         {state->thumbnails.begin(), state->previews.begin(), state->backend->begin()})
+         {state->thumbnails.begin(), state->previews.begin(), state->runner->begin()})
         if (!status.ok()) return status;
     RETURN_IF_ERROR(state->watch.begin());
     return std::unique_ptr<Service>(new Service(std::move(state)));
@@ -383,12 +377,11 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
 
 void Service::drain() {
     state_->draining = true;
-    state_->backend->drain();
+    state_->runner->drain();
 }
 
 bool Service::alive() const {
-    const BackendState state = state_->backend->state();
-    return (state.works || state.lost == 0) && state_->thumbnails.alive() &&
+    return state_->runner->state().lost == 0 && state_->thumbnails.alive() &&
            state_->previews.alive();
 }
 
@@ -419,15 +412,14 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             throw other_body(*earlier);
         if (earlier) return state_->shown(*earlier);
         const JobReader reader = state_->reader_of(user);
-        const Submission job =
-            taken(check_submission(body, reader, state_->settings.remote.queue != nullptr));
-        check_priority(user, job.priority);
-        for (const Job& other : stored(state_->store->writers(job.output)))
-            if (auto refused = same_output(body, job, other, reader)) throw std::move(*refused);
-        const NewJob entry = {job.kind,   body,       job.priority, key,
-                              job.frames, job.output, job.about,    job.writes};
+        Submission job = taken(check_submission(body, reader, state_->programs));
+        check_priority(user, job.job.priority);
+        for (const Job& other : stored(state_->store->writers(job.job.output)))
+            if (auto refused = same_output(body, job, other, reader.roots()))
+                throw std::move(*refused);
+        job.job.key = key;
         const auto add = [&] {
-            return stored(state_->store->add(entry, state_->settings.max_queue, user));
+            return stored(state_->store->add(job.job, state_->settings.max_queue, user));
         };
         Added added = add();
         if (added.result == Added::Result::over_limit && stored(settle(*state_->store, user)))
@@ -447,7 +439,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         }
         // The reply says where it waits, so it starts afterward.
         Job shown = state_->shown(std::move(added.job));
-        if (*created) state_->backend->wake();
+        if (*created) state_->runner->wake();
         return shown;
     });
 }
@@ -494,7 +486,7 @@ Answer<Job> Service::cancel(const User& user, const std::string& id) {
         const char* why_not = "; only waiting and running jobs can be canceled";
         return state_->change(user, id, why_not, [&](const Job&) {
             const bool done = stored(state_->store->cancel(id, kExitSignal + SIGTERM));
-            if (done) state_->backend->stop_job(id);
+            if (done) state_->runner->wake();
             return done;
         });
     });
@@ -515,7 +507,7 @@ Answer<Job> Service::retry(const User& user, const std::string& id) {
                 throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
             return retried.done;
         });
-        state_->backend->wake();
+        state_->runner->wake();
         return shown;
     });
 }
@@ -528,16 +520,14 @@ Answer<Job> Service::change(const User& user, const std::string& id, const std::
         Job shown = state_->change(user, id, why_not, [&](const Job&) {
             return stored(state_->store->set_priority(id, priority));
         });
-        state_->backend->wake();
+        state_->runner->wake();
         return shown;
     });
 }
 
 Answer<Job> Service::forget(const User& user, const std::string& id) {
     return answer([&] {
-        const char* why_not = state_->settings.remote.queue
-                                  ? "; cancel it first, and wait until its tasks are canceled too"
-                                  : "; cancel it first";
+        const char* why_not = "; cancel it first, and wait until its processes have ended";
         return state_->change(user, id, why_not,
                               [&](const Job&) { return stored(state_->store->forget(id)); });
     });
@@ -573,11 +563,9 @@ void Service::preview(const User& user, const std::string& body, const PreviewWa
                       std::function<void(Answer<Picture>)> done) {
     refuse(done, [&] {
         const JobReader reader = state_->reader_of(user);
-        JobRequest request = taken(reader.preview(body));
         PreviewWanted of_user = wanted;
         if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
-        if (!state_->previews.run(body, std::move(request), reader.roots(), of_user, done))
-            throw too_many_previews();
+        state_->previews.run(body, taken(reader.preview(body)), reader.roots(), of_user, done);
     });
 }
 
@@ -618,7 +606,11 @@ Answer<std::string> Service::chains(const User& user, const std::string& file) c
 }
 
 Answer<std::string> Service::plan(const User& user, const std::string& body) {
-    return answer([&] { return taken(plan_of(body, state_->reader_of(user))); });
+    return answer([&] {
+        const JobReader reader = state_->reader_of(user);
+        const JobRequest request = taken(reader.plan(body));
+        return taken(state_->programs.plan(body, request, reader.roots()));
+    });
 }
 
 Answer<CheckedChain> Service::check_chain(const std::string& body) const {
@@ -634,28 +626,29 @@ std::string Service::chain_schema() const {
 }
 
 io::Json Service::job_schema() const {
-    return service::job_schema(state_->reader.run_table());
+    return service::job_schema(state_->schemas);
 }
 
 Health Service::health() const {
     int64_t late_s = 0;
     const WatchedHealth watched = state_->watch.last(late_s);
-    const BackendState backend = state_->backend->state();
+    const RunnerState runner = state_->runner->state();
     Health health;
     const auto say = [&](const std::string& text) {
         if (!text.empty()) health.why += (health.why.empty() ? "" : "; ") + text;
     };
-    health.renderer = backend.renderer;
+    const TaskQueue& queue = state_->runner->queue();
+    health.renderer = queue.outlives() ? queue.name() : watched.renderer;
     health.draining = state_->draining;
-    health.gl = backend.works && watched.device.ok();
-    say(watched.device.ok() ? backend.trouble : watched.device.message());
-    health.progress = late_s == 0 && alive() &&
-                      (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
-    if (!health.progress && late_s == 0 && backend.trouble.empty())
-        say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
-    if (const size_t hanging = backend.lost + state_->hanging(); hanging > 0)
+    health.gl = watched.device.ok();
+    health.confined = state_->settings.less_confined.empty();
+    say(watched.device.message());
+    say(runner.trouble);
+    health.progress = late_s == 0 && alive() && runner.works && runner.trouble.empty();
+    if (late_s > 0) say(concat("the service's disks have not answered for ", late_s, " s"));
+    if (const size_t hanging = runner.lost + state_->hanging(); hanging > 0)
         say(concat(hanging == 1 ? "1 thread hangs" : concat(hanging, " threads hang"),
-                   " in a disk or a device"));
+                   " in a disk"));
     say(watched.store.message());
     say(watched.disks);
     health.disk = watched.store.ok() && watched.disks.empty();
@@ -664,13 +657,14 @@ Health Service::health() const {
         say("the service is shutting down");
     else if (!health.queue)
         say("the queue is full");
+    say(state_->settings.less_confined);
     health.why = state_->settings.roots.shown_in(health.why);
     return health;
 }
 
 std::string Service::metrics() const {
-    const BackendState backend = state_->backend->state();
-    return state_->counters.text(state_->store->use(), backend.lost + state_->hanging());
+    return state_->counters.text(state_->store->use(),
+                                 state_->runner->state().lost + state_->hanging());
 }
 
 }  // namespace postchain::service

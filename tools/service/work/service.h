@@ -1,12 +1,12 @@
 // The service without HTTP: jobs over sequences, kept in a store that outlives the process, and run
-// by a backend.
+// by other processes. It reads no frame and has no device.
 //
-//   submit(JSON) --> JobStore (SQLite) --> Backend: worker.h (GL) --> run/run_sequence,
-//                       |                    |                        measurement.h (the lab)
-//                       |                    or remote_backend.h --> another queue (Slurm)
+//   submit(JSON) --> JobStore (SQLite) --> JobRunner --> TaskQueue: `postchain run` and others,
+//                       |                     ^            on this machine or in Slurm
+//                       |                     +-- lines of JSON: frames that begin, end and fail
 //                       +--> jobs(), job(), events(): served by http/
 //
-// Job settings come from the tables of settings/job_settings.h and of the lab, as in the command.
+// Keys of a job are those that `postchain run --schema` and others list.
 // Thread-safe, except open(), end() and the destructor.
 #pragma once
 
@@ -24,8 +24,8 @@
 #include "tools/service/store/job.h"
 #include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
-#include "tools/service/work/remote_queue.h"
 #include "tools/service/work/roots.h"
+#include "tools/service/work/task_queue.h"
 
 namespace postchain::service {
 
@@ -42,23 +42,24 @@ struct ServiceSettings {
     Roots roots;        // the folders of all paths of jobs
     std::shared_ptr<const Users> users = std::make_shared<Users>();
     std::string device = "auto";  // as --device of the command
-    int threads = 0;              // CPU threads; 0 = one per core
+    int threads = 0;              // CPU threads of a process; 0 = one per core
     size_t max_queue = 1000;      // waiting jobs; further ones are refused
-    // Reads what clients name, in processes of its own (helper_process.h): thumbnails and previews.
-    // Empty = this process does.
-    std::string program;
+    std::string program;  // the command, which runs jobs of this machine and answers requests
+    std::string preview_program;  // postchain-preview
     // Bytes for the frames of a job (a half), of previews and of images (a quarter each); 0 = the
     // default of --max-memory.
     uint64_t max_memory = 0;
     int attempts = 3;                         // per frame, before it is quarantined
-    double frame_timeout_s = 1800;            // of each step of a frame; 0 = none
+    double frame_timeout_s = 1800;            // of a job's process that prints nothing; 0 = none
     double slice_s = 60;                      // until a job makes way for another user's
     std::chrono::milliseconds drain{20'000};  // for the work under way at the end
     Retention keep;
-    RemoteSettings remote;  // runs the jobs, if it has a queue
-    std::string version;    // the command's version, for metadata
+    std::shared_ptr<TaskQueue> queue;  // runs the jobs; null = processes of this machine
+    QueueSettings remote;              // how jobs are handed to `queue`
+    std::string version;               // the programs' version
+    // Why processes of this machine are confined less than they could be; empty = they are.
+    std::string less_confined;
     std::function<void(const LogLine&)> log = {};
-    std::function<void(const std::string&)> warn = {};  // `auto` found no GPU
 };
 
 struct Picture {
@@ -77,8 +78,6 @@ struct ImageWanted {
     std::string share = {};                        // whose turn it takes: HelperThreads
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 };
-
-inline constexpr double kMinPreviewScale = 0.05;  // in the body of a preview; the largest is 1
 
 struct PreviewWanted {
     std::string type = "image/png";  // or kExrType, page::kPictureType: scene-linear
@@ -114,6 +113,7 @@ struct Health {
     bool queue = false;     // the queue accepts jobs
     bool progress = false;  // no step of the running job is over its limit, and threads are left
     bool draining = false;
+    bool confined = false;  // processes that read files of clients, by all that a kernel can have
     std::string renderer;
     std::string why;  // reasons of the false values
 };
@@ -121,12 +121,12 @@ struct Health {
 class Service {
   public:
     // Locks the store and resumes its jobs. Errors (output): the store cannot be written, or
-    // another service uses it; (gl).
+    // another service uses it; (usage): the command is missing, or of another version.
     static Result<std::unique_ptr<Service>> open(const ServiceSettings& settings,
                                                  const PassRegistry& registry);
     ~Service();  // end(), then closes the store, unless threads hang
 
-    // Gives up the current frame and leaves every unfinished job in the queue.
+    // Ends processes of jobs within a frame, and leaves every unfinished job in the queue.
     void drain();
     // drain(), then ends the threads. Returns the number of those that hang in a disk or a device:
     // a program should then end without waiting for them.

@@ -8,7 +8,7 @@
 
 #include "chain/base/text.h"
 #include "tools/service/store/job.h"
-#include "tools/service/work/run_program.h"
+#include "tools/service/work/process.h"
 
 namespace postchain::service {
 namespace {
@@ -46,7 +46,7 @@ int count_of(std::string text) {
     return std::max(1, count);
 }
 
-void add(RemoteTasks& tasks, const std::string& id, const std::string& state,
+void add(ArrayState& tasks, const std::string& id, const std::string& state,
          const std::string& task) {
     const auto is = [&](std::initializer_list<const char*> names) {
         return std::ranges::any_of(names,
@@ -88,7 +88,7 @@ std::string with_user(std::string word, const std::string& user) {
 
 }  // namespace
 
-void add_tasks_of_squeue(const std::string& text, std::map<std::string, RemoteTasks>& jobs) {
+void add_tasks_of_squeue(const std::string& text, std::map<std::string, ArrayState>& jobs) {
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
         const auto fields = fields_of(line);
@@ -98,7 +98,7 @@ void add_tasks_of_squeue(const std::string& text, std::map<std::string, RemoteTa
     }
 }
 
-void add_tasks_of_sacct(const std::string& text, std::map<std::string, RemoteTasks>& jobs) {
+void add_tasks_of_sacct(const std::string& text, std::map<std::string, ArrayState>& jobs) {
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
         const auto fields = fields_of(line);
@@ -112,7 +112,7 @@ void add_tasks_of_sacct(const std::string& text, std::map<std::string, RemoteTas
 }
 
 // Each task's words are in the script: the frames of all tasks may be more than a command may have.
-std::string script_of(const RemoteJob& job, const std::string& version) {
+std::string script_of(const TaskArray& job, const std::string& version) {
     std::string script = "#!/bin/sh\n";
     if (!version.empty()) {
         const std::string program = shell_quoted(job.command.front());
@@ -130,10 +130,10 @@ std::string script_of(const RemoteJob& job, const std::string& version) {
         for (const std::string& word : job.tasks[i]) script += " " + shell_quoted(word);
         script += ";;\n";
     }
-    script += "esac\nset -- \"$@\" --threads=\"${SLURM_CPUS_PER_TASK:-1}\"\n";
-    if (!job.keeps_exit_code) return script + "exec \"$@\"\n";
-    return script + "\"$@\"\ncode=$?\necho $code > " + shell_quoted(job.log_folder) +
-           "/$SLURM_ARRAY_TASK_ID.exit\nexit $code\n";
+    // What it prints on stdout are the lines that the service follows; sbatch has the rest.
+    const std::string task = shell_quoted(job.log_folder) + "/$SLURM_ARRAY_TASK_ID";
+    return script + "esac\nset -- \"$@\" --threads=\"${SLURM_CPUS_PER_TASK:-1}\"\n\"$@\" >> " +
+           task + ".events\ncode=$?\necho $code > " + task + ".exit\nexit $code\n";
 }
 
 // The output of a command of Slurm that succeeds. Errors: (usage) it refuses; (output) Slurm does
@@ -141,7 +141,7 @@ std::string script_of(const RemoteJob& job, const std::string& version) {
 Result<std::string> SlurmQueue::answer_of(const std::vector<std::string>& words,
                                           const std::string& input) const {
     if (stop_) return Status(StatusCode::output, "the service is shutting down");
-    ASSIGN_OR_RETURN(const auto ran, run_program(words, input, kLimit, &stop_));
+    ASSIGN_OR_RETURN(const auto ran, run_program({words}, input, kLimit, &stop_));
     if (ran.exit_code != 0)
         return Status(is_silence(ran.err) ? StatusCode::output : StatusCode::usage,
                       concat(words.front(), ": ", first_line(ran.err)));
@@ -149,11 +149,11 @@ Result<std::string> SlurmQueue::answer_of(const std::vector<std::string>& words,
 }
 
 // Only administrators may ask for a negative one, so that the largest priority has 0.
-int SlurmQueue::nice_of(const RemoteRank& rank) const {
+int SlurmQueue::nice_of(const TaskRank& rank) const {
     return (kMaxPriority - rank.priority) * settings_.nice;
 }
 
-Result<std::string> SlurmQueue::submit(const RemoteJob& job) {
+Result<std::string> SlurmQueue::submit(const TaskArray& job) {
     const std::string most = job.rank.most_tasks > 0 ? concat("%", job.rank.most_tasks) : "";
     std::vector<std::string> words = {"sbatch",
                                       "--parsable",
@@ -177,10 +177,10 @@ Result<std::string> SlurmQueue::submit(const RemoteJob& job) {
     return id;
 }
 
-Result<std::map<std::string, RemoteTasks>> SlurmQueue::look(const std::vector<RemoteName>& jobs) {
-    std::map<std::string, RemoteTasks> tasks;
+Result<std::map<std::string, ArrayState>> SlurmQueue::look(const std::vector<ArrayName>& jobs) {
+    std::map<std::string, ArrayState> tasks;
     std::string names;
-    for (const RemoteName& job : jobs) {
+    for (const ArrayName& job : jobs) {
         tasks[job.name];
         names += (names.empty() ? "" : ",") + job.name;
     }
@@ -192,7 +192,7 @@ Result<std::map<std::string, RemoteTasks>> SlurmQueue::look(const std::vector<Re
     if (!now.ok()) return Status(StatusCode::output, now.status().message());
     add_tasks_of_squeue(*now, tasks);
     std::string ended;
-    for (const RemoteName& job : jobs)
+    for (const ArrayName& job : jobs)
         if (!job.id.empty() && !tasks[job.name].known())
             ended += (ended.empty() ? "" : ",") + job.id;
     if (ended.empty()) return tasks;
@@ -203,7 +203,7 @@ Result<std::map<std::string, RemoteTasks>> SlurmQueue::look(const std::vector<Re
     return tasks;
 }
 
-Status SlurmQueue::change(const std::string& id, const RemoteRank& rank) {
+Status SlurmQueue::change(const std::string& id, const TaskRank& rank) {
     const auto done =
         answer_of({"scontrol", "update", "JobId=" + id, concat("Nice=", nice_of(rank)),
                    concat("ArrayTaskThrottle=", rank.most_tasks)});

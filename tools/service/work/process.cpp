@@ -1,24 +1,24 @@
-#include "tools/service/work/run_program.h"
+#include "tools/service/work/process.h"
 
 #include <fcntl.h>
+#include <linux/close_range.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <utility>
 
 // The header of glibc 2.36 does not say so itself.
 extern "C" {
 #include <sys/pidfd.h>
 }
-
-extern char** environ;
 
 namespace postchain::service {
 namespace {
@@ -28,36 +28,7 @@ using std::chrono::milliseconds;
 
 constexpr size_t kMaxOutput = size_t(64) << 20;  // bytes
 constexpr milliseconds kSlice{100};              // between looks at `stop`
-constexpr milliseconds kReap{2000};              // until a killed program has ended
-
-class Descriptor {
-  public:
-    explicit Descriptor(int fd = -1) : fd_(fd) {}
-    ~Descriptor() { close(); }
-    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Descriptor& operator=(Descriptor&&) = delete;
-
-    int get() const { return fd_; }
-    void close() {
-        if (fd_ >= 0) ::close(fd_);
-        fd_ = -1;
-    }
-
-  private:
-    int fd_;
-};
-
-struct Pipe {
-    Descriptor reads, writes;
-};
-
-Result<Pipe> make_pipe() {
-    std::array<int, 2> ends = {-1, -1};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-        return Status(StatusCode::output, std::strerror(errno));
-    ::fcntl(ends[0], F_SETFL, O_NONBLOCK);
-    return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
-}
+constexpr milliseconds kReap{2000};              // until a killed process has ended
 
 // A file in memory: a program that does not read its input holds nobody up.
 Result<Descriptor> input_file(const std::string& input) {
@@ -71,37 +42,6 @@ Result<Descriptor> input_file(const std::string& input) {
     if (!good || ::lseek(file.get(), 0, SEEK_SET) != 0)
         return Status(StatusCode::output, std::strerror(errno));
     return file;
-}
-
-// In a process group of its own, without the signal mask and handlers of this process.
-Result<pid_t> spawn(const std::vector<std::string>& words, int in, int out, int err) {
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, in, 0);
-    posix_spawn_file_actions_adddup2(&actions, out, 1);
-    posix_spawn_file_actions_adddup2(&actions, err, 2);
-    posix_spawn_file_actions_addclosefrom_np(&actions, 3);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(
-        &attributes, short(POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
-    sigset_t none, all;
-    sigemptyset(&none);
-    sigfillset(&all);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setsigdefault(&attributes, &all);
-    std::vector<char*> arguments;
-    for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-    arguments.push_back(nullptr);
-    pid_t child = 0;
-    const int failed =
-        ::posix_spawnp(&child, arguments.front(), &actions, &attributes, arguments.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failed != 0)
-        return Status(StatusCode::output,
-                      concat(std::strerror(failed), "; install it, or add its folder to PATH"));
-    return child;
 }
 
 // Appends what can be read now. False at the end of the pipe.
@@ -123,7 +63,91 @@ bool wait_for_end(int process, milliseconds limit) {
     return ::poll(&ended, 1, int(limit.count())) == 1;
 }
 
+// In the child, between fork and exec: calls that are safe after a signal, and nothing else.
+// Returns only if the program cannot be started.
+void become(const ProcessSettings& settings, char* const* words, pid_t parent) {
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) _exit(1);  // it died before that
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    for (int signal = 1; signal < NSIG; ++signal) (void)::signal(signal, SIG_DFL);
+    // Copies above the standard streams first, so that none replaces another's source.
+    std::array<int, 3> streams = {settings.in, settings.out, settings.err};
+    for (int& stream : streams)
+        if (stream >= 0) stream = ::fcntl(stream, F_DUPFD_CLOEXEC, 3);
+    for (int i = 0; i < 3; ++i)
+        if (streams[size_t(i)] >= 0) ::dup2(streams[size_t(i)], i);
+    // Also what a library has opened.
+    ::close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);
+    if (!settings.folder.empty() && ::chdir(settings.folder.c_str()) != 0) return;
+    if (settings.nice != 0) (void)!::nice(settings.nice);
+    if (settings.memory > 0) {
+        const rlimit most = {settings.memory, settings.memory};
+        ::setrlimit(RLIMIT_DATA, &most);
+    }
+    const rlimit no_core = {0, 0};
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    ::execvp(words[0], words);
+}
+
 }  // namespace
+
+void Descriptor::close() {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+}
+
+Result<Pipe> make_pipe() {
+    std::array<int, 2> ends = {-1, -1};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+        return Status(StatusCode::output, std::strerror(errno));
+    return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
+Result<pid_t> start_process(const ProcessSettings& settings) {
+    const std::string& name = settings.words.front();
+    std::vector<char*> words;
+    for (const std::string& word : settings.words) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    // Closed by exec; otherwise it has the reason.
+    ASSIGN_OR_RETURN(auto fault, make_pipe().at(name));
+    const pid_t parent = ::getpid();
+    const pid_t child = ::fork();
+    if (child < 0) return Status(StatusCode::output, concat(name, ": ", std::strerror(errno)));
+    if (child == 0) {
+        become(settings, words.data(), parent);
+        const int error = errno;
+        (void)!::write(fault.writes.get(), &error, sizeof(error));
+        _exit(127);
+    }
+    // Here too, so that a signal to the group finds it at once.
+    ::setpgid(child, child);
+    fault.writes.close();
+    int error = 0;
+    ssize_t got = 0;
+    do {
+        got = ::read(fault.reads.get(), &error, sizeof(error));
+    } while (got < 0 && errno == EINTR);
+    if (got <= 0) return child;
+    ::waitpid(child, nullptr, 0);
+    return Status(StatusCode::output, concat(name, ": ", std::strerror(error),
+                                             "; install it, or add its folder to PATH"));
+}
+
+int code_of(int wait_status) {
+    return WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
+}
+
+void kill_process(pid_t process) {
+    ::kill(-process, SIGKILL);
+    const Descriptor handle(::pidfd_open(process, 0));
+    // Nobody waits for one that hangs in a disk: the system removes it after this process.
+    if (handle.get() >= 0 && !wait_for_end(handle.get(), kReap)) return;
+    while (::waitpid(process, nullptr, WNOHANG) < 0 && errno == EINTR) {
+    }
+}
 
 std::string shell_quoted(const std::string& word) {
     std::string quoted = "'";
@@ -131,14 +155,17 @@ std::string shell_quoted(const std::string& word) {
     return quoted + "'";
 }
 
-Result<ProgramResult> run_program(const std::vector<std::string>& words, const std::string& input,
+Result<ProgramResult> run_program(ProcessSettings settings, const std::string& input,
                                   milliseconds limit, const std::atomic<bool>* stop) {
-    const std::string& name = words.front();
+    const std::string name = settings.words.front();
     ASSIGN_OR_RETURN(auto out, make_pipe().at(name));
     ASSIGN_OR_RETURN(auto err, make_pipe().at(name));
     ASSIGN_OR_RETURN(auto in, input_file(input).at(name));
-    ASSIGN_OR_RETURN(const pid_t child,
-                     spawn(words, in.get(), out.writes.get(), err.writes.get()).at(name));
+    for (const Pipe* pipe : {&out, &err}) ::fcntl(pipe->reads.get(), F_SETFL, O_NONBLOCK);
+    settings.in = in.get();
+    settings.out = out.writes.get();
+    settings.err = err.writes.get();
+    ASSIGN_OR_RETURN(const pid_t child, start_process(settings));
     out.writes.close();
     err.writes.close();
     const Descriptor process(::pidfd_open(child, 0));
@@ -175,7 +202,7 @@ Result<ProgramResult> run_program(const std::vector<std::string>& words, const s
                                               ? name + ": printed too much"
                                               : concat(name, ": did not answer within ",
                                                        double(limit.count()) / 1000, " s"));
-    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    result.exit_code = code_of(status);
     return result;
 }
 

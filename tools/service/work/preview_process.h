@@ -1,0 +1,59 @@
+// Previews by a process of their own (tools/service/preview): a frame that crashes its decoder, or
+// a driver that crashes, costs the preview. The process keeps its GL context from one preview to
+// the next, and is started again after it has died.
+//
+//   service: lines of JSON: {"folders", "memory", "device", "threads"}, then tasks: {"test": true},
+//   or
+//            {"folders", "start", "words", "chain" or "chain_name" and "chain_text", "frame",
+//            "scale", "depth", "type"}; and kStop when nobody waits for the last one
+//   process: kDone or kFailed, 8 bytes with the length of what follows, and that: the renderer of a
+//            test, the preview, {"code", "message"} or {"faults"} as of `--check`
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "tools/service/work/helper_process.h"
+#include "tools/service/work/job_request.h"
+#include "tools/service/work/previews.h"
+
+namespace postchain::service {
+
+inline constexpr const char* kPreviewWord = "preview";
+inline constexpr const char* kStop = "stop";
+inline constexpr char kDone = 'd', kFailed = 'f';
+inline constexpr size_t kMessageHead = 1 + sizeof(uint64_t);
+
+// Used by one thread.
+class PreviewProcess {
+  public:
+    // `memory`: bytes of a frame. `ends`: set when the service ends; then the process is killed,
+    // whatever it does.
+    PreviewProcess(const ServiceSettings& settings, uint64_t memory, const std::atomic<bool>& ends);
+
+    // `over`: whether nobody waits for it any more. Problems: faults of the body; those of reading,
+    // planning and the device; the process died.
+    Answer<std::string> preview(const std::string& body, const JobRequest& request,
+                                const Roots& roots, const std::string& type,
+                                const std::function<bool()>& over);
+    // The renderer, after a test of the device. Errors (gl), (internal).
+    Result<std::string> test();
+
+  private:
+    struct Reply {
+        Status status;  // of the exchange
+        char type = kFailed;
+        std::string bytes;
+    };
+    Reply exchange(const std::string& task, const std::function<bool()>& over);
+    Status start();
+
+    const std::string program_;
+    const std::string settings_;  // the first line for the process
+    const uint64_t memory_;
+    const std::atomic<bool>& ends_;
+    HelperProcess process_;
+};
+
+}  // namespace postchain::service

@@ -1,0 +1,275 @@
+#include "tools/service/work/programs.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+#include <sstream>
+
+#include "chain/base/printable.h"
+#include "chain/base/readable_file.h"
+#include "chain/base/text.h"
+#include "tools/service/work/process.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Json;
+
+constexpr auto kLimit = std::chrono::seconds(100);  // below that of a request
+constexpr int kMostPlanned = 100;                   // frames of a request
+
+// A folder with the texts of a request, while its program runs.
+class TextFolder {
+  public:
+    TextFolder(const std::string& parent, const JobRequest& request)
+        : path_(joined_path(parent, random_name("ask-"))) {
+        std::error_code error;
+        made_ = make_folders(parent) == 0 && fs::create_directory(path_, error);
+        if (made_) fs::permissions(path_, fs::perms::owner_all, error);
+        status_ = made_ ? write_texts(request, path_)
+                        : Status(StatusCode::output, path_ + ": cannot be made");
+    }
+    ~TextFolder() {
+        std::error_code error;
+        if (made_) fs::remove_all(path_, error);
+    }
+    TextFolder(const TextFolder&) = delete;
+    TextFolder& operator=(const TextFolder&) = delete;
+
+    const Status& status() const { return status_; }
+    const std::string& path() const { return path_; }
+
+  private:
+    const std::string path_;
+    bool made_ = false;
+    Status status_;
+};
+
+// A JSON object that is the first line of a text.
+std::optional<Json> first_object(const std::string& text) {
+    const auto json = io::read_json(text.substr(0, text.find('\n')), "answer", io::kReportLimits);
+    if (!json.ok() || !json->is_object()) return std::nullopt;
+    return *json;
+}
+
+std::string text_at(const Json& json, const char* key) {
+    const auto found = json.find(key);
+    return found != json.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+int number_at(const Json& json, const char* key) {
+    const auto found = json.find(key);
+    return found != json.end() && found->is_number_integer() ? found->get<int>() : 0;
+}
+
+std::vector<std::string> texts_at(const Json& json, const char* key) {
+    std::vector<std::string> texts;
+    if (const auto found = json.find(key); found != json.end() && found->is_array())
+        for (const Json& one : *found)
+            if (one.is_string()) texts.push_back(one.get<std::string>());
+    return texts;
+}
+
+}  // namespace
+
+PrivateFolder::PrivateFolder() {
+    constexpr std::string_view kName = "postchain-serve.";
+    std::error_code error;
+    const std::string parent = fs::temp_directory_path(error).string();
+    for (fs::directory_iterator at(parent, error), end; !error && at != end; at.increment(error)) {
+        const std::string name = at->path().filename();
+        struct stat found = {};
+        if (!name.starts_with(kName) || ::lstat(at->path().c_str(), &found) != 0 ||
+            found.st_uid != ::geteuid())
+            continue;
+        const pid_t process = std::atoi(name.c_str() + kName.size());
+        std::error_code ignored;
+        if (process > 0 && ::kill(process, 0) != 0) fs::remove_all(at->path(), ignored);
+    }
+    path_ = concat(parent, "/", kName, ::getpid(), ".XXXXXX");
+    if (!::mkdtemp(path_.data())) path_.clear();
+}
+
+PrivateFolder::~PrivateFolder() {
+    std::error_code error;
+    if (!path_.empty()) fs::remove_all(path_, error);
+}
+
+std::string last_line(const std::string& messages) {
+    std::string last;
+    std::istringstream lines(messages);
+    for (std::string line; std::getline(lines, line);)
+        if (!line.empty()) last = line;
+    for (const std::string_view word : {"postchain: ", "error: "})
+        if (last.starts_with(word)) last.erase(0, word.size());
+    return printable(last);
+}
+
+std::string random_name(const std::string& prefix) {
+    std::random_device random;
+    const auto half = [&] { return hex_of(uint64_t(random()) << 32 | random()); };
+    return prefix + half() + half();
+}
+
+std::vector<std::string> confining_words(const Roots& roots, const std::string& own) {
+    std::vector<std::string> words;
+    for (const std::string& folder : roots.entries()) words.push_back("--confine-to=" + folder);
+    words.push_back("--also-read=" + own);
+    return words;
+}
+
+Problem problem_of_faults(const Json& faults, const std::string& body, const JobRequest& request,
+                          const Roots& roots) {
+    RequestBody text(body, roots);
+    for (const Json& fault : faults) {
+        if (!fault.is_object()) continue;
+        const std::string file = text_at(fault, "file"), message = text_at(fault, "message");
+        if (file.empty()) {
+            text.fault(text_at(fault, "key"), message);
+            continue;
+        }
+        Diagnostic one;
+        one.file = file;
+        one.line = number_at(fault, "line");
+        one.column = number_at(fault, "column");
+        one.path = text_at(fault, "path");
+        one.message = message;
+        for (const NamedText& subject : request.subjects)
+            if (subject.written && fs::path(file).filename() == subject.word)
+                one.file = subject.in_body ? kBodyFile : subject.key + "_text";
+        text.add(std::move(one));
+    }
+    return text.problem();
+}
+
+Result<Schemas> Programs::schemas(const std::string& version) const {
+    ASSIGN_OR_RETURN(const auto found, run_program({{program_, "--version"}}, "", kLimit));
+    std::string expected = "postchain " + version + "\n";
+    if (found.out != expected)
+        return Status(StatusCode::usage,
+                      concat(program_, " is ", last_line(found.out), ", the service is ", version));
+    Schemas schemas;
+    for (const RequestKind kind : kRequestKinds) {
+        if (kind == RequestKind::preview) continue;
+        ASSIGN_OR_RETURN(const auto said,
+                         run_program({{program_, name_of(kind), "--schema"}}, "", kLimit));
+        const auto json =
+            io::read_json(said.out, concat(program_, " ", name_of(kind)), io::kReportLimits);
+        // Without the lab its kinds are missing.
+        if (said.exit_code != 0 && kind != RequestKind::run && kind != RequestKind::plan) continue;
+        RETURN_IF_ERROR(json.status());
+        schemas[kind] = *json;
+    }
+    schemas[RequestKind::preview] = schemas.at(RequestKind::plan);
+    return schemas;
+}
+
+Answer<Programs::Said> Programs::ask(const std::string& body, const JobRequest& request,
+                                     const Roots& roots,
+                                     const std::vector<std::string>& words) const {
+    const TextFolder texts(folder_, request);
+    if (!texts.status().ok())
+        return Problem{Problem::Kind::unavailable, texts.status().message(), {}, kRetryAfterS};
+    ProcessSettings process;
+    process.words = {program_};
+    for (std::string& word : words_of(request, texts.path())) process.words.push_back(word);
+    for (std::string& word : confining_words(roots, texts.path())) process.words.push_back(word);
+    process.words.insert(process.words.end(), words.begin(), words.end());
+    process.folder = roots.folders().front();
+    process.memory = memory_;
+    const auto ran = run_program(process, "", kLimit);
+    if (!ran.ok())
+        return Problem{
+            Problem::Kind::unavailable, roots.shown_in(ran.status().message()), {}, kRetryAfterS};
+    if (const auto json = first_object(ran->out); json && json->contains("faults"))
+        return problem_of_faults(json->at("faults"), body, request, roots);
+    if (ran->exit_code > 128)
+        return Problem{Problem::Kind::invalid,
+                       "a file that the request names crashed its reader; it is damaged"};
+    return Said{ran->exit_code, ran->out, roots.shown_in(last_line(ran->err))};
+}
+
+Answer<CheckedJob> Programs::check(const std::string& body, const JobRequest& request,
+                                   const Roots& roots) const {
+    std::vector<std::string> checking = {"--check"};
+    // By default a failed frame does not end a job of the service.
+    if (request.kind == RequestKind::run && request.value("on_error", "").empty())
+        checking.emplace_back("--on-error=continue");
+    auto answer = ask(body, request, roots, checking);
+    if (auto* refused = std::get_if<Problem>(&answer)) return std::move(*refused);
+    const Said& said = std::get<Said>(answer);
+    const auto json = first_object(said.out);
+    if (said.exit_code != 0 || !json) {
+        RequestBody text(body, roots);
+        text.fault("", said.last_error);
+        return text.problem();
+    }
+    CheckedJob job;
+    for (const std::string& line : texts_at(*json, "writes"))
+        job.writes += (job.writes.empty() ? "" : "\n") + line;
+    job.warnings = texts_at(*json, "warnings");
+    for (std::string& warning : job.warnings) warning = roots.shown_in(warning);
+    job.needs_new_folder = json->value("new_folder", false);
+    if (const auto files = json->find("files"); files != json->end() && files->is_array())
+        for (const Json& file : *files)
+            if (file.is_object()) job.files.push_back(text_at(file, "path"));
+    const auto frames = json->find("frames");
+    if (frames == json->end() || !frames->is_array()) {
+        job.frames = number_at(*json, "frames");
+        return job;
+    }
+    for (const Json& one : *frames) {
+        if (!one.is_object()) continue;
+        JobFrame frame;
+        frame.frame = number_at(one, "frame");
+        frame.output = text_at(one, "output");
+        if (one.contains("missing")) {
+            frame.state = FrameState::missing;
+            frame.message = roots.shown_in(text_at(one, "missing"));
+        } else if (one.contains("refused")) {
+            frame.state = FrameState::quarantined;
+            frame.message = roots.shown_in(text_at(one, "refused"));
+        }
+        job.of_run.push_back(std::move(frame));
+    }
+    job.frames = int(job.of_run.size());
+    return job;
+}
+
+Answer<std::string> Programs::plan(const std::string& body, const JobRequest& request,
+                                   const Roots& roots) const {
+    const int most = request.value("frames", "").empty() ? 1 : kMostPlanned;
+    auto answer = ask(body, request, roots, {"--json", concat("--most=", most)});
+    if (auto* refused = std::get_if<Problem>(&answer)) return std::move(*refused);
+    const Said& said = std::get<Said>(answer);
+    Json frames = Json::array();
+    std::istringstream lines(said.out);
+    for (std::string line; std::getline(lines, line);) {
+        auto read = io::read_json(line, "plan", io::kReportLimits);
+        if (!read.ok() || !read->is_object()) continue;
+        Json frame = {{"frame", number_at(*read, "frame")}};
+        const auto warnings = read->find("warnings");
+        frame["warnings"] = warnings == read->end() ? Json::array() : *warnings;
+        read->erase("warnings");
+        if (read->contains("error"))
+            frame["error"] = text_at(*read, "error");
+        else
+            frame["plan"] = std::move(*read);
+        frames.push_back(std::move(frame));
+    }
+    if (frames.empty()) {
+        RequestBody text(body, roots);
+        text.fault("", said.last_error);
+        return text.problem();
+    }
+    return roots.shown_in(io::json_text({{"frames", std::move(frames)}}));
+}
+
+}  // namespace postchain::service

@@ -810,6 +810,12 @@ Status JobRunner::end_of_array(const Handed& handed, const ArrayState& array) {
                                            failure_of(folder, one)));
         task.in_flight.clear();
     }
+    // These codes are of faults that another attempt does not mend.
+    const int code = exit_code_at(folder, std::max(array.failed_task, 1));
+    WorkEnd end = WorkEnd::failed(Status(StatusCode::input, why));
+    if (code > 0 && code < 128) end.exit_code = code;
+    if (!blamed && followed.told.empty() && code >= kExitUsage && code <= kExitOutput)
+        return enter_end(job, end);
     // A farm's task may fail before its first line.
     if (!blamed && queue_->outlives() && array.failed > 0) {
         ASSIGN_OR_RETURN(const auto waiting, store_.to_do(job.id));
@@ -824,11 +830,6 @@ Status JobRunner::end_of_array(const Handed& handed, const ArrayState& array) {
         followed.failures = 0;
         return Status();
     }
-    // Nothing of it ran. These codes are of faults that another attempt does not mend.
-    const int code = exit_code_at(folder, std::max(array.failed_task, 1));
-    WorkEnd end = WorkEnd::failed(Status(StatusCode::input, why));
-    if (code > 0 && code < 128) end.exit_code = code;
-    if (code >= kExitUsage && code <= kExitOutput) return enter_end(job, end);
     return again_or_failed(job, end);
 }
 

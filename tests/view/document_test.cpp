@@ -561,7 +561,7 @@ TEST(Words, EveryParameterHasAGroup) {
             EXPECT_EQ(all.find("--"), std::string::npos) << all;
             EXPECT_TRUE(labels.insert(words.label).second) << name << ": " << words.label;
             // Words that are neither keys nor options stay.
-            std::istringstream text(row.unset_means);
+            std::istringstream text(as_keys(row.unset_means));
             size_t at = 0;
             for (std::string word; text >> word;) {
                 if (word.find('_') != std::string::npos || word.starts_with("--")) continue;

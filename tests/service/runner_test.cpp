@@ -141,7 +141,7 @@ class Runner : public ServiceTest {
             std::ofstream(folder_.path(concat(kind, ".check"))) << R"({"frames": 2, "writes": []})"
                                                                 << "\n";
     }
-    // What `run --check` prints: the frames 1..count are to be made.
+    // The output of `run --check` with the frames 1..count to be made.
     void finds(int count) const {
         std::ofstream file(folder_.path("run.check"));
         file << R"({"writes": [")" << root("out/o.####.exr") << R"("], "frames": [)";
@@ -249,7 +249,7 @@ TEST_F(Runner, AJobIsHandedOverAndFollowedByItsLines) {
     EXPECT_TRUE(wait_for([&] { return !fs::exists(remote_.folder + "/" + id); })) << "cleaned up";
 }
 
-// Of several any may have ended it: each runs in a task of its own, behind the others.
+// Any of several may have ended it: each runs in a task of its own, behind the others.
 TEST_F(Runner, TheFrameInFlightIsBlamedForTheDeathOfItsTask) {
     open();
     const std::string id = submit(body());
@@ -306,7 +306,7 @@ TEST_F(Runner, LinesThatAnEarlierProcessReadDoNotCountAgain) {
     EXPECT_EQ(ended(id).done, 5);
 }
 
-// What is said then is read later.
+// Lines that are printed meanwhile are read later.
 TEST_F(Runner, AStoreThatIsAwayCostsNoFrame) {
     open();
     const std::string id = submit(body());

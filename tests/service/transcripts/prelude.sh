@@ -4,7 +4,7 @@ Referrer-Policy: no-referrer
 Cross-Origin-Resource-Policy: same-origin
 Cache-Control: no-store
 Content-Security-Policy: default-src '"'none'; frame-ancestors 'none'"
-# What of /readyz depends on the kernel is left out.
+# Members of /readyz that depend on the kernel are left out.
 VARYING='s/,"confined":(true|false)//; s/^Date: .*/Date: TIME/; s/\b[0-9a-f]{8}-[0-9]+\b/REQUEST/g; s/127\.0\.0\.1:[0-9]+/ADDRESS/
 s#'"${PWD%/*}"'/farm#FARM#g; s/postchain-[0-9a-f]{32}/NAME/g; s/\b(flip|is|by|with) 0\.0[0-9]{2,}/\1 ERROR/g
 /^data: /s/"filter_ms":[0-9.]+/"filter_ms":T/'

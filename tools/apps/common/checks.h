@@ -39,7 +39,7 @@ class Checks {
     }
     std::optional<ChainFile> chain(const std::string& key, const Options& options);
     std::optional<sequence::RunSettings> settings(const Options& options);
-    // What a confined process may not open: a link among the files, a folder.
+    // Faults of files and folders that a confined process may not open, such as a link.
     void reads(const std::string& key, const io::InputSpec& input);
     void writes(const std::string& key, const std::string& folder);
 

@@ -9,7 +9,7 @@
 
 namespace postchain {
 
-// What a confined process may use beside the files of the system, which it reads.
+// Files that a confined process may use beside those of the system, which it reads.
 struct Confinement {
     std::vector<std::string> reads;    // files, and folders with everything below
     std::vector<std::string> writes;   // folders: files are also made, replaced and removed

@@ -178,7 +178,7 @@ TEST_F(StoreTest, WhatWasGivenUpWaitsAsBefore) {
     EXPECT_EQ(frame(id, 1).attempts, 1);
     ASSERT_TRUE(store_->release(id).ok());
     EXPECT_EQ(frame(id, 1).attempts, 0);
-    ASSERT_TRUE(store_->requeue(id, "stopped", false).ok());
+    ASSERT_TRUE(store_->requeue(id, "stopped").ok());
     open();
     EXPECT_FALSE(to_do(id)[0].alone);
 }
@@ -223,7 +223,7 @@ TEST_F(StoreTest, CanceledWorkDoesNotEndOtherwise) {
     ASSERT_TRUE(*store_->cancel(id));
     EXPECT_FALSE(*store_->cancel(id));
     end(id, JobState::done);
-    ASSERT_TRUE(store_->requeue(id, "", false).ok());
+    ASSERT_TRUE(store_->requeue(id, "").ok());
     EXPECT_EQ(job(id).state, JobState::canceled);
     EXPECT_EQ(*store_->start(id), 0);
 }

@@ -381,11 +381,11 @@ Status JobStore::began(const std::string& id) {
     return set("UPDATE jobs SET begun = 1 WHERE id = ?", number_of(id));
 }
 
-Status JobStore::requeue(const std::string& id, const std::string& why, bool counts) {
+Status JobStore::requeue(const std::string& id, const std::string& why) {
     return change([&](Database& database) {
-        if (database.run("UPDATE jobs SET state = 'queued', attempts = CASE ? WHEN 0 THEN 0 ELSE "
-                         "attempts END WHERE id = ? AND state = 'running'",
-                         int(counts), number_of(id)) > 0)
+        if (database.run("UPDATE jobs SET state = 'queued', attempts = 0 WHERE id = ? AND state = "
+                         "'running'",
+                         number_of(id)) > 0)
             add_event(number_of(id), "requeued", {{"why", why}});
     });
 }

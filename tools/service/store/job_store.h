@@ -115,8 +115,8 @@ class JobStore final : public StoreFile {
     Result<bool> has_begun(const std::string& id) const;
     Status began(const std::string& id);
 
-    // Queues a running job again. `counts`: its attempt failed.
-    Status requeue(const std::string& id, const std::string& why, bool counts);
+    // Queues a running job again.
+    Status requeue(const std::string& id, const std::string& why);
     // Reads id, state, message, exit_code and verdict of `job`.
     Status end(const Job& job);
     // The size of what an ab, bench or study has written so far.

@@ -642,7 +642,7 @@ Status JobRunner::follow(const Handed& handed, const Found& found, const TaskRan
         RETURN_IF_ERROR(store_.release(job.id));
         RETURN_IF_ERROR(store_.set_remote(job.id, ""));
         if (followed.failed) return end_with_rest(job, *followed.failed);
-        RETURN_IF_ERROR(store_.requeue(job.id, followed.makes_way, false));
+        RETURN_IF_ERROR(store_.requeue(job.id, followed.makes_way));
         forget(job.id);
         return Status();
     }

@@ -343,7 +343,7 @@ StoreUse JobStore::use() const {
 Result<std::optional<Job>> JobStore::next(int above,
                                           const std::vector<std::string>& without) const {
     return row(job_of,
-               query_of_jobs(true) +
+               query_of_jobs(false) +
                    "WHERE state = 'queued' AND priority >= ? AND owner NOT IN (SELECT value FROM "
                    "json_each(?)) ORDER BY priority DESC, IFNULL((SELECT turn FROM turns WHERE "
                    "turns.owner = jobs.owner), 0), id LIMIT 1",
@@ -505,7 +505,7 @@ Result<std::string> JobStore::remote(const std::string& id) const {
 Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
     // A queued one follows when it has started again.
     return rows([](const Statement& row) { return std::pair(job_of(row), row.text(17)); },
-                query_of_jobs(true) + "WHERE remote <> '' AND state <> 'queued' ORDER BY id");
+                query_of_jobs(false) + "WHERE remote <> '' AND state <> 'queued' ORDER BY id");
 }
 
 Status JobStore::set_remote(const std::string& id, const std::string& remote) {

@@ -106,8 +106,9 @@ class JobStore final : public StoreFile {
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
     StoreUse use() const;  // empty on failure
 
-    // The queued job with the highest priority, at least `above`. Among equals the one whose owner
-    // had its turn longest ago; then the oldest. Without the jobs of some owners.
+    // Without its body: the queued job with the highest priority, at least `above`. Among equals
+    // the one whose owner had its turn longest ago; then the oldest. Without the jobs of some
+    // owners.
     Result<std::optional<Job>> next(int above, const std::vector<std::string>& without = {}) const;
     // Sets the job running, counts an attempt and returns their number. 0: it is no longer queued.
     Result<int> start(const std::string& id);
@@ -139,7 +140,7 @@ class JobStore final : public StoreFile {
     Status settle(const std::string& owner, const std::string& writes, int64_t bytes);
     // The id of a running job in another queue; empty = none.
     Result<std::string> remote(const std::string& id) const;
-    // Every job that has one, ended ones too.
+    // Every job that has one, ended ones too, without their bodies.
     Result<std::vector<std::pair<Job, std::string>>> remotes() const;
     Status set_remote(const std::string& id, const std::string& remote);
     // Adds an event of a running job without changing its state.

@@ -64,8 +64,11 @@ struct Line {
 std::vector<Line> lines_at(const std::string& path, int64_t from) {
     std::vector<Line> lines;
     std::ifstream file(path, std::ios::binary);
-    if (!file || !file.seekg(from)) return lines;
-    std::string text(size_t(kMostOfPoll), '\0');
+    if (!file) return lines;
+    file.seekg(0, std::ios::end);
+    const int64_t left = int64_t(file.tellg()) - from;
+    if (left <= 0 || !file.seekg(from)) return lines;
+    std::string text(size_t(std::min(left, kMostOfPoll)), '\0');
     file.read(text.data(), std::streamsize(text.size()));
     text.resize(size_t(file.gcount()));
     const size_t end = text.rfind('\n');
@@ -81,17 +84,6 @@ std::vector<Line> lines_at(const std::string& path, int64_t from) {
         lines.push_back({json.ok() && json->is_object() ? std::move(*json) : Json(), from});
     }
     return lines;
-}
-
-template <class T>
-T value_of(const Json& json, const char* key, T otherwise) {
-    const auto found = json.find(key);
-    if (found == json.end()) return otherwise;
-    try {
-        return found->get<T>();
-    } catch (const Json::exception&) {
-        return otherwise;
-    }
 }
 
 bool made_after(const std::string& path, int64_t ms) {
@@ -384,10 +376,7 @@ Status JobRunner::take_waiting(size_t in_queue) {
         ++jobs_of[job.owner];
         const auto remote = store_.remote(job.id);
         if (!remote.ok() || !remote->empty()) continue;
-        if (Clock::now() < followed_[job.id].not_before) continue;
-        const auto whole = store_.job(job.id);  // with its body
-        if (!whole.ok() && first.ok()) first = whole.status();
-        if (whole.ok() && *whole) taken(**whole);
+        if (Clock::now() >= followed_[job.id].not_before) taken(job);
     }
     std::vector<std::string> full;  // users without room
     for (const auto& [owner, jobs] : jobs_of)
@@ -408,7 +397,10 @@ Status JobRunner::take_waiting(size_t in_queue) {
 }
 
 // ------------------------------------------------------------------------------- handing it over
-Status JobRunner::take(const Job& job) {
+Status JobRunner::take(const Job& listed) {
+    ASSIGN_OR_RETURN(const auto whole, store_.job(listed.id));  // with its body
+    if (!whole) return Status();                                // removed meanwhile
+    const Job& job = *whole;
     auto read = readers_.read(job);
     if (!read.ok()) return enter_end(job, WorkEnd::failed(read.status()));
     if (const Status full = check_disk(store_, readers_.owner_of(job)); !full.ok())
@@ -597,7 +589,8 @@ Result<const ReadJob*> JobRunner::read_of(const Job& job) {
     Followed& followed = followed_[job.id];
     if (!followed.read) {
         // The job was read when it was handed over: a fault now is the disk's, and may pass.
-        auto read = readers_.read(job);
+        ASSIGN_OR_RETURN(const auto whole, store_.job(job.id));  // with its body
+        auto read = readers_.read(whole.value_or(job));
         if (!read.ok()) return read.status().at("job " + job.id);
         followed.read = std::move(*read);
     }

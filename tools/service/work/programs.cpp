@@ -59,24 +59,6 @@ std::optional<Json> first_object(const std::string& text) {
     return *json;
 }
 
-std::string text_at(const Json& json, const char* key) {
-    const auto found = json.find(key);
-    return found != json.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
-int number_at(const Json& json, const char* key) {
-    const auto found = json.find(key);
-    return found != json.end() && found->is_number_integer() ? found->get<int>() : 0;
-}
-
-std::vector<std::string> texts_at(const Json& json, const char* key) {
-    std::vector<std::string> texts;
-    if (const auto found = json.find(key); found != json.end() && found->is_array())
-        for (const Json& one : *found)
-            if (one.is_string()) texts.push_back(one.get<std::string>());
-    return texts;
-}
-
 }  // namespace
 
 PrivateFolder::PrivateFolder() {
@@ -130,16 +112,17 @@ Problem problem_of_faults(const Json& faults, const std::string& body, const Job
     RequestBody text(body, roots);
     for (const Json& fault : faults) {
         if (!fault.is_object()) continue;
-        const std::string file = text_at(fault, "file"), message = text_at(fault, "message");
+        const std::string file = value_of(fault, "file", std::string()),
+                          message = value_of(fault, "message", std::string());
         if (file.empty()) {
-            text.fault(text_at(fault, "key"), message);
+            text.fault(value_of(fault, "key", std::string()), message);
             continue;
         }
         Diagnostic one;
         one.file = file;
-        one.line = number_at(fault, "line");
-        one.column = number_at(fault, "column");
-        one.path = text_at(fault, "path");
+        one.line = value_of(fault, "line", 0);
+        one.column = value_of(fault, "column", 0);
+        one.path = value_of(fault, "path", std::string());
         one.message = message;
         for (const NamedText& subject : request.subjects)
             if (subject.written && fs::path(file).filename() == subject.word)
@@ -212,30 +195,30 @@ Answer<CheckedJob> Programs::check(const std::string& body, const JobRequest& re
         return text.problem();
     }
     CheckedJob job;
-    for (const std::string& line : texts_at(*json, "writes"))
+    for (const std::string& line : value_of(*json, "writes", std::vector<std::string>()))
         job.writes += (job.writes.empty() ? "" : "\n") + line;
-    job.warnings = texts_at(*json, "warnings");
+    job.warnings = value_of(*json, "warnings", std::vector<std::string>());
     for (std::string& warning : job.warnings) warning = roots.shown_in(warning);
     job.needs_new_folder = json->value("new_folder", false);
     if (const auto files = json->find("files"); files != json->end() && files->is_array())
         for (const Json& file : *files)
-            if (file.is_object()) job.files.push_back(text_at(file, "path"));
+            if (file.is_object()) job.files.push_back(value_of(file, "path", std::string()));
     const auto frames = json->find("frames");
     if (frames == json->end() || !frames->is_array()) {
-        job.frames = number_at(*json, "frames");
+        job.frames = value_of(*json, "frames", 0);
         return job;
     }
     for (const Json& one : *frames) {
         if (!one.is_object()) continue;
         JobFrame frame;
-        frame.frame = number_at(one, "frame");
-        frame.output = text_at(one, "output");
+        frame.frame = value_of(one, "frame", 0);
+        frame.output = value_of(one, "output", std::string());
         if (one.contains("missing")) {
             frame.state = FrameState::missing;
-            frame.message = roots.shown_in(text_at(one, "missing"));
+            frame.message = roots.shown_in(value_of(one, "missing", std::string()));
         } else if (one.contains("refused")) {
             frame.state = FrameState::quarantined;
-            frame.message = roots.shown_in(text_at(one, "refused"));
+            frame.message = roots.shown_in(value_of(one, "refused", std::string()));
         }
         job.of_run.push_back(std::move(frame));
     }
@@ -254,12 +237,12 @@ Answer<std::string> Programs::plan(const std::string& body, const JobRequest& re
     for (std::string line; std::getline(lines, line);) {
         auto read = io::read_json(line, "plan", io::kReportLimits);
         if (!read.ok() || !read->is_object()) continue;
-        Json frame = {{"frame", number_at(*read, "frame")}};
+        Json frame = {{"frame", value_of(*read, "frame", 0)}};
         const auto warnings = read->find("warnings");
         frame["warnings"] = warnings == read->end() ? Json::array() : *warnings;
         read->erase("warnings");
         if (read->contains("error"))
-            frame["error"] = text_at(*read, "error");
+            frame["error"] = value_of(*read, "error", std::string());
         else
             frame["plan"] = std::move(*read);
         frames.push_back(std::move(frame));

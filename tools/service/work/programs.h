@@ -75,6 +75,18 @@ Problem problem_of_faults(const io::Json& faults, const std::string& body,
 // The options that confine a process to the folders of the user; it also reads `own`.
 std::vector<std::string> confining_words(const Roots& roots, const std::string& own);
 
+// A member of what a program or a user wrote, or this value if it is missing or of another type.
+template <class T>
+T value_of(const io::Json& json, const char* key, T otherwise) {
+    const auto found = json.find(key);
+    if (found == json.end()) return otherwise;
+    try {
+        return found->get<T>();
+    } catch (const io::Json::exception&) {
+        return otherwise;
+    }
+}
+
 // The last line of messages that is not empty, without control characters and "error: ".
 std::string last_line(const std::string& messages);
 

@@ -31,7 +31,8 @@ def writers(out, is_program):
             command = (entry / "cmdline").read_bytes().split(b"\0")
         except OSError:
             continue
-        if is_program(command) and any(word.startswith(str(out).encode()) for word in command):
+        if is_program(command) and any(
+                word.removeprefix(b"--output=").startswith(str(out).encode()) for word in command):
             found.append(int(entry.name))
     return found
 

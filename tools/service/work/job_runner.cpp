@@ -700,7 +700,7 @@ Status JobRunner::enter_line(const Job& job, const ReadJob& read, TaskLines& tas
         remaining_s_[job.id] = left;
     }
     if (job.kind != JobKind::run) {
-        task.last = line;
+        (line.contains("verdict") ? task.last : task.progress) = line;
         return Status();
     }
     const auto number = line.find("frame");
@@ -859,15 +859,19 @@ Status JobRunner::follow_measurement(const Handed& handed, const ReadJob& read,
         const auto lines = lines_at(folder + "/1.events", 0);
         if (!lines.empty()) last = lines.back().json;
     }
-    if (last.is_object() && last.contains("what")) {
-        const std::string what = readers_.shown_in(value_of(last, "what", std::string()));
-        const int done = value_of(last, "done", 0), total = value_of(last, "total", 0);
-        if (const std::string said = concat(done, "/", total, " ", what);
-            std::exchange(followed.said, said) != said) {
-            (void)store_.say(job.id, "progress",
-                             {{"what", what}, {"done", done}, {"total", total}});
-            RETURN_IF_ERROR(store_.has_written(job.id, bytes_on_disk(read.request.output)));
-        }
+    // The parts of a study say how far each is.
+    std::string what;
+    int done = 0, total = 0;
+    for (const auto& [number, task] : followed.tasks) {
+        if (!task.progress.is_object()) continue;
+        what = readers_.shown_in(value_of(task.progress, "what", std::string()));
+        done += value_of(task.progress, "done", 0);
+        total += value_of(task.progress, "total", 0);
+    }
+    if (const std::string said = concat(done, "/", total, " ", what);
+        !what.empty() && std::exchange(followed.said, said) != said) {
+        (void)store_.say(job.id, "progress", {{"what", what}, {"done", done}, {"total", total}});
+        RETURN_IF_ERROR(store_.has_written(job.id, bytes_on_disk(read.request.output)));
     }
     const ArrayState& end_of_work = has_report ? found.report : found.array;
     if (!found.array.ended() || !end_of_work.ended()) return Status();

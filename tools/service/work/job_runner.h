@@ -77,7 +77,8 @@ class JobRunner {
     struct TaskLines {
         int64_t read = 0;         // bytes
         std::set<int> in_flight;  // frames that it began and did not end
-        io::Json last = {};       // of a measurement
+        // Of a measurement: how far it was last, and its end.
+        io::Json progress = {}, last = {};
     };
     // A job in the queue. The store keeps "NAME", after submit() "NAME ID", and after submit() of
     // a study's report "NAME ID REPORT".

@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "cycles"), str(HERE.parent / "support")]
+sys.path[:0] = [str(HERE.parents[1] / "tools/research/cycles"), str(HERE.parent / "support")]
 import request  # noqa: E402
 from skips import skip  # noqa: E402
 

@@ -25,8 +25,7 @@ class Day(OnTheService):
         jobs = len(self.server.get("/v1/jobs")["jobs"])
         self.press("Submit job")
         self.browser.wait("document.getElementById('send-error').textContent")
-        self.assertIn("3 of 3 outputs exist already: shots/out/sharp_balanced.0001.exr and others",
-                      self.text("#send-error"))
+        self.assertIn("3 of 3 frames have outputs already", self.text("#send-error"))
         self.assertEqual(len(self.server.get("/v1/jobs")["jobs"]), jobs)
         self.press("Write sharp_balanced_v002.####.exr")
         self.wait_for()

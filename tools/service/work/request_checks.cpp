@@ -45,14 +45,19 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
     const bool is_run = request.kind == RequestKind::run;
     const bool fails = request.value("on_existing", is_run ? "fail" : "") == "fail";
     if (is_run ? fails : found.needs_new_folder) job.output = request.output;
-    for (const JobFrame& frame : found.of_run) {
-        if (frame.state == FrameState::quarantined && fails) {
-            RequestBody text(body, reader.roots());
-            text.fault("on_existing", frame.message);
-            return text.problem();
-        }
-        if (frame.state == FrameState::waiting) submission.written.push_back(frame.frame);
+    const auto refused = [](const JobFrame& frame) {
+        return frame.state == FrameState::quarantined;
+    };
+    const auto first = std::ranges::find_if(found.of_run, refused);
+    if (fails && first != found.of_run.end()) {
+        RequestBody text(body, reader.roots());
+        text.fault("on_existing",
+                   concat(std::ranges::count_if(found.of_run, refused), " of ", found.frames,
+                          " frames have outputs already; ", first->message));
+        return text.problem();
     }
+    for (const JobFrame& frame : found.of_run)
+        if (frame.state == FrameState::waiting) submission.written.push_back(frame.frame);
     job.about = about_of(body, reader.roots(), submission.written);
     return submission;
 }

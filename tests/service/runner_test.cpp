@@ -484,6 +484,21 @@ TEST_F(Runner, ALimitOfTheDiskCancelsTheTasks) {
     EXPECT_EQ(fake_->count(), 1u) << "it is not handed over";
 }
 
+TEST_F(Runner, TheLastFrameMayFillTheDisk) {
+    use("  ann: {token: aaaaaaaaaaaaaaaa, max_disk: \"5\"}\n");
+    finds(1);
+    open();
+    const std::string id = submit(body(), "ann");
+    ASSERT_TRUE(holds(1));
+    std::ofstream(output(1)) << "1234567";
+    makes(0, 1);
+    ASSERT_TRUE(wait_for([&] { return job(id).done == 1; }));
+    const int looked = fake_->looked;
+    ASSERT_TRUE(wait_for([&] { return fake_->looked > looked + 2; }));
+    fake_->end(0, 1, 0);
+    EXPECT_EQ(ended(id).state, JobState::done);
+}
+
 // Frames to do would look otherwise than those that are done.
 TEST_F(Runner, AnEditedFileMixesNoFrames) {
     open();
@@ -564,6 +579,10 @@ TEST_F(Here, AfterASliceItIsAnotherUsersTurn) {
     usleep(500'000);
     EXPECT_EQ(fake_->cancels(), 0u) << "for a job of the same user";
     submit(in_folder(body(), "bobs"), "bob");
+    begins(0, 1);
+    usleep(500'000);
+    EXPECT_EQ(fake_->cancels(), 0u) << "no frame has ended: both jobs would begin again and again";
+    ends(0, 1);
     leaves(0);
     ASSERT_TRUE(holds(2));
     EXPECT_EQ(fake_->array(1).owner, "bob");

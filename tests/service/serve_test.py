@@ -16,8 +16,8 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from server import (Events, PATIENCE_S, Served, Server, make_scene, serve_command, token_hash, wait_until,  # noqa: E402
-                    work_on)
+from server import (Events, KEPT_PROGRAMS, PATIENCE_S, Served, Server, make_scene, serve_command,  # noqa: E402
+                    token_hash, wait_until, work_on)
 from skips import skipped  # noqa: E402
 
 PROGRAM = LIBRARY = None
@@ -222,7 +222,8 @@ class Serve(Served):
         self.write("users.yaml", "postchain_users: 1\nusers:\n" + "".join(
             f"  {name}: {{tokens: [{token_hash(token)}]}}\n" for name, token in users.items()))
         head = {name: {"Authorization": f"Bearer {token}"} for name, token in users.items()}
-        environment = os.environ | {"LD_PRELOAD": LIBRARY, "POSTCHAIN_CRASH": "ann/shots/sharp.0002.exr"}
+        environment = os.environ | KEPT_PROGRAMS | {
+            "LD_PRELOAD": LIBRARY, "POSTCHAIN_CRASH": "ann/shots/sharp.0002.exr"}
         with self.serving("--users", str(self.path / "users.yaml"), "--slice", "0", "--attempts", "2",
                           env=environment) as server:
             # It reads the frames before and after each frame.

@@ -92,7 +92,9 @@ ProgramResult ran_as_task(TaskArray job, const std::string& version, int task) {
         return read.ok() ? *read : std::string();
     };
     result.out += text(".events");
-    if (version.empty()) EXPECT_EQ(text(".exit"), concat(result.exit_code, "\n"));
+    if (version.empty()) {
+        EXPECT_EQ(text(".exit"), concat(result.exit_code, "\n"));
+    }
     return result;
 }
 

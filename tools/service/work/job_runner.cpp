@@ -558,6 +558,7 @@ Status JobRunner::hand_over(const Job& job, const ReadJob& read, std::string nam
     followed.tasks.clear();
     followed.seen = true;
     followed.told.clear();
+    followed.progressed = false;
     followed.ended.reset();
     followed.began = Clock::now();
     const auto id = submit(job, array);
@@ -640,8 +641,11 @@ Status JobRunner::follow(const Handed& handed, const Found& found, const TaskRan
         return Status();
     }
     if (const Status full = check_disk(store_, readers_.owner_of(job));
-        !full.ok() && !followed.failed)
-        followed.failed = WorkEnd::failed(full);
+        !full.ok() && !followed.failed) {
+        // The last frame of a run may be the one that fills it.
+        ASSIGN_OR_RETURN(const auto waiting, store_.to_do(job.id));
+        if (job.kind != JobKind::run || !waiting.empty()) followed.failed = WorkEnd::failed(full);
+    }
     make_way(job, followed);
     if (!found.array.ended() && !followed.canceled &&
         (followed.failed || !followed.makes_way.empty())) {
@@ -662,7 +666,7 @@ void JobRunner::make_way(const Job& job, Followed& followed) {
     // ab and bench would lose what they have measured.
     const bool in_parts = job.kind == JobKind::run || job.kind == JobKind::study;
     const double seconds = std::chrono::duration<double>(Clock::now() - followed.began).count();
-    const bool slice_over = in_parts && seconds > settings_.slice_s;
+    const bool slice_over = in_parts && followed.progressed && seconds > settings_.slice_s;
     if ((*next)->priority > job.priority || ((*next)->owner != job.owner && slice_over))
         followed.makes_way = "another job goes first";
 }
@@ -699,18 +703,23 @@ Status JobRunner::enter_line(const Job& job, const ReadJob& read, TaskLines& tas
         const std::lock_guard lock(mutex_);
         remaining_s_[job.id] = left;
     }
+    Followed& followed = followed_[job.id];
     if (job.kind != JobKind::run) {
+        const int done = value_of(task.progress, "done", 0);
+        followed.progressed =
+            followed.progressed || (task.progress.is_object() && value_of(line, "done", 0) > done);
         (line.contains("verdict") ? task.last : task.progress) = line;
         return Status();
     }
     const auto number = line.find("frame");
     if (number == line.end() || !number->is_number_integer()) return Status();
     const int frame = number->get<int>();
-    followed_[job.id].told.insert(frame);
+    followed.told.insert(frame);
     if (value_of(line, "begins", false)) {
         task.in_flight.insert(frame);
         return again ? Status() : store_.frame_begins(job.id, frame);
     }
+    followed.progressed = true;
     // An end without a beginning is an attempt too.
     if (task.in_flight.erase(frame) == 0 && !again)
         RETURN_IF_ERROR(store_.frame_begins(job.id, frame));

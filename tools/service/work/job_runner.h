@@ -98,8 +98,9 @@ class JobRunner {
         Clock::time_point began = Clock::now();
         std::optional<Clock::time_point> ended;  // when the last task was seen to have ended
         std::map<int, TaskLines> tasks;
-        bool seen = false;   // its lines so far were read, by this process
-        std::set<int> told;  // frames of which a line was read since it was handed over
+        bool seen = false;        // its lines so far were read, by this process
+        std::set<int> told;       // frames of which a line was read since it was handed over
+        bool progressed = false;  // a frame or measurement has ended since then
         // The tasks shall end, because the job makes way, or has failed.
         std::string makes_way;  // why
         std::optional<WorkEnd> failed;

@@ -307,6 +307,22 @@ TEST_F(Runner, LinesThatAnEarlierProcessReadDoNotCountAgain) {
 }
 
 // Lines that are printed meanwhile are read later.
+TEST_F(Runner, AFolderThatBecomesALinkStopsItsOwnJobAlone) {
+    remote_.max_jobs = 1;
+    open();
+    const std::string id = submit(body());
+    ASSERT_TRUE(holds(1));
+    const std::string next = submit(in_folder(body(), "other"));
+    fs::remove_all(root("out"));
+    fs::create_symlink(outside(), root("out"));
+    // The task finds it while the service runs; another service sees it before.
+    close();
+    open();
+    EXPECT_THAT(ended(id).message, HasSubstr("outside"));
+    ASSERT_TRUE(holds(2)) << "the other one has its turn";
+    EXPECT_THAT(fake_->array(1).comment, HasSubstr("job " + next));
+}
+
 TEST_F(Runner, AStoreThatIsAwayCostsNoFrame) {
     open();
     const std::string id = submit(body());
@@ -535,6 +551,7 @@ class Here : public Runner {
     void SetUp() override {
         Runner::SetUp();
         fake_->lives_on = false;
+        drain_ = std::chrono::seconds(1);  // its tasks end when a test says so, or not at all
         remote_.max_jobs = 1;
         remote_.frames_per_task = 0;
     }

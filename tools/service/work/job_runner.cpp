@@ -412,7 +412,9 @@ Status JobRunner::take(const Job& listed) {
             return enter_end(job, WorkEnd::failed(edited));
     ASSIGN_OR_RETURN(const auto now, store_.listed(job.id));
     if (!now || now->state != JobState::running) return Status();  // it could not begin
-    return hand_over(job, *read, "", !begun);
+    Followed& followed = followed_[job.id];
+    followed.read = std::move(*read);
+    return hand_over(job, *followed.read, "", !begun);
 }
 
 // The checks that the command makes before its first frame. Enters the frames in the store.
@@ -554,7 +556,6 @@ Status JobRunner::hand_over(const Job& job, const ReadJob& read, std::string nam
     }
     fs::create_directories(array.log_folder, error);
     Followed& followed = followed_[job.id];
-    followed.handed++;
     followed.tasks.clear();
     followed.seen = true;
     followed.told.clear();
@@ -589,10 +590,12 @@ Status JobRunner::again_or_failed(const Job& job, const WorkEnd& end) {
 Result<const ReadJob*> JobRunner::read_of(const Job& job) {
     Followed& followed = followed_[job.id];
     if (!followed.read) {
-        // The job was read when it was handed over: a fault now is the disk's, and may pass.
         ASSIGN_OR_RETURN(const auto whole, store_.job(job.id));  // with its body
         auto read = readers_.read(whole.value_or(job));
-        if (!read.ok()) return read.status().at("job " + job.id);
+        if (!read.ok()) {
+            RETURN_IF_ERROR(enter_end(job, WorkEnd::failed(read.status())));
+            return nullptr;
+        }
         followed.read = std::move(*read);
     }
     return &*followed.read;
@@ -621,6 +624,7 @@ Status JobRunner::follow(const Handed& handed, const Found& found, const TaskRan
         return Status();
     }
     ASSIGN_OR_RETURN(const ReadJob* read, read_of(job));
+    if (read == nullptr) return Status();
     if (id.empty()) return hand_over(job, *read, handed.array.name, false);
     Followed& followed = followed_[job.id];
     if (handed.array.id.empty())

@@ -92,7 +92,6 @@ class JobRunner {
     // The memory of the thread about a job in the queue; it can be lost.
     struct Followed {
         std::optional<ReadJob> read;
-        int handed = 0;                // times, by this process
         int failures = 0;              // refusals by the queue, and arrays that did nothing
         std::optional<TaskRank> rank;  // as the queue has it
         Clock::time_point began = Clock::now();
@@ -136,6 +135,7 @@ class JobRunner {
     void make_way(const Job& job, Followed& followed);
     Result<std::string> submit(const Job& job, const TaskArray& array);
     Status again_or_failed(const Job& job, const WorkEnd& end);
+    // Null: it can no longer be read, and has failed.
     Result<const ReadJob*> read_of(const Job& job);
     bool lag_is_over(const Job& job);
     Status enter_end(const Job& job, const WorkEnd& end);

@@ -26,21 +26,11 @@ int64_t value_of(const Chain& chain, uint32_t pass, const Parameter& row) {
     return std::get<int64_t>(row.get(chain.links[pass].pass->parameters()));
 }
 
-// Adaptive sampling stays on, because it selects a program.
 Chain with_part(const ChainVersion& chain, double part) {
     Chain scaled = chain.chain->clone();
-    const auto rows = samples_of(*chain.chain);
-    for (const auto& [pass, row] : rows) {
-        const int64_t full = value_of(*chain.chain, pass, *row);
-        int64_t value = nearest(*row, double(full) * part);
-        for (const auto& [other_pass, least] : rows) {
-            if (row->key != "max_samples" || least == row || other_pass != pass) continue;
-            const int64_t of_least = value_of(*chain.chain, pass, *least);
-            if (full > of_least)
-                value = std::max(value, nearest(*least, double(of_least) * part) + 1);
-        }
-        row->set(scaled.links[pass].pass->parameters(), value);
-    }
+    for (const auto& [pass, row] : samples_of(*chain.chain))
+        row->set(scaled.links[pass].pass->parameters(),
+                 nearest(*row, double(value_of(*chain.chain, pass, *row)) * part));
     return scaled;
 }
 

@@ -95,7 +95,7 @@ std::vector<std::pair<uint32_t, const Parameter*>> samples_of(const Chain& chain
     for (uint32_t pass = 0; pass < chain.links.size(); ++pass) {
         const ChainLink& link = chain.links[pass];
         for (const Parameter& row : link.type->parameters->rows())
-            if ((row.key == "samples" || row.key == "max_samples") &&
+            if (row.key == "samples" &&
                 link.type->parameters->unread(row, link.pass->parameters()).empty())
                 found.emplace_back(pass, &row);
     }

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <tuple>
+#include <utility>
 
 #include "chain/pass/work_list.h"
 #include "shaders/shared/lens_samples_uniforms.h"
@@ -29,11 +29,10 @@ std::array<double, 2> image_point(const Aperture& aperture, double within, doubl
     return {half_size[0] * (c * x + s * y), half_size[1] * (c * y - s * x)};
 }
 
-std::unique_ptr<shared::LensSamplesUniforms> packed_table(const Points& points, int count) {
+std::unique_ptr<shared::LensSamplesUniforms> packed_table(const Points& points) {
     auto uniforms = std::make_unique<shared::LensSamplesUniforms>();
     uniforms->points = points.count;
     uniforms->sets = points.sets;
-    uniforms->samples = count;
     for (size_t i = 0; i < points.packed.size(); ++i) {
         const auto& [x, y] = points.packed[i];
         uniforms->packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
@@ -44,12 +43,12 @@ std::unique_ptr<shared::LensSamplesUniforms> packed_table(const Points& points, 
 // Computing the points takes longer than the rest of a plan, and the next plan of a thread almost
 // always has the same lens: the last table stays. Behind a pointer, because a host's threads would
 // hold 16 KiB each.
-const shared::LensSamplesUniforms& table_of(const Aperture& aperture, int count, int more) {
-    using Key = std::tuple<uint64_t, int, int>;
+const shared::LensSamplesUniforms& table_of(const Aperture& aperture, int count) {
+    using Key = std::pair<uint64_t, int>;
     thread_local std::optional<Key> last;
     thread_local std::unique_ptr<const shared::LensSamplesUniforms> uniforms;
-    const Key key = {hash_of(aperture), count, more};
-    if (last != key) uniforms = packed_table(lens_samples(aperture, count, more), count);
+    const Key key = {hash_of(aperture), count};
+    if (last != key) uniforms = packed_table(lens_samples(aperture, count));
     last = key;
     return *uniforms;
 }
@@ -65,18 +64,15 @@ int sets_of(int count) {
     return std::min(kMaxSets, LENS_SAMPLES_MAX / count);
 }
 
-Points lens_samples(const Aperture& aperture, int count, int more) {
+Points lens_samples(const Aperture& aperture, int count) {
     const Outline outline(aperture);
     Points points;
-    points.count = count + more;
+    points.count = count;
     points.sets = sets_of(points.count);
     for (int set = 0; set < points.sets; ++set) {
-        for (int point = 0; point < points.count; ++point) {
-            const int i = point < count ? point : point - count;
-            const double within = (i + 0.5) / (point < count ? count : more);
-            // A second spiral as long as the first would otherwise repeat it, at the same times.
-            const double turned = point < count ? 0 : 0.5;
-            const double turns = i / std::numbers::phi + double(set) / points.sets + turned;
+        for (int point = 0; point < count; ++point) {
+            const double within = (point + 0.5) / count;
+            const double turns = point / std::numbers::phi + double(set) / points.sets;
             if (aperture.image) {
                 const auto [x, y] = image_point(aperture, within, turns);
                 points.packed.push_back({packed(x), packed(y)});
@@ -90,8 +86,8 @@ Points lens_samples(const Aperture& aperture, int count, int more) {
     return points;
 }
 
-TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count, int more) {
-    const shared::LensSamplesUniforms& uniforms = table_of(aperture, count, more);
+TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count) {
+    const shared::LensSamplesUniforms& uniforms = table_of(aperture, count);
     const Area size = Area::fixed(uniforms.points, uniforms.sets);
     const TextureId table = planner.texture("lens_samples", Format::rgba32f, size);
     Step step;

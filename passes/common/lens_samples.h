@@ -28,12 +28,11 @@ inline constexpr int kMaxLensSamples = 1023;
 // angle (H. Vogel, A better way to construct the sunflower head, 1979). The spiral is mapped to the
 // outline of the aperture so that equal areas stay equal, or to its image so that equal shares of
 // light do: by angle, and along each direction by radius. The sets turn the spiral, not the
-// aperture. The barrel cuts no points. An image must be read. `more` points of each set follow on a
-// spiral of their own, turned by a half; both together are at most kMaxLensSamples.
-Points lens_samples(const Aperture& aperture, int count, int more = 0);
+// aperture. The barrel cuts no points. An image must be read.
+Points lens_samples(const Aperture& aperture, int count);
 
 // Adds the texture "lens_samples" with lens_samples(), points by sets, x and y in [-1, 1], and the
 // order of their times (lens_samples.comp), and the step that fills it.
-TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count, int more);
+TextureId add_table(PassPlanner& planner, const Aperture& aperture, int count);
 
 }  // namespace postchain::lens

@@ -156,15 +156,13 @@ std::vector<ExceededLimit> WarpOnFrame::exceeded_limits() const {
 // The blocks that can reach a pixel's block end `ring` blocks from it, and the edges of a surface
 // there are found in up to four pixels around it. Every position of the search lies on a path that
 // ends at the pixel; occluded surfaces come from cells up to kContinuationReachPx around, and
-// denoised colors from two pixels further. If blocks choose how many samples they take, a pixel
-// depends on all of its block.
+// denoised colors from two pixels further.
 Reach WarpOnFrame::reach() const {
     // In a neighboring frame paths are as long as the motion vectors.
     if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
     const double longest = longest_px(settings_);
-    const double block = settings_.more_samples() > 0 ? kBlockPx : 0;
-    const double hidden = longest + kContinuationReachPx + 7 + block;
-    return {std::max(kBlockPx * (ring_of(longest) + 1) + 7.0 + block, hidden), hidden};
+    const double hidden = longest + kContinuationReachPx + 7;
+    return {std::max(kBlockPx * (ring_of(longest) + 1) + 7.0, hidden), hidden};
 }
 
 // The table of lens samples is of an aperture, not of a frame: plan() makes it.

@@ -56,8 +56,7 @@ const ParameterTable& search_table();
 
 // Base of the parameters of a pass, whose table has the rows that its user may set.
 struct Parameters {
-    int samples = 25;     // per pixel, 1..lens::kMaxLensSamples; without a lens an upper limit
-    int max_samples = 0;  // with a lens: of blocks whose samples disagree; off unless larger
+    int samples = 25;  // per pixel, 1..lens::kMaxLensSamples; without a lens an upper limit
     SearchParameters search;
     bool denoise = true;      // remove the noise of the samples where they are blurred
     noise::Parameters noise;  // shifts the times of a pixel, turns its lens samples
@@ -98,8 +97,6 @@ struct Settings {
     double still_limit_px = shared::kSharpRadiusPx;
     const char* still_rule = "";  // rule under which the device finds still blocks; "" = none
 
-    // Extra samples of blocks whose samples disagree.
-    int more_samples() const { return std::max(parameters.max_samples - parameters.samples, 0); }
     // Without a jitter of its times, the shutter alone needs no random numbers.
     noise::Parameters noise() const;
 };

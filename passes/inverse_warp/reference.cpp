@@ -1,12 +1,11 @@
-// The gather (gather.comp, samples.glsl), the sums over a pixel's samples (accumulate.glsl,
-// adaptive.glsl) and denoising (denoise.comp), one pixel at a time, written from the rules, which
-// docs/inverse_warp.md has in short. The functions are named as in GLSL; the two share only
-// constants, the random numbers and the rounding of storage.
+// The gather (gather.comp, samples.glsl), the sums over a pixel's samples (accumulate.glsl) and
+// denoising (denoise.comp), one pixel at a time, written from the rules, which docs/inverse_warp.md
+// has in short. The functions are named as in GLSL; the two share only constants, the random
+// numbers and the rounding of storage.
 #include "passes/inverse_warp/reference.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -24,7 +23,7 @@ namespace postchain::inverse_warp {
 namespace reference {
 namespace {
 
-// accumulate.glsl, adaptive.glsl
+// accumulate.glsl
 constexpr double kMaxSpread = 65536;
 
 // A sample's color, and the surface that it sees.
@@ -42,12 +41,6 @@ struct Soft {
     std::array<double, 3> spread = {};  // sum of covariances: xx, xy, yy, px^2
 };
 
-// Half of a pixel's samples.
-struct Half {
-    std::array<double, 3> color = {};
-    double weight = 0;
-};
-
 // Colors are differences to the pixel's own.
 struct Sums {
     Color color;
@@ -57,7 +50,6 @@ struct Sums {
     Soft soft;
     double shown = 0;          // brightness as shown ...
     double shown_squared = 0;  // ... and its square
-    std::array<Half, 2> halves;
 };
 
 // sum + weight color
@@ -93,12 +85,6 @@ void add_soft(Soft& soft, const Hit& hit, const Color& difference, double weight
     for (size_t c = 0; c < 3; ++c) soft.spread[c] += weight * kept * covariance[c];
 }
 
-void add_to_half(std::array<Half, 2>& halves, int number, const Color& difference, double weight) {
-    Half& half = halves[size_t(std::popcount(unsigned(number)) % 2)];
-    for (size_t c = 0; c < 3; ++c) half.color[c] += weight * difference[c];
-    half.weight += weight;
-}
-
 Sums no_samples(int channels) {
     Sums sums;
     sums.color = sums.soft.color = Color(size_t(channels));
@@ -118,29 +104,7 @@ void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Hit& hi
     for (size_t c = 0; c < 3; ++c) light += std::max(hit.color[c], 0.0) / 3;
     sums.shown += now.weight * std::sqrt(light / (1 + light));
     sums.shown_squared += now.weight * light / (1 + light);
-    add_to_half(sums.halves, now.number, difference, now.weight);
     add_soft(sums.soft, hit, difference, now.weight, settings);
-}
-
-// Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
-// red, green and blue; 0 if a half is empty.
-double noise_of(const std::array<Half, 2>& halves, const double* own) {
-    if (halves[0].weight == 0 || halves[1].weight == 0) return 0;
-    const auto shown = [&](const Half& half, size_t c) {
-        const double light = std::max(own[c] + half.color[c] / half.weight, 0.0);
-        return std::sqrt(light / (1 + light));
-    };
-    double squared = 0;
-    for (size_t c = 0; c < 3; ++c)
-        squared += std::pow(shown(halves[0], c) - shown(halves[1], c), 2) / 3;
-    return squared;
-}
-
-// Weight of each sample beyond the first `samples` of a block, whose pixels have this mean noise.
-double weight_of_more(double noise, int samples) {
-    // The means of halves of n samples of variance v differ by 4 v/n in the mean square.
-    const double variance = noise * samples / 4;
-    return std::clamp(kMoreWeight * (variance / kNoiseVariance - 1), 0.0, 1.0);
 }
 
 // The hint's pixel gate: noise, as shown, of a mean of such samples; radius of the even disc with
@@ -302,13 +266,6 @@ std::vector<OtherSurfaces> other_surfaces(const Frames& frames) {
     return others;
 }
 
-// Samples 0 .. ceil(n) - 1, whose lens samples begin at `first`.
-struct SampleSet {
-    double n = 0;
-    int first = 0;
-    double weight = 1;  // of each sample
-};
-
 class Gather {
   public:
     Gather(const PlanContext& context, const Settings& settings, ReferenceFrame& frame)
@@ -323,7 +280,6 @@ class Gather {
               blocks_of(frames_.here.surfaces, width_, height_, other_surfaces(frames_), settings)),
           background_(frames_.here.color, frames_.here.surfaces),
           noise_(noise::table(settings.noise(), context.frame.frame_number)),
-          weights_of_more_(blocks_.size()),
           color_(width_, height_, frames_.here.color.channels),
           soft_(width_, height_, color_.channels),
           share_(width_, height_, 1),
@@ -331,12 +287,10 @@ class Gather {
           hint_(width_, height_, 2) {
         if (settings.lens) disc_scale_ = lens::disc_radius(settings.lens->aperture);
         if (settings.lens)
-            points_ = lens::lens_samples(settings.lens->aperture, settings.parameters.samples,
-                                         settings.more_samples());
+            points_ = lens::lens_samples(settings.lens->aperture, settings.parameters.samples);
     }
 
     void run() {
-        if (s_.more_samples() > 0) find_noisy_blocks();
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
                 const Pixel pixel = pixel_at(x, y);
@@ -377,17 +331,16 @@ class Gather {
             pixel.random = {random[0], random[1]};
         }
         pixel.block = &blocks_[block_index(x, y)];
-        pixel.weight_of_more = weights_of_more_[block_index(x, y)];
         return pixel;
     }
 
     bool is_still(const Pixel& pixel) const { return pixel.block->longest_px <= s_.still_limit_px; }
 
-    SampleSet first_set(const Pixel& pixel) const {
-        if (s_.lens) return {double(s_.parameters.samples)};
+    double samples_of(const Pixel& pixel) const {
+        if (s_.lens) return s_.parameters.samples;
         const double path_px = 2 * s_.shutter->time_scale * pixel.block->longest_px;
-        return {std::clamp(path_px / s_.parameters.path_px_per_time, double(kMinTimes),
-                           double(std::max(s_.parameters.samples, kMinTimes)))};
+        return std::clamp(path_px / s_.parameters.path_px_per_time, double(kMinTimes),
+                          double(std::max(s_.parameters.samples, kMinTimes)));
     }
 
     // Time of sample k. The lens samples go outward, so the times beside them go by mirrored
@@ -407,22 +360,21 @@ class Gather {
         return 2 * (turns - std::floor(turns)) - 1;
     }
 
-    Sample sample_at(int k, const SampleSet& set, const Pixel& pixel) const {
+    Sample sample_at(int k, double n, const Pixel& pixel) const {
         const Vec random = pixel.random;
-        const double part = std::min(1.0, set.n - k);
+        const double part = std::min(1.0, n - k);
         Sample sample;
-        sample.number = k;
-        sample.weight = set.weight * part;
+        sample.weight = part;
         if (s_.shutter)
             sample.u =
-                s_.shutter->time_shift + s_.shutter->time_scale * time_of(k, set.n, part, random.y);
+                s_.shutter->time_shift + s_.shutter->time_scale * time_of(k, n, part, random.y);
         if (s_.lens) {
             const bool turned =
-                s_.shutter && set.n >= kFewestTurned && set.n <= kMostTurned && k < int(set.n) / 2;
+                s_.shutter && n >= kFewestTurned && n <= kMostTurned && k < int(n) / 2;
             const double turn = random.x + (turned ? 0.5 * random.y : 0);
             const int table =
                 std::min(int((turn - std::floor(turn)) * points_.sets), points_.sets - 1);
-            const auto point = points_.at(set.first + k, table);
+            const auto point = points_.at(k, table);
             sample.lens = {point[0], point[1]};
         }
         const double golden = random.x + 0.618034 * k;
@@ -482,39 +434,19 @@ class Gather {
         return color;
     }
 
-    // The samples of a set. With the shutter alone, a search begins at the surface that the search
-    // of the previous time sample has found.
-    void add_set(Sums& sums, const Pixel& pixel, const SampleSet& set) const {
+    // With the shutter alone, a search begins at the surface that the search of the previous time
+    // sample has found.
+    Sums gather(const Pixel& pixel) const {
+        Sums sums = no_samples(color_.channels);
         Surface begin = *pixel.surface;
-        for (int k = 0; k < set.n; ++k) {
-            const Sample now = sample_at(k, set, pixel);
+        const double n = samples_of(pixel);
+        for (int k = 0; k < n; ++k) {
+            const Sample now = sample_at(k, n, pixel);
             if (!passes_barrel(pixel, now)) continue;
             const Search found = search(frames_, pixel, now, begin, !s_.lens);
             accumulate(sums, pixel, now, resolve(pixel, now, found), s_);
         }
-    }
-
-    Sums gather(const Pixel& pixel) const {
-        Sums sums = no_samples(color_.channels);
-        add_set(sums, pixel, first_set(pixel));
-        if (pixel.weight_of_more > 0)
-            add_set(sums, pixel,
-                    {double(s_.more_samples()), s_.parameters.samples, pixel.weight_of_more});
         return sums;
-    }
-
-    // The weights of second sets, from the first samples of all of a block's pixels.
-    void find_noisy_blocks() {
-        std::vector<double> noise(blocks_.size()), pixels(blocks_.size());
-        for (int y = 0; y < height_; ++y)
-            for (int x = 0; x < width_; ++x) {
-                const Pixel pixel = pixel_at(x, y);
-                pixels[block_index(x, y)] += 1;
-                if (!is_still(pixel) && !is_filled_by_one(pixel))
-                    noise[block_index(x, y)] += noise_of(gather(pixel).halves, pixel.color);
-            }
-        for (size_t i = 0; i < blocks_.size(); ++i)
-            weights_of_more_[i] = weight_of_more(noise[i] / pixels[i], s_.parameters.samples);
     }
 
     void store_hint(const Pixel& pixel, std::array<double, 2> of_shutter, double of_given) {
@@ -660,12 +592,8 @@ class Gather {
             soft_.at(x, y, c) = pixel.color[c] + mean_of_soft * sums.soft.color[size_t(c)];
         }
         share_.at(x, y) = (1 - pixel.surface->front_part) * mean_of * sums.soft.weight;
-        // The window narrows with the root of the samples.
-        const double noise =
-            std::sqrt(s_.parameters.samples /
-                      (s_.parameters.samples + pixel.weight_of_more * s_.more_samples()));
         for (int c = 0; c < 3; ++c)
-            spread_.at(x, y, c) = noise * mean_of_soft * sums.soft.spread[size_t(c)];
+            spread_.at(x, y, c) = mean_of_soft * sums.soft.spread[size_t(c)];
         const double in_focus = std::clamp(1 - std::abs(pixel.surface->radius), 0.0, 1.0);
         store_hint(pixel, {1, noise_gate(sums)}, in_focus);
     }
@@ -699,8 +627,7 @@ class Gather {
     const Background background_;
     const ImageD noise_;
     lens::Points points_;
-    std::optional<double> disc_scale_;     // lens::disc_radius()
-    std::vector<double> weights_of_more_;  // of each block
+    std::optional<double> disc_scale_;  // lens::disc_radius()
     // As the textures hold them, colors wide.
     ImageD color_, soft_, share_, spread_, hint_;
 };

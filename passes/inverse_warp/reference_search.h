@@ -103,7 +103,6 @@ struct Pixel {
     const Surface* surface = nullptr;
     Vec random;  // x in [0, 1), y in [-1, 1)
     const Block* block = nullptr;
-    double weight_of_more = 0;  // of the block's samples beyond the first set
 };
 
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.

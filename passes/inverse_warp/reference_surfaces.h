@@ -40,7 +40,6 @@ struct Sample {
     Vec lens;
     double weight = 1;       // less than 1: part of a sample
     double depth_ratio = 1;  // inverse depths within this ratio count as one depth
-    int number = 0;          // in its set
 };
 
 // Lengths in pixels. Without motion a and b are 0; without a lens the radius is 0.

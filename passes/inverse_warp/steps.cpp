@@ -120,10 +120,7 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         for (size_t i = 0; i < std::size(kCircleWeights); ++i)
             uniforms.circle_weights[i / 4][int(i % 4)] = kCircleWeights[i];
         uniforms.disc_scale = float(lens::disc_radius(settings.lens->aperture).value_or(0));
-        uniforms.lens_sets = lens::sets_of(settings.parameters.samples + settings.more_samples());
-        uniforms.more_samples = settings.more_samples();
-        // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
-        uniforms.noise_limit = float(4 * kNoiseVariance / settings.parameters.samples);
+        uniforms.lens_sets = lens::sets_of(settings.parameters.samples);
     }
     return uniforms;
 }
@@ -384,8 +381,7 @@ class Planner {
     }
     // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
-        return 3 * std::max(settings_.parameters.samples + settings_.more_samples(),
-                            INVERSE_WARP_MIN_TIMES);
+        return 3 * std::max(settings_.parameters.samples, INVERSE_WARP_MIN_TIMES);
     }
 
     // Room for a pixel's taps (taps.glsl), rounded up so that few programs serve all numbers.
@@ -588,8 +584,8 @@ class Planner {
     void add_tables(Gathered& from) {
         from.noise = noise::add_table(planner_, settings_.noise());
         if (!settings_.lens) return;
-        from.lens_samples = lens::add_table(planner_, settings_.lens->aperture,
-                                            settings_.parameters.samples, settings_.more_samples());
+        from.lens_samples =
+            lens::add_table(planner_, settings_.lens->aperture, settings_.parameters.samples);
     }
 
     void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,
@@ -617,7 +613,6 @@ class Planner {
         defines["DENOISE"] = flag(settings_.parameters.denoise);
         defines["HINT"] = flag(hint.made >= 0);
         if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = "1";
-        defines["ADAPTIVE"] = flag(settings_.more_samples() > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{GATHER_COLOR, planner_.input(Role::color)},

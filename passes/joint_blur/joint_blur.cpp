@@ -28,13 +28,6 @@ const ParameterTable& table() {
                       .help = "samples per pixel, each with a shutter time and a lens sample",
                       .convergence = Convergence::set,
                       .converged = 512})
-            .integer("max_samples", &P::max_samples,
-                     {.min = 0,
-                      .max = lens::kMaxLensSamples,
-                      .soft_max = 256,
-                      .unit = "samples",
-                      .help = "adaptive sampling: samples per pixel in blocks whose samples "
-                              "disagree; off unless larger than samples"})
             .rows<inverse_warp::SearchParameters>(&P::search, inverse_warp::search_table())
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,

@@ -24,7 +24,5 @@ void main() {
     const int index = at.y * uniforms.points + at.x;
     const int pair = uniforms.packed_points[index >> 2][index & 3];
     precise const vec2 point = vec2(float((pair << 16) >> 16), float(pair >> 16)) / 32767.0;
-    const int first = at.x < uniforms.samples ? 0 : uniforms.samples;
-    const int n = first == 0 ? uniforms.samples : uniforms.points - uniforms.samples;
-    imageStore(lens_samples, at, vec4(point, float(mirrored_place(at.x - first, n)), 0.0));
+    imageStore(lens_samples, at, vec4(point, float(mirrored_place(at.x, uniforms.points)), 0.0));
 }

@@ -1,7 +1,6 @@
 // The sums over a pixel's samples.
 //
 // DENOISE: samples of blurred surfaces are also summed apart, for denoise.comp
-// ADAPTIVE: and two halves of the samples, for adaptive.glsl
 // HINT: and their brightness, for the hint
 
 // The surface that a sample sees, and where its color comes from.
@@ -18,19 +17,12 @@ struct Soft {
     vec3 spread;  // sum of covariances of the displacements: xx, xy, yy, px^2
 };
 
-// Half of a pixel's samples; `color`: sum of differences to the first of all.
-struct Half {
-    vec3 color;
-    float weight;
-};
-
 struct Sums {
     Mean color;
     float moment;  // of the displacements, px^2
     float longest_path;  // squared, px^2
     Soft soft;
     vec3 shown;  // brightness as shown: of the first sample; sums of differences to it, and of squares
-    Half even, odd;  // by the count of binary digits 1 of a sample's number
 };
 
 // Variance along x and y, px^2: a larger one changes no window, and its determinant would be lost
@@ -38,8 +30,7 @@ struct Sums {
 const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
-    const Half none = Half(vec3(0.0), 0.0);
-    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), vec3(0.0), none, none);
+    return Sums(no_mean(), 0.0, 0.0, Soft(no_mean(), vec3(0.0)), vec3(0.0));
 }
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
@@ -65,17 +56,6 @@ bool add_soft(precise inout Soft soft, Hit hit, vec4 color, float weight) {
     return true;
 }
 
-// The samples whose number has an odd count of binary digits 1 are one half. Both halves are even
-// over the shutter, whose times go by mirrored digits, and over the lens, whose samples go outward
-// (Thue-Morse).
-void add_to_half(precise inout Sums sums, int number, vec3 difference, float weight) {
-    const bool odd = (bitCount(number) & 1) == 1;
-    sums.even.color += odd ? vec3(0.0) : weight * difference;
-    sums.odd.color += odd ? weight * difference : vec3(0.0);
-    sums.even.weight += odd ? 0.0 : weight;
-    sums.odd.weight += odd ? weight : 0.0;
-}
-
 // From 0 to 1: of displays that show x/(1 + x), less the last of their gamma.
 float shown_brightness(vec3 color) {
     const vec3 parts = max(color, vec3(0.0));
@@ -95,10 +75,6 @@ void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Hit hit) {
     if (sums.color.weight == now.weight) sums.shown.x = brightness;  // the first
     precise const float more = brightness - sums.shown.x;
     sums.shown.yz += now.weight * vec2(more, more * more);
-#endif
-#if ADAPTIVE
-    precise const vec3 difference = color.rgb - sums.color.first.rgb;
-    add_to_half(sums, now.number, difference, now.weight);
 #endif
     bool soft = false;
     if (DENOISE == 1) soft = add_soft(sums.soft, hit, color, now.weight);

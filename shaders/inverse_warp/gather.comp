@@ -12,7 +12,7 @@
 //   color, surfaces of the frames before and after; the layer behind
 //
 //   block_starts.glsl                    the start surfaces of the pixel's block
-//   samples.glsl           SampleSet     time samples and lens samples
+//   samples.glsl                         time samples and lens samples
 //   search.glsl            Search        the search for one sample's surface in this frame
 //   deferred_samples.glsl                the samples that it does not settle
 //   second_layer.glsl                    the search for an occluded surface in the layer behind
@@ -23,14 +23,12 @@
 //   mean.glsl              Mean          of samples
 //   taps.glsl              Tap           the extra layers, from the samples of color
 //   accumulate.glsl        Hit, Sums     one sample's color; the sums over a pixel's samples
-//   adaptive.glsl                        a second set of samples for noisy blocks
 //   small_circles.glsl     Circle        small circles of confusion, summed without samples
 //
 // SHUTTER, LENS: which of the two are open    STARTS: room for a block's start surfaces
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
-// ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
 // TAPS: with LAYERS: room for a pixel's samples    FILL_LAYER: a layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
@@ -104,7 +102,6 @@ vec4 with_front_over(Pixel pixel, Plane plane, vec4 mean) {
 #include "inverse_warp/mean.glsl"
 #include "inverse_warp/taps.glsl"
 #include "inverse_warp/accumulate.glsl"
-#include "inverse_warp/adaptive.glsl"
 #include "inverse_warp/small_circles.glsl"
 
 Pixel pixel_at(ivec2 at) {
@@ -184,10 +181,10 @@ vec3 factor_of(vec3 covariance) {
 
 // The mean of the soft samples and their share in the result; the covariance of their
 // displacements.
-void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
+void store_soft(Pixel pixel, Soft sums, float share_of) {
 #if DENOISE
     const vec4 mean = value_of(sums.color, own_color(pixel));
-    const float scale = noise / max(sums.color.weight, 1e-6);
+    const float scale = 1.0 / max(sums.color.weight, 1e-6);
     imageStore(soft, pixel.at, vec4(mean.rgb, share_of * sums.color.weight));
     imageStore(spread, pixel.at, vec4(factor_of(scale * sums.spread), mean.a));
 #endif
@@ -231,7 +228,7 @@ vec2 hint_of(Pixel pixel, float gate) {
     return kShutter ? vec2(1.0, gate) : given_hint_at(pixel.at) * in_focus;
 }
 
-void store_mean(Pixel pixel, Sums sums, SampleSet last) {
+void store_mean(Pixel pixel, Sums sums) {
     // From 0 at the limit, so that the blur begins without a jump.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
     precise const float onset = clamp(longest_seen_px(pixel, sums) / limit_px - 1.0, 0.0, 1.0);
@@ -239,12 +236,15 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     imageStore(blurred, pixel.at, faded_in(own, with_front_over(pixel, kColor, mean), onset));
     store_layers(pixel, onset);
     precise const float share = onset * (1.0 - front_part(pixel.own)) / max(sums.color.weight, 1e-6);
-    store_soft(pixel, sums.soft, share, noise_scale(last));
+    store_soft(pixel, sums.soft, share);
     store_hint(pixel.at, hint_of(pixel, noise_gate(sums)));
 }
 
-void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums) {
-    const int count = int(ceil(set.n));
+void add_samples(Pixel pixel, inout Sums sums) {
+    // Without a lens, a search begins at the surface that the previous time sample has found.
+    uvec4 begin = pixel.own;
+    const float n = samples_of(pixel);
+    const int count = int(ceil(n));
     // One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's registers, of which the
     // gather has none left.
     uvec2 deferred[kMaxDeferred + 1];
@@ -252,7 +252,7 @@ void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums)
     SOFTWARE_LOOP do {
         int count_deferred = 0, k = first;
         SOFTWARE_LOOP do {
-            const Sample now = sample_at(k, set, pixel);
+            const Sample now = sample_at(k, n, pixel);
             if (!passes_barrel(pixel, now)) continue;
             Search here = search(pixel, now, begin);
             if (here.nearest_edge)
@@ -271,7 +271,7 @@ void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums)
         int i = 0;
         if (count_deferred > 0) SOFTWARE_LOOP do {
             const uvec2 words = deferred[i];
-            const Sample now = sample_at(first + number_of_search(words), set, pixel);
+            const Sample now = sample_at(first + number_of_search(words), n, pixel);
             accumulate(sums, pixel, now, resolve(pixel, now, unpack_search(words, pixel, now)));
         } while (++i < count_deferred);
         first += kMaxDeferred;
@@ -282,29 +282,20 @@ void main() {
     ivec2 at;
     const bool is_pixel = next_pixel(uniforms.size, at);
     load_starts(at / kBlockPx);
-    if (!takes_part(is_pixel, at)) return;
+    if (!is_pixel) return;
     const Pixel pixel = pixel_at(at);
     if (pixel.longest_px <= uniforms.still_limit_px) {
-        if (is_pixel) store_unchanged(pixel);
+        store_unchanged(pixel);
         return;
     }
-    // Without a lens, a search begins at the surface that the previous time sample has found.
-    uvec4 begin = pixel.own;
     const Circle circle = circle_of(unpack_surface(pixel.own).radius);
-    const bool filled = is_filled_by_one(pixel, circle);
     Sums sums = no_samples();
-    SampleSet set = first_set(pixel);
-    begin_block();
-    do {
-        if (!filled) add_samples(pixel, set, begin, sums);
-        // A second set follows if the samples of the block disagree.
-    } while (next_set(set, pixel, sums, is_pixel));
-    if (!is_pixel) return;
-    if (filled) {
+    if (is_filled_by_one(pixel, circle)) {
         store_circle(pixel, circle);
-        store_soft(pixel, sums.soft, 0.0, 1.0);
+        store_soft(pixel, sums.soft, 0.0);
         store_hint(pixel.at, hint_of(pixel, 0.0));
     } else {
-        store_mean(pixel, sums, set);
+        add_samples(pixel, sums);
+        store_mean(pixel, sums);
     }
 }

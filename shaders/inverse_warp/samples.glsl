@@ -8,21 +8,14 @@ layout(binding = GATHER_NOISE) uniform sampler2D noise;
 layout(binding = GATHER_LENS_SAMPLES) uniform sampler2D lens_samples;
 #endif
 
-// Samples 0 .. ceil(n) - 1, whose lens samples are `first` .. in the table.
-struct SampleSet {
-    float n;
-    int first;
-    float weight;  // of each sample
-};
-
-// n of the shutter alone grows with the longest displacement. The last sample may be a part of one,
-// so that nothing jumps where a longer path gets another sample.
-SampleSet first_set(Pixel pixel) {
+// The number of samples, n. That of the shutter alone grows with the longest displacement. The last
+// sample may be a part of one, so that nothing jumps where a longer path gets another sample.
+float samples_of(Pixel pixel) {
     const float path_px = 2.0 * uniforms.time_scale * pixel.longest_px;
     const float times = clamp(path_px / uniforms.path_px_per_time,
                               float(INVERSE_WARP_MIN_TIMES),
                               float(max(uniforms.samples, INVERSE_WARP_MIN_TIMES)));
-    return SampleSet(kLens ? float(uniforms.samples) : times, 0, 1.0);
+    return kLens ? float(uniforms.samples) : times;
 }
 
 // The pixel's random numbers: x in [0, 1), y in [-1, 1).
@@ -37,47 +30,46 @@ vec2 random_at(ivec2 pixel) {
 // Time of sample k, in [-1, 1], or in the part of it in which the shutter is open. With a lens, whose
 // samples go outward, times go by `order`: evenly spread, from the center of the shutter on, and turned by
 // the random number.
-float time_of(int k, float order, SampleSet set, float part, float random) {
+float time_of(int k, float order, float n, float part, float random) {
     if (!kShutter) return 0.0;
     precise float u;
     if (kLens) {
-        const float center = floor(0.5 * set.n) + 0.5;
-        u = 2.0 * fract((order + center) / set.n + 0.5 * random) - 1.0;
+        const float center = floor(0.5 * n) + 0.5;
+        u = 2.0 * fract((order + center) / n + 0.5 * random) - 1.0;
     } else {
-        u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
+        u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / n - 1.0;
     }
     precise const float open_u = uniforms.time_shift + uniforms.time_scale * u;
     return open_u;
 }
 
-// Sample k of the set. xy: in the unit disc, z: the order of its time (common/lens_samples.comp). With the
+// Sample k of n. xy: in the unit disc, z: the order of its time (common/lens_samples.comp). With the
 // shutter and kFewestTurned to kMostTurned samples, their inner half is turned by the other random number
 // too: one turn for all leaves a hatch in lamps.
-vec3 lens_sample(int k, SampleSet set, vec2 random) {
+vec3 lens_sample(int k, float n, vec2 random) {
 #if LENS
-    const bool turned = kShutter && set.n >= kFewestTurned && set.n <= kMostTurned && k < int(set.n) / 2;
+    const bool turned = kShutter && n >= kFewestTurned && n <= kMostTurned && k < int(n) / 2;
     precise const float turn = fract(random.x + (turned ? 0.5 * random.y : 0.0));
     const int table = clamp(int(turn * float(uniforms.lens_sets)), 0, uniforms.lens_sets - 1);
-    return texelFetch(lens_samples, ivec2(set.first + k, table), 0).xyz;
+    return texelFetch(lens_samples, ivec2(k, table), 0).xyz;
 #else
     return vec3(0.0);
 #endif
 }
 
-Sample sample_at(int k, SampleSet set, Pixel pixel) {
+Sample sample_at(int k, float n, Pixel pixel) {
     // The number of samples with a lens is whole.
-    precise const float part = kLens ? 1.0 : min(set.n - float(k), 1.0);
-    const vec3 point = lens_sample(k, set, pixel.random);
+    precise const float part = kLens ? 1.0 : min(n - float(k), 1.0);
+    const vec3 point = lens_sample(k, n, pixel.random);
     Sample at;
-    at.u = time_of(k, point.z, set, part, pixel.random.y);
+    at.u = time_of(k, point.z, n, part, pixel.random.y);
     at.bend = bend_at(at.u);
     at.lens = point.xy;
-    at.weight = set.weight * part;
+    at.weight = part;
     // Another ratio for each sample: while two surfaces pass each other in depth, their samples
     // change over one by one.
     precise const float golden = fract(pixel.random.x + 0.618034 * float(k));
     at.depth_ratio = precise_mix(kMinDepthRatio, kMaxDepthRatio, golden);
-    at.number = k;
     return at;
 }
 

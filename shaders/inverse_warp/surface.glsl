@@ -129,7 +129,6 @@ struct Sample {
     vec2 lens;
     float weight;       // less than 1: part of a sample
     float depth_ratio;  // inverse depths within this ratio count as one depth
-    int number;         // in its set
 };
 
 float bend_at(float u) {

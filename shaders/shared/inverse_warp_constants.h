@@ -130,9 +130,6 @@ INVERSE_WARP_NUMBER kLeastWeight = 1.0 / 64.0;  // taken off every weight: the w
 // Chosen on tuning: balanced .02 to .10 dB at equal HDR-FLIP, a fainter hatch. Other numbers cover the lens better
 // with one turn: fast loses up to 3 % on exact shots with two, 128 samples .15 dB.
 INVERSE_WARP_NUMBER kFewestTurned = 20.0, kMostTurned = 32.0;  // samples whose inner half has a turn of its own
-// Chosen on tuning: .15 dB at equal time.
-INVERSE_WARP_NUMBER kNoiseVariance = 0.045;  // of samples, as shown, above which a block takes more ...
-INVERSE_WARP_NUMBER kMoreWeight = 4.0;  // ... and growth of their weight with its multiples
 // Chosen on tuning: fast 0 to .05 dB, balanced 0 to .14 (docs/fxaa.md#the-hint).
 INVERSE_WARP_NUMBER kLeastNoise = 0.002, kMoreNoise = 0.004;  // as shown: FXAA begins; more, for all of it
 INVERSE_WARP_NUMBER kLeastBlurPx = 1.0, kMoreBlurPx = 3.0;  // radius of an even disc, likewise

@@ -32,9 +32,6 @@ float barrel_per_px;   // shift of the barrel's circle, radii per shorter side o
 float barrel_scale;    // of lens samples: 1 - barrel_per_px times the radius at infinity
 float center_x;        // of the frame, in pixels of the planes
 float center_y;
-int more_samples;    // extra samples for blocks whose samples disagree, beyond `samples`; 0: off
-float noise_limit;   // a block takes extra samples above this mean squared difference between the
-                     // halves of its samples
 float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
 float pixel_axis_y;
 int fill_layer;  // which of the frame's layers is the fill mask (chain/frame/layers.h); -1: none
@@ -46,8 +43,6 @@ float time_scale;
 float time_shift;
 float disc_scale;  // radius of the disc that a round aperture blurs like, in its own; 0: not round
 float pad0;
-float pad1;
-float pad2;
 // shared/small_circles.h. Not a constant of the program: a GPU may keep that in memory.
 vec4 circle_weights[SMALL_CIRCLES_VECTORS];
 UNIFORMS_END
@@ -69,8 +64,8 @@ UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 160 + 16 * SMALL_CIRCLES_VECTORS);
-static_assert(offsetof(postchain::shared::InverseWarpUniforms, circle_weights) == 160);
+static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 144 + 16 * SMALL_CIRCLES_VECTORS);
+static_assert(offsetof(postchain::shared::InverseWarpUniforms, circle_weights) == 144);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, starts) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, gain_px) == 48);

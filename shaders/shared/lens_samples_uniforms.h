@@ -10,8 +10,8 @@
 UNIFORMS_BEGIN(LensSamplesUniforms)
     int points;  // of a set
     int sets;
-    int samples;  // the first points; the others are of a second set of samples
     int pad0;
+    int pad1;
     ivec4 packed_points[LENS_SAMPLES_MAX / 4];  // set after set; x in the lower half of each int, y
                                                 // in the upper, in steps of 1/32767
 UNIFORMS_END

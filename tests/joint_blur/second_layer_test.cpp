@@ -150,8 +150,7 @@ TEST(SecondLayer, IsPlannedOnlyForAPassWhoseColorIsTheFrames) {
     FrameDescription frame = describe_round(planes);
     FrameDescription without = frame;
     without.planes.remove(Role::behind);
-    for (const Chain& chain : {motion_blur(), depth_of_field(), chain_of("joint_blur"),
-                               chain_of("joint_blur", {{"max_samples", int64_t(96)}})}) {
+    for (const Chain& chain : {motion_blur(), depth_of_field(), chain_of("joint_blur")}) {
         EXPECT_TRUE(uses_it(*make_plan(chain, frame, {.elide = false})));
         EXPECT_FALSE(uses_it(*make_plan(chain, without, {.elide = false})));
     }

@@ -197,8 +197,8 @@ TEST(ProgramFiles, EachOptionAddsItsPrograms) {
     constexpr Case kCases[] = {
         {"mask", "fxaa", "guest/import_mask.comp "},
         {"exposure", "fxaa", "guest/export.comp EXPOSURE=1"},
-        {"before", "motion_blur", "gather.comp ADAPTIVE=0 AFTER=0 BARREL=0 BEFORE=1"},
-        {"after", "motion_blur", "gather.comp ADAPTIVE=0 AFTER=1 BARREL=0 BEFORE=0"},
+        {"before", "motion_blur", "gather.comp AFTER=0 BARREL=0 BEFORE=1"},
+        {"after", "motion_blur", "gather.comp AFTER=1 BARREL=0 BEFORE=0"},
         {"half-resolution", "motion_blur", "guest/export_half.comp "},
         {"fast-math", "fxaa", " precise="}};
     const TempFolder temp;

@@ -133,11 +133,6 @@ TEST(StudyFile, WhatIsNotEqualIsRefused) {
                 "  joint: [joint_blur: {samples: 57}]\n"
                 "questions: [{pair: [report, joint], equal: samples}]" +
                 end,
-            bench +
-                "  few: [joint_blur: {samples: 32}]\n"
-                "  adaptive: [joint_blur: {samples: 32, max_samples: 64}]\n"
-                "questions: [{pair: [few, adaptive], equal: samples}]" +
-                end,
             kSampled + "questions: [{pair: [more, joint], equal: price}]" + end,
             kSampled + "questions: [{pair: [more, joint], equal: [time]}]" + end,
             kSampled + "questions: [{pair: [more, joint], equa: time}]" + end,

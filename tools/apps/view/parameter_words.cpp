@@ -30,7 +30,6 @@ const std::map<std::string_view, Row>& table() {
         {"preset", {kMethod}},
         {"coc", {kMethod, "circle of confusion"}},
         {"samples", {kMethod}},
-        {"max_samples", {kMethod, "most samples"}},
         {"shutter_frames", {kShutter, "shutter"}},
         {"shutter_angle_deg", {kShutter, "shutter angle"}},
         {"shutter_position", {kShutter}},

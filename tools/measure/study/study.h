@@ -35,8 +35,8 @@ enum class Equal { unsaid, samples, time };
 const char* name_of(Equal equal);  // "samples"
 
 // Samples that the passes of a chain take for a pixel: the sum of their rows "samples" that are
-// read. None with adaptive sampling, which takes as many as a frame needs.
-std::optional<int> samples_of(const Chain& chain);
+// read.
+int samples_of(const Chain& chain);
 
 struct Study {
     std::string file;

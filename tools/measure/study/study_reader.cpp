@@ -124,23 +124,18 @@ void read_questions(const TextNode& root, Study& study, Reporter& reporter) {
         const auto same = equal_of(item, path, reporter);
         if (!a || !b || !same) continue;
         const std::pair<size_t, size_t> asked(*a, *b), turned(*b, *a);
-        const auto of_a = samples_of(study.chains[*a].chain);
-        const auto of_b = samples_of(study.chains[*b].chain);
+        const int of_a = samples_of(study.chains[*a].chain);
+        const int of_b = samples_of(study.chains[*b].chain);
         if (*a == *b) {
             reporter.error(item, path, "compares a chain with itself");
         } else if (std::ranges::count(study.pairs, asked) +
                    std::ranges::count(study.pairs, turned)) {
             reporter.error(item, path, "is asked twice");
-        } else if (*same == Equal::samples && !(of_a && of_b)) {
-            reporter.error(item, path,
-                           concat("says equal samples, but ", study.chains[of_a ? *b : *a].name,
-                                  " samples adaptively: how many it takes depends on the frame; "
-                                  "remove max_samples, or ask for equal: time"));
         } else if (*same == Equal::samples && of_a != of_b) {
             reporter.error(item, path,
                            concat("says equal samples, but the passes of ", study.chains[*a].name,
-                                  " take ", *of_a, " and those of ", study.chains[*b].name, " ",
-                                  *of_b, "; change samples of a pass"));
+                                  " take ", of_a, " and those of ", study.chains[*b].name, " ",
+                                  of_b, "; change samples of a pass"));
         } else {
             study.ask(*a, *b, *same);
         }

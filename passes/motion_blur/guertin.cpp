@@ -4,11 +4,11 @@
 //   tile_max       --neighbor_max--> neighbor_max
 //   tile_max       --tile_variance-> tile_variance   only with sample_split: variance
 //   frame number   --noise---------> noise           only with a jitter
-//   neighbor_max [, tile_depth] [, tile_range]
-//                  --classify------> work lists of blocks: still, sky, uniform, full
+//   neighbor_max [, tile_depth]
+//                  --classify------> work lists of blocks: still, sky, full
 //   motion or half_velocity, neighbor_max, tile_variance, noise, color, inverse_depth
 //                  --gather--------> color, hint     the hint only if a later pass reads it
-//                                                    keep, gather_sky, gather_uniform: their lists
+//                                                    keep, gather_sky: their lists
 //
 // Tile textures are fp32 whatever the precision: they are small, and the squared length they carry
 // beside v does not fit a half.
@@ -31,11 +31,8 @@ using shared::MotionBlurUniforms;
 
 // The classes of blocks that are told apart (classify.comp).
 struct Classes {
-    bool still = false, sky = false, uniform = false;
+    bool still = false, sky = false;
     bool depth = false;  // inverse depths are compared at all
-
-    bool any() const { return still || sky || uniform; }
-    bool by_depth() const { return depth && (sky || uniform); }
 };
 
 Classes classes_of(const Parameters& parameters, Guertin::Depths depths,
@@ -46,8 +43,6 @@ Classes classes_of(const Parameters& parameters, Guertin::Depths depths,
     classes.depth = compares_depth(parameters) && !(look && depths.one);
     // Without sky there is nothing to look for.
     classes.sky = look && classes.depth && depths.sky;
-    // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
-    classes.uniform = context.uses(kRuleUniformBlocks) && parameters.samples >= 5;
     return classes;
 }
 
@@ -94,7 +89,7 @@ class Planner {
                             .saving = {.taps = pixels_ * uint64_t(parameters_.samples + 1)}});
         Planes planes;
         if (stored()) planes.half_velocity = picture("half_velocity", velocity_format());
-        const TileRanges ranges = add_tiles(planes);
+        const TextureId tile_depth = add_tiles(planes);
         planes.tile_variance = add_variance(planes.tile_max);
         if (!jitters() && parameters_.noise.noise != noise::Kind::none)
             planner_.unused("noise", {"neither tiles nor taps are jittered"});
@@ -103,10 +98,10 @@ class Planner {
         if (planner_.has(Role::layers))
             planes.layers = planner_.layers("layers", planner_.context().layers_format());
         planes.hint = add_hint();
-        if (classes_.any())
-            add_classed_gathers(planes, ranges);
+        if (classes_.still || classes_.sky)
+            add_classed_gathers(planes, tile_depth);
         else
-            add_gather(planes, {"gather", -1, classes_.depth, false});
+            add_gather(planes, {"gather", -1, classes_.depth});
         planner_.output(Role::color, planes.color);
         if (planes.hint >= 0) planner_.output(Role::hint, planes.hint);
         if (planes.layers >= 0) planner_.output(Role::layers, planes.layers);
@@ -118,16 +113,11 @@ class Planner {
         TextureId half_velocity = -1, tile_max = -1, neighbor_max = -1, tile_variance = -1;
         TextureId noise = -1, color = -1, hint = -1, layers = -1;
     };
-    // Tile textures that classify reads.
-    struct TileRanges {
-        TextureId motion = -1, depth = -1;
-    };
     // One launch of the gather: over a list, or over the whole frame.
     struct Gather {
         const char* name;
         TextureId list;
-        bool depth;    // inverse depths are compared
-        bool uniform;  // samples are taken to move as the pixel does
+        bool depth;  // inverse depths are compared
     };
 
     bool single() const { return parameters_.mode == Mode::single; }
@@ -164,26 +154,22 @@ class Planner {
         return step;
     }
 
-    // motion [, inverse_depth] -> tile_max, neighbor_max [, half_velocity, tile_range, tile_depth]
-    TileRanges add_tiles(Planes& planes) {
+    // motion [, inverse_depth] -> tile_max, neighbor_max [, half_velocity] [, tile_depth]. Returns
+    // tile_depth.
+    TextureId add_tiles(Planes& planes) {
         planes.tile_max = tile_texture("tile_max", Format::rgba32f);
         planes.neighbor_max = tile_texture("neighbor_max", Format::rgba32f);
-        TileRanges ranges;
-        Step tiles = make_step("tile_max", {{"STORAGE", storage_define()},
-                                            {"RANGE", flag(classes_.uniform)},
-                                            {"DEPTH", flag(classes_.by_depth())}});
+        TextureId tile_depth = -1;
+        Step tiles =
+            make_step("tile_max", {{"STORAGE", storage_define()}, {"DEPTH", flag(classes_.sky)}});
         tiles.bindings = {{0, planner_.input(Role::motion)}, {0, planes.tile_max, Access::write}};
         tiles.spread = Area::tiles();
-        tiles.taps = pixels_ * (classes_.by_depth() ? 2 : 1);
+        tiles.taps = pixels_ * (classes_.sky ? 2 : 1);
         if (stored()) tiles.bindings.push_back({1, planes.half_velocity, Access::write});
-        if (classes_.uniform) {
-            ranges.motion = tile_texture("tile_range", Format::rgba32f);
-            tiles.bindings.push_back({2, ranges.motion, Access::write});
-        }
-        if (classes_.by_depth()) {
-            ranges.depth = tile_texture("tile_depth", Format::rg32f);
+        if (classes_.sky) {
+            tile_depth = tile_texture("tile_depth", Format::rg32f);
             tiles.bindings.push_back({1, planner_.input(Role::inverse_depth)});
-            tiles.bindings.push_back({3, ranges.depth, Access::write});
+            tiles.bindings.push_back({3, tile_depth, Access::write});
         }
         planner_.step(std::move(tiles));
 
@@ -192,7 +178,7 @@ class Planner {
         neighbors.spread = groups_for(Area::tiles());
         neighbors.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
         planner_.step(std::move(neighbors));
-        return ranges;
+        return tile_depth;
     }
 
     TextureId add_variance(TextureId tile_max) {
@@ -220,16 +206,13 @@ class Planner {
     }
 
     // Blocks are sorted into lists, and each list has a launch of its own.
-    void add_classed_gathers(const Planes& planes, const TileRanges& ranges) {
+    void add_classed_gathers(const Planes& planes, TextureId tile_depth) {
         Step classify = make_step("classify", {{"STORAGE", storage_define()},
                                                {"STILL", flag(classes_.still)},
                                                {"SKY", flag(classes_.sky)},
-                                               {"UNIFORM", flag(classes_.uniform)},
-                                               {"DEPTH", flag(classes_.by_depth())},
                                                {"TILE_JITTER", flag(jitters_tiles(parameters_))}});
         classify.bindings = {{0, planes.neighbor_max}};
-        if (ranges.depth >= 0) classify.bindings.push_back({1, ranges.depth});
-        if (ranges.motion >= 0) classify.bindings.push_back({2, ranges.motion});
+        if (tile_depth >= 0) classify.bindings.push_back({1, tile_depth});
         classify.spread = groups_for(groups_for(Area()));
         const auto add_list = [&](const char* name, int unit) {
             return add_work_list(planner_, classify, unit, name);
@@ -237,7 +220,6 @@ class Planner {
         const TextureId full_blocks = add_list("full_blocks", 0);
         const TextureId still_blocks = classes_.still ? add_list("still_blocks", 1) : -1;
         const TextureId sky_blocks = classes_.sky ? add_list("sky_blocks", 2) : -1;
-        const TextureId uniform_blocks = classes_.uniform ? add_list("uniform_blocks", 3) : -1;
         planner_.step(std::move(classify));
 
         const int taps = parameters_.samples + 1;
@@ -254,16 +236,9 @@ class Planner {
         if (classes_.sky) {
             elide_blocks(planner_, "depth in sky blocks", kRuleSkyBlocks,
                          {"one depth as far as taps reach"}, sky_blocks, taps);
-            add_gather(planes, {"gather_sky", sky_blocks, false, false});
+            add_gather(planes, {"gather_sky", sky_blocks, false});
         }
-        if (classes_.uniform) {
-            elide_blocks(planner_, "motion and depth in uniform blocks", kRuleUniformBlocks,
-                         {.name = "one motion and one depth layer as far as taps reach; error",
-                          .limit = 1e-3},
-                         uniform_blocks, (classes_.depth ? 2 : 1) * taps - 1);
-            add_gather(planes, {"gather_uniform", uniform_blocks, false, true});
-        }
-        add_gather(planes, {"gather", full_blocks, classes_.depth, false});
+        add_gather(planes, {"gather", full_blocks, classes_.depth});
     }
 
     void add_gather(const Planes& planes, const Gather& gather) {
@@ -277,8 +252,7 @@ class Planner {
              {"CLAMP", flag(parameters_.border == Border::clamp)},
              {"DOMINANT", flag(parameters_.static_direction == StaticDirection::dominant)},
              {"DEPTH", flag(gather.depth)},
-             {"HINT", flag(planes.hint >= 0)},
-             {"UNIFORM", flag(gather.uniform)}});
+             {"HINT", flag(planes.hint >= 0)}});
         step.name = gather.name;
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, stored() ? planes.half_velocity : planner_.input(Role::motion)},

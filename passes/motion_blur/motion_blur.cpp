@@ -264,10 +264,7 @@ const PassType& pass_type() {
         .create = [] { return std::make_unique<MotionBlur>(); },
         .rules = {{kRuleStillBlocks, true, "the blur of blocks that nothing moves into"},
                   {kRuleSkyBlocks, true,
-                   "comparing depths in blocks around which there is one depth"},
-                  {kRuleUniformBlocks, false,
-                   "reading motion and depth of the samples in blocks around which both hardly "
-                   "change"}},
+                   "comparing depths in blocks around which there is one depth"}},
         .variants = {{"guertin without jitter",
                       {{"mode", "guertin"}, {"jitter", 0.0}, {"tile_jitter", false}}}}};
     return type;

@@ -35,7 +35,6 @@ struct Parameters : inverse_warp::Parameters {
 // Its own rules of elision, for blocks that the device finds.
 inline constexpr const char* kRuleStillBlocks = "still_blocks";
 inline constexpr const char* kRuleSkyBlocks = "sky_blocks";
-inline constexpr const char* kRuleUniformBlocks = "uniform_blocks";
 
 // Reads color, motion and (unless depth_softness is 0) inverse_depth; writes color and, if a later
 // pass reads it, hint.

@@ -8,8 +8,7 @@
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
 // DOMINANT: slow pixels sample along v_max    DEPTH: inverse depths are compared    HINT: written
-// LAYERS: number of extra layers UNIFORM: every sample is taken to move as this pixel does; its own
-// velocity is not read
+// LAYERS: number of extra layers
 //
 // Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
@@ -138,15 +137,10 @@ OwnDirection own_direction(vec2 v_c, float v_c_squared, float inverse_c, vec2 v_
 }
 #endif
 
-// 1/rho(v_S), and w_B = |w_S . d|, of the sample at s. v_c: this pixel's; per_motion: 1/(half the
-// shutter), found once.
-vec2 speed_of(ivec2 s, vec2 d, vec2 v_c, float per_motion) {
-#if STORAGE || UNIFORM
-#if UNIFORM
-    const vec2 v_s = v_c;
-#else
+// 1/rho(v_S), and w_B = |w_S . d|, of the sample at s. per_motion: 1/(half the shutter), found once.
+vec2 speed_of(ivec2 s, vec2 d, float per_motion) {
+#if STORAGE
     const vec2 v_s = velocity_at(s);
-#endif
     const float inverse_s = inverse_length(precise_dot(v_s, v_s));
     return vec2(min(inverse_s, 1.0 / kMinLengthPx), abs(precise_dot(v_s, d)) * inverse_s);
 #else
@@ -255,7 +249,7 @@ void main() {
 #else
         const bool counts = all(lessThan(uvec2(s), uvec2(uniforms.size)));
 #endif
-        const vec2 speed = speed_of(s, d, v_c, per_motion);
+        const vec2 speed = speed_of(s, d, per_motion);
         const float inverse_rho_s = speed.x;
 #if SINGLE
         const float w_b = 1.0;

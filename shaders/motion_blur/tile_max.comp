@@ -3,7 +3,6 @@
 //
 //   motion        -> tile_max        x y: v, z: its squared length before the clamp, w: least |v|
 //                 -> half_velocity   STORAGE: v of each pixel
-//                 -> tile_range      RANGE: x y: smallest components of v, z w: largest
 //   inverse_depth -> tile_depth      DEPTH: x: smallest inverse depth, y: largest
 //
 // Lengths are compared before the clamp: after it, all long vectors have length r and the last bit
@@ -25,9 +24,6 @@ layout(binding = 0) writeonly uniform image2D tile_max;
 #if STORAGE
 layout(binding = 1) writeonly uniform image2D half_velocity;
 #endif
-#if RANGE
-layout(binding = 2) writeonly uniform image2D tile_range;
-#endif
 #if DEPTH
 layout(binding = 1) uniform sampler2D inverse_depth;
 layout(binding = 3) writeonly uniform image2D tile_depth;
@@ -40,9 +36,6 @@ struct Part {
     vec3 largest;  // v and its squared length before the clamp
     int index;     // index of its pixel, in row order
     float smallest_squared;
-#if RANGE
-    vec4 range;
-#endif
 #if DEPTH
     vec2 depths;
 #endif
@@ -56,10 +49,6 @@ void add(inout Part part, Part other) {
         part.index = other.index;
     }
     part.smallest_squared = min(part.smallest_squared, other.smallest_squared);
-#if RANGE
-    part.range =
-        vec4(min(part.range.xy, other.range.xy), max(part.range.zw, other.range.zw));
-#endif
 #if DEPTH
     part.depths = vec2(min(part.depths.x, other.depths.x), max(part.depths.y, other.depths.y));
 #endif
@@ -74,9 +63,6 @@ void main() {
     part.largest = vec3(0.0, 0.0, -1.0);
     part.index = 0;
     part.smallest_squared = radius * radius;
-#if RANGE
-    part.range = vec4(radius, radius, -radius, -radius);
-#endif
 #if DEPTH
     part.depths = vec2(texelFetch(inverse_depth, first, 0).x);
 #endif
@@ -104,12 +90,6 @@ void main() {
             part.largest = vec3(v, squared);
             part.index = index;
         }
-#if RANGE
-#if !STORAGE
-        v = clamped_velocity(v, squared);
-#endif
-        part.range = vec4(min(part.range.xy, v), max(part.range.zw, v));
-#endif
 #if DEPTH
         const float q = texelFetch(inverse_depth, p, 0).x;
         part.depths = vec2(min(part.depths.x, q), max(part.depths.y, q));
@@ -136,9 +116,6 @@ void main() {
     part.largest.xy = clamped_velocity(part.largest.xy, part.largest.z);
 #endif
     imageStore(tile_max, tile, vec4(part.largest, sqrt(part.smallest_squared)));
-#if RANGE
-    imageStore(tile_range, tile, part.range);
-#endif
 #if DEPTH
     imageStore(tile_depth, tile, vec4(part.depths, 0.0, 0.0));
 #endif

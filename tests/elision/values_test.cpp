@@ -132,7 +132,6 @@ TEST(Programs, AreListedBeforeAnyFrameNeedsThem) {
         Random random(seed + 99);
         if (random.chance(0.6)) enlarge(one, random);
         if (random.chance(0.5)) one.frame.planes.add(Role::motion_back);
-        if (random.chance(0.2)) one.elided.rules_on.insert("uniform_blocks");
         std::set<std::string> programs, used;
         for (const ProgramKey& key : programs_of(one.chain, one.frame, one.elided))
             programs.insert(key.text());

@@ -69,9 +69,6 @@ TEST(Plan, ClassesOfBlocks) {
                 ElementsAre("tile_max", "neighbor_max", "classify", "keep", "gather"));
     PlanOptions options = whole_passes();
     EXPECT_THAT(steps_of(chain, sky, options), ElementsAre("tile_max", "neighbor_max", "gather"));
-    options.rules_on = {motion_blur::kRuleUniformBlocks};
-    EXPECT_THAT(steps_of(chain, sky, options),
-                ElementsAre("tile_max", "neighbor_max", "classify", "gather_uniform", "gather"));
     options.elide = false;
     for (const auto& step : steps_of(chain, sky, options)) EXPECT_NE(step, "classify");
 }

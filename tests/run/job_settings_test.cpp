@@ -64,7 +64,7 @@ TEST(JobSettings, DefaultsAreThoseOfARun) {
 }
 
 TEST(JobSettings, EachValueArrives) {
-    const std::string on("uniform_blocks"), off("sky_blocks");
+    const std::string on("missing_plane"), off("sky_blocks");
     const std::vector<std::pair<std::string, ParameterValue>> values = {
         {"behind", "behind.####.exr"},
         {"frames", "3-5"},
@@ -177,7 +177,7 @@ TEST(JobSettings, ErrorsNameTheSetting) {
     }
     using Values = std::vector<std::pair<std::string, ParameterValue>>;
     for (const Values& values :
-         std::vector<Values>{{{"no_elide", "all"}, {"elide", "uniform_blocks"}},
+         std::vector<Values>{{{"no_elide", "all"}, {"elide", "missing_plane"}},
                              {{"watch", true}},
                              {{"watch", true}, {"idle", 9.0}, {"chunk", "1/2"}},
                              {{"watch", true}, {"frames", "1-2"}, {"missing", "hold"}},

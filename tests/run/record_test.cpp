@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "chain/base/text.h"
+#include "chain/plan/elision.h"
 #include "config/chain_file.h"
-#include "passes/motion_blur/motion_blur.h"
 #include "tests/run/fixture.h"
 #include "tools/sequence/record/check_outputs.h"
 #include "tools/sequence/record/fingerprint.h"
@@ -59,7 +59,7 @@ TEST_F(Fingerprint, DependsOnEverySettingThatChangesTheOutput) {
              s.source.cuts = cuts;
              s.plan.rules_off = {kRuleCameraCut};
          }},
-        {"rule", [](RunSettings& s) { s.plan.rules_on = {motion_blur::kRuleUniformBlocks}; }},
+        {"rule", [](RunSettings& s) { s.plan.rules_on = {kRuleMissingPlane}; }},
         {"version", [](RunSettings& s) { s.version = "another"; }},
     };
     const RunSettings plain = settings_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <string_view>
 #include <utility>
@@ -204,19 +205,19 @@ class Planner {
 
     Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
 
-    // A step over all pixels.
-    Step make_step(const std::string& name) const {
+    // A step over all pixels, named as its shader.
+    Step make_step(const std::string& file) const {
         Step step;
-        step.name = name;
-        step.program.file = "inverse_warp/" + name + ".comp";
+        step.name = std::filesystem::path(file).stem().string();
+        step.program.file = file;
         planner_.context().choose_form(step.program);
         step.take_uniforms<InverseWarpUniforms>();
         return step;
     }
 
     // For every step that reads surfaces.
-    Step make_surface_step(const std::string& name) const {
-        Step step = make_step(name);
+    Step make_surface_step(const std::string& file) const {
+        Step step = make_step(file);
         step.program.defines["SHUTTER"] = flag(settings_.shutter.has_value());
         step.program.defines["LENS"] = flag(settings_.lens.has_value());
         step.program.defines["MOTION"] = flag(motion_);
@@ -238,7 +239,7 @@ class Planner {
     }
 
     void add_second_surfaces(TextureId surfaces) {
-        Step step = make_surface_step("second_surfaces");
+        Step step = make_surface_step("inverse_warp/second_surfaces.comp");
         step.program.defines["SECOND_LAYER"] = "1";
         step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
         step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
@@ -264,17 +265,17 @@ class Planner {
     }
 
     // A step over all pixels of this frame or of a neighbor.
-    Step make_surface_step_of(const Packed& packed, const std::string& name) const {
-        Step step = make_surface_step(name);
+    Step make_surface_step_of(const Packed& packed, const std::string& file) const {
+        Step step = make_surface_step(file);
         step.name += suffix_of(packed.neighbor);
         return step;
     }
 
     // A step that reads planes, with a thread for each square.
-    Step make_plane_step(const Packed& packed, const std::string& name) {
+    Step make_plane_step(const Packed& packed, const std::string& file) {
         const auto role = [&](Role of) { return role_in(packed.neighbor, of); };
         const bool back = motion_ && planner_.has(role(Role::motion_back));
-        Step step = make_surface_step_of(packed, name);
+        Step step = make_surface_step_of(packed, file);
         step.spread = groups_for(kSquares);
         step.program.defines["BACK"] = flag(back);
         step.program.defines["NEIGHBOR"] = flag(packed.neighbor.has_value());
@@ -305,7 +306,7 @@ class Planner {
     void add_packed(Packed& packed) {
         packed.marks =
             planner_.texture("marks" + suffix_of(packed.neighbor), Format::r32ui, kSquares);
-        Step step = make_plane_step(packed, "surfaces");
+        Step step = make_plane_step(packed, "inverse_warp/surfaces.comp");
         step.bindings.push_back({1, packed.marks, Access::write});
         if (packed.neighbor) step.bindings.push_back({3, packed.here});
         // All pixels and, at most, all once more as edges.
@@ -317,7 +318,7 @@ class Planner {
         constexpr Area kPatches = Area().in_squares(INVERSE_WARP_LIGHT_PATCH_PX);
         const Neighbor neighbor = *packed.neighbor;
         packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kPatches);
-        Step step = make_surface_step_of(packed, "light");
+        Step step = make_surface_step_of(packed, "inverse_warp/light.comp");
         step.spread = groups_for(kPatches);
         step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
                          {1, packed.surfaces},
@@ -332,7 +333,7 @@ class Planner {
     TextureId add_shown(const Packed& packed) {
         const TextureId shown = planner_.texture("shown" + suffix_of(packed.neighbor),
                                                  Format::r32ui, kSquares.times(2, 1));
-        Step edges = make_surface_step_of(packed, "bright_edges");
+        Step edges = make_surface_step_of(packed, "inverse_warp/bright_edges.comp");
         edges.spread = groups_for(kSquares);
         edges.program.defines["SPLIT"] = flag(!packed.neighbor);
         edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
@@ -342,7 +343,7 @@ class Planner {
         edges.taps = 10 * pixels_;
         planner_.step(std::move(edges));
 
-        Step step = make_plane_step(packed, "shown_surfaces");
+        Step step = make_plane_step(packed, "inverse_warp/shown_surfaces.comp");
         step.bindings.push_back({3, shown});
         if (packed.neighbor) {
             step.bindings.push_back({4, packed.here});
@@ -367,11 +368,11 @@ class Planner {
                              {0, written, Access::write}};
             return step;
         };
-        Step find = make("mixed_pixels", 0, planner_.input(Role::color), mixed);
+        Step find = make("inverse_warp/mixed_pixels.comp", 0, planner_.input(Role::color), mixed);
         if (settings_.shutter) find.bindings.push_back({4, planner_.input(Role::motion)});
         find.taps = 10 * pixels_;
         planner_.step(std::move(find));
-        Step split = make("split_pixels", 4, mixed, packed.surfaces);
+        Step split = make("inverse_warp/split_pixels.comp", 4, mixed, packed.surfaces);
         split.taps = pixels_;
         planner_.step(std::move(split));
     }
@@ -418,7 +419,7 @@ class Planner {
     TextureId add_block_surfaces(TextureId surfaces, const std::vector<Packed>& neighbors) {
         const TextureId block_surfaces =
             planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(candidates(), 1));
-        Step step = make_surface_step("block_surfaces");
+        Step step = make_surface_step("inverse_warp/block_surfaces.comp");
         step.program.defines["GIVEN"] = std::to_string(candidates());
         if (second_layer_) step.program.defines["SECOND_LAYER"] = "1";
         step.spread = spread_over_blocks(kBlockPx);
@@ -430,7 +431,7 @@ class Planner {
     }
 
     void add_hidden_surfaces(const Packed& packed, TextureId block_surfaces) {
-        Step step = make_surface_step_of(packed, "hidden_surfaces");
+        Step step = make_surface_step_of(packed, "inverse_warp/hidden_surfaces.comp");
         step.program.defines["GIVEN"] = std::to_string(candidates());
         step.spread = spread_over_blocks(kBlockPx);
         step.bindings = {{0, packed.surfaces},
@@ -443,8 +444,8 @@ class Planner {
 
     // Chooses for each block `chosen` surfaces from the `given` ones of each block in its row or
     // column.
-    Step make_starts_step(const char* name, bool rows, int given, int chosen) {
-        Step step = make_surface_step(name);
+    Step make_starts_step(const char* file, bool rows, int given, int chosen) {
+        Step step = make_surface_step(file);
         step.program.defines["GIVEN"] = std::to_string(given);
         step.program.defines["STARTS"] = std::to_string(chosen);
         const NeighborList neighbors = searched_neighbors(settings_, planner_.context().available);
@@ -469,12 +470,12 @@ class Planner {
         const int count = settings_.parameters.search.starts, row_count = count + kMoreInRow;
         const TextureId row_starts =
             planner_.texture("row_starts", Format::rgba32ui, kBlocks.times(row_count, 1));
-        Step rows = make_starts_step("row_starts", true, candidates(), row_count);
+        Step rows = make_starts_step("inverse_warp/row_starts.comp", true, candidates(), row_count);
         rows.bindings = {{0, block_surfaces}, {0, row_starts, Access::write}};
         planner_.step(std::move(rows));
         Starts starts;
         starts.surfaces = planner_.texture("starts", Format::rgba32ui, kBlocks.times(count + 1, 1));
-        Step step = make_starts_step("starts", false, row_count, count);
+        Step step = make_starts_step("inverse_warp/starts.comp", false, row_count, count);
         step.bindings = {{0, row_starts}, {0, starts.surfaces, Access::write}};
         step.program.defines["LISTS"] = flag(by_blocks);
         if (by_blocks) {
@@ -495,7 +496,7 @@ class Planner {
         background.color =
             planner_.texture("background_color", planner_.context().color_format(), cells);
         const TextureId depth = planner_.texture("background_depth", Format::rg32f, cells);
-        Step step = make_surface_step("background");
+        Step step = make_surface_step("inverse_warp/background.comp");
         step.spread = groups_for(kBlocks.times(4, 4));  // squares (square.glsl)
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
@@ -548,7 +549,7 @@ class Planner {
     void add_continuation(Background& background, TextureId depth) {
         const Area cells = planner_.describe(depth).area;
         background.cells = planner_.texture("background", Format::rg32f, cells);
-        Step step = make_surface_step("continuation");
+        Step step = make_surface_step("inverse_warp/continuation.comp");
         step.spread = groups_for(kBlocks.times(8, 8));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
         step.taps = 24 * pixels_;
@@ -605,7 +606,7 @@ class Planner {
 
     void add_gather(const Gathered& from, const Hint& hint, const Colors& result,
                     const Soft& soft) {
-        Step step = make_surface_step("gather");
+        Step step = make_surface_step("inverse_warp/gather.comp");
         auto& defines = step.program.defines;
         defines["STARTS"] =
             std::to_string(std::bit_ceil(unsigned(settings_.parameters.search.starts)));
@@ -675,7 +676,7 @@ class Planner {
 
     // In place.
     void add_denoise(const Soft& soft, const Colors& result, TextureId moving_blocks) {
-        Step step = make_step("denoise");
+        Step step = make_step("inverse_warp/denoise.comp");
         step.bindings = {{0, result.color},
                          {1, soft.blurred.color},
                          {2, soft.spread},

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "chain/pass/pass.h"
 #include "chain/pass/work_list.h"
@@ -145,10 +146,11 @@ class Planner {
     TextureId tile_texture(const char* name, Format format) {
         return planner_.texture(name, format, Area::tiles());
     }
-    Step make_step(const std::string& name, std::map<std::string, std::string> defines) const {
+    // Named as its shader.
+    Step make_step(const std::string& file, std::map<std::string, std::string> defines) const {
         Step step;
-        step.name = name;
-        step.program = {"motion_blur/" + name + ".comp", std::move(defines)};
+        step.name = std::filesystem::path(file).stem().string();
+        step.program = {file, std::move(defines)};
         planner_.context().choose_form(step.program);
         step.take_uniforms<MotionBlurUniforms>();
         return step;
@@ -160,8 +162,8 @@ class Planner {
         planes.tile_max = tile_texture("tile_max", Format::rgba32f);
         planes.neighbor_max = tile_texture("neighbor_max", Format::rgba32f);
         TextureId tile_depth = -1;
-        Step tiles =
-            make_step("tile_max", {{"STORAGE", storage_define()}, {"DEPTH", flag(classes_.sky)}});
+        Step tiles = make_step("motion_blur/tile_max.comp",
+                               {{"STORAGE", storage_define()}, {"DEPTH", flag(classes_.sky)}});
         tiles.bindings = {{0, planner_.input(Role::motion)}, {0, planes.tile_max, Access::write}};
         tiles.spread = Area::tiles();
         tiles.taps = pixels_ * (classes_.sky ? 2 : 1);
@@ -173,7 +175,7 @@ class Planner {
         }
         planner_.step(std::move(tiles));
 
-        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}});
+        Step neighbors = make_step("motion_blur/neighbor_max.comp", {{"SINGLE", flag(single())}});
         neighbors.bindings = {{0, planes.tile_max}, {0, planes.neighbor_max, Access::write}};
         neighbors.spread = groups_for(Area::tiles());
         neighbors.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
@@ -186,7 +188,7 @@ class Planner {
             planner_.unused("tile_variance",
                             {single() ? "mode is single: one direction" : "sample_split is even"});
         const TextureId variance = tile_texture("tile_variance", Format::r32f);
-        Step step = make_step("tile_variance", {});
+        Step step = make_step("motion_blur/tile_variance.comp", {});
         step.bindings = {{0, tile_max}, {0, variance, Access::write}};
         step.spread = groups_for(Area::tiles());
         step.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
@@ -207,10 +209,11 @@ class Planner {
 
     // Blocks are sorted into lists, and each list has a launch of its own.
     void add_classed_gathers(const Planes& planes, TextureId tile_depth) {
-        Step classify = make_step("classify", {{"STORAGE", storage_define()},
-                                               {"STILL", flag(classes_.still)},
-                                               {"SKY", flag(classes_.sky)},
-                                               {"TILE_JITTER", flag(jitters_tiles(parameters_))}});
+        Step classify = make_step("motion_blur/classify.comp",
+                                  {{"STORAGE", storage_define()},
+                                   {"STILL", flag(classes_.still)},
+                                   {"SKY", flag(classes_.sky)},
+                                   {"TILE_JITTER", flag(jitters_tiles(parameters_))}});
         classify.bindings = {{0, planes.neighbor_max}};
         if (tile_depth >= 0) classify.bindings.push_back({1, tile_depth});
         classify.spread = groups_for(groups_for(Area()));
@@ -243,7 +246,7 @@ class Planner {
 
     void add_gather(const Planes& planes, const Gather& gather) {
         Step step = make_step(
-            "gather",
+            "motion_blur/gather.comp",
             {{"STORAGE", storage_define()},
              {"SINGLE", flag(single())},
              {"VARIANCE", flag(splits_by_variance(parameters_))},

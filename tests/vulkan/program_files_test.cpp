@@ -194,13 +194,12 @@ TEST(ProgramFiles, EachOptionAddsItsPrograms) {
     struct Case {
         const char *option, *chain, *program;
     };
-    constexpr Case kCases[] = {
-        {"mask", "fxaa", "guest/import_mask.comp "},
-        {"exposure", "fxaa", "guest/export.comp EXPOSURE=1"},
-        {"before", "motion_blur", "gather.comp AFTER=0 BARREL=0 BEFORE=1"},
-        {"after", "motion_blur", "gather.comp AFTER=1 BARREL=0 BEFORE=0"},
-        {"half-resolution", "motion_blur", "guest/export_half.comp "},
-        {"fast-math", "fxaa", " precise="}};
+    constexpr Case kCases[] = {{"mask", "fxaa", "guest/import_mask.comp "},
+                               {"exposure", "fxaa", "guest/export.comp EXPOSURE=1"},
+                               {"before", "motion_blur", "gather.comp AFTER=0 BARREL=0 BEFORE=1"},
+                               {"after", "motion_blur", "gather.comp AFTER=1 BARREL=0 BEFORE=0"},
+                               {"half-resolution", "motion_blur", "guest/export_half.comp "},
+                               {"fast-math", "fxaa", " precise="}};
     const TempFolder temp;
     for (const Case& one : kCases) {
         const fs::path folder = temp.path(one.option);

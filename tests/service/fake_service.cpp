@@ -201,6 +201,11 @@ Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
     return found;
 }
 
+int64_t Service::newest_event() const {
+    const std::lock_guard lock(state_->mutex);
+    return int64_t(state_->all.size());
+}
+
 void Service::on_event(std::function<void(const Event&)> listener) {
     const std::lock_guard lock(state_->mutex);
     state_->listener = std::move(listener);
@@ -274,9 +279,9 @@ Answer<std::string> Service::plan(const User&, const std::string& body) {
     return std::string("{\"frame\": 1}");
 }
 
-Answer<CheckedChain> Service::check_chain(const std::string& body) const {
+Answer<Diagnostics> Service::check_chain(const std::string& body) const {
     if (!Json::accept(body)) return Problem{Problem::Kind::invalid, "no JSON", {}, 0};
-    return CheckedChain{{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}}, {}};
+    return Diagnostics{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}};
 }
 
 std::string Service::passes() const {

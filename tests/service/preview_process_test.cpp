@@ -1,5 +1,5 @@
 // The process for previews ends with the service.
-#include "tools/service/work/preview_process.h"
+#include "tools/service/work/previews.h"
 
 #include <gtest/gtest.h>
 

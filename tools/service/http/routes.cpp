@@ -5,11 +5,7 @@
 #include "tools/page/encode.h"
 #include "tools/page/page.h"
 #include "tools/sequence/files/json.h"
-#include "tools/service/http/file_streams.h"
 #include "tools/service/http/job_json.h"
-#include "tools/service/http/message.h"
-#include "tools/service/http/openapi.h"
-#include "tools/service/http/problem.h"
 #include "tools/service/http/report_parts.h"
 
 namespace postchain::service {
@@ -27,8 +23,7 @@ Reply json_reply(int status, const std::string& text) {
 // The reply to an answer: its problem, or what `made` returns for its value.
 template <class T, class Made>
 Reply reply_to(const Answer<T>& answer, const Made& made) {
-    if (const auto* wrong = std::get_if<Problem>(&answer)) return problem(*wrong);
-    return made(std::get<T>(answer));
+    return answer.ok() ? made(*answer) : problem(answer.status());
 }
 
 // Reads the queries `type` and `side` of an image.
@@ -66,8 +61,7 @@ Reply submit(Service& service, const Call& call) {
     const auto answer = service.submit(call.user, call.request.body, key ? *key : "", &created);
     Reply reply = job_reply(created ? 202 : 200, answer);
     // Relative to /v1/jobs, which a proxy may have moved.
-    if (const Job* job = std::get_if<Job>(&answer))
-        reply.headers.emplace_back("Location", "jobs/" + job->id);
+    if (answer.ok()) reply.headers.emplace_back("Location", "jobs/" + answer->id);
     return reply;
 }
 
@@ -86,7 +80,6 @@ Reply list(Service& service, const Call& call) {
 }
 
 // --------------------------------------------- results: frames, events, images, reports, outputs
-constexpr const char* kNoFrame = "the frame is not a number";
 constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is not the number of an event";
 
 // Pages contain scripts, so they run sandboxed in an origin of their own.
@@ -118,8 +111,7 @@ Reply job_events(Service& service, const Call& call) {
         reply.type = "text/event-stream";
         // A finished job has no further events. 204 tells EventSource not to reconnect.
         const auto left = service.events(job.id, *wanted->after, 1);
-        const auto* events = std::get_if<std::vector<Event>>(&left);
-        if (job.ended_ms != 0 && events && events->empty())
+        if (job.ended_ms != 0 && left.ok() && left->empty())
             reply.status = 204;
         else
             reply.events = std::move(wanted);
@@ -149,9 +141,7 @@ Reply frames(Service& service, const Call& call) {
 }
 
 Reply frame(Service& service, const Call& call) {
-    const auto number = number_of<int>(call.values[1]);
-    if (!number) return problem(404, kNoFrame);
-    return reply_to(service.frame(call.values[0], *number), [](const JobFrame& frame) {
+    return reply_to(service.frame(call.values[0], call.frame()), [](const JobFrame& frame) {
         return json_reply(200, io::json_text(json_of(frame, frame_detail_fields())));
     });
 }
@@ -172,10 +162,7 @@ Reply report(const Service& service, PageParts& parts, const Call& call) {
 }
 
 Reply output(Service& service, const Call& call) {
-    const auto number = number_of<int>(call.values[1]);
-    if (!number) return problem(404, kNoFrame);
-    return reply_to(service.output(call.user, call.values[0], *number),
-                    [](const ResultFile& file) { return download_reply(file); });
+    return reply_to(service.output(call.user, call.values[0], call.frame()), download_reply);
 }
 
 // ----------------------------------------- work without a job: plans, previews, checks of chains
@@ -186,9 +173,8 @@ Reply as_json(const std::string& text) {
 }
 
 Reply check_chain(Service& service, const Call& call) {
-    return reply_to(service.check_chain(call.request.body), [](const CheckedChain& found) {
-        return json_reply(200, "{\"diagnostics\": " + json_of(found.diagnostics) +
-                                   ", \"chain\": " + io::json_text(found.values) + "}");
+    return reply_to(service.check_chain(call.request.body), [](const Diagnostics& found) {
+        return json_reply(200, io::json_text({{"diagnostics", json_of(found)}}));
     });
 }
 
@@ -271,10 +257,8 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
     };
     const auto frame_image = [&](bool filtered) {
         return [&service, filtered](const Call& call, const Respond& respond) {
-            const auto number = number_of<int>(call.values[1]);
-            if (!number) return respond(problem(404, kNoFrame));
-            service.frame_image(call.user, call.values[0], *number, filtered, image_wanted(call),
-                                image_to(respond));
+            service.frame_image(call.user, call.values[0], call.frame(), filtered,
+                                image_wanted(call), image_to(respond));
         };
     };
     const auto parts = std::make_shared<PageParts>();
@@ -354,12 +338,15 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     auto target = parse_target(header.target);
     if (!target) return problem(400, "the address is malformed");
     auto found = find_route(routes_, header.method, *target);
+    const auto* match = std::get_if<Match>(&found);
     // A client without the token learns nothing about the routes.
-    const bool open = is_open(routes_, header.method, *target);
     auto sender = guard_.identify(header);
-    if (auto* refused = std::get_if<Reply>(&sender); refused && !open) return std::move(*refused);
-    if (auto* refused = std::get_if<Reply>(&found)) return std::move(*refused);
-    const Route& route = *std::get<Match>(found).route;
+    if (auto* refused = std::get_if<Reply>(&sender);
+        refused && !(match && match->route->is("open")))
+        return std::move(*refused);
+    if (!match) return std::get<Reply>(std::move(found));
+    const Route& route = *match->route;
+    if (auto refused = refuse_queries(route, *target)) return std::move(*refused);
     const std::string* type = header.header("Content-Type");
     const std::string media = type ? type->substr(0, type->find(';')) : "";
     if (route.has_body() && !same_word(media.substr(0, media.find(' ')), "application/json"))

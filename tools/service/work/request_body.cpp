@@ -27,7 +27,6 @@ bool RequestBody::has_zero(const std::string& text) {
 }
 
 void RequestBody::fault(const TextNode& at, const std::string& path, const std::string& message) {
-    only_outside_ = false;
     Reporter(kBodyFile, StatusCode::usage, faults_).error(at, path, message);
 }
 
@@ -38,26 +37,9 @@ void RequestBody::fault(const std::string& key, const std::string& message) {
     fault(value ? *value : root(), at, text);
 }
 
-void RequestBody::outside(const std::string& key, const std::string& message) {
-    const bool only_outside = only_outside_;
-    fault(key, message);
-    only_outside_ = only_outside;
-    met_outside_ = true;
-}
-
 void RequestBody::refuse_path(const std::string& key, const Status& status) {
-    if (status.code() == StatusCode::input)
-        outside(key, status.message());
-    else
-        fault(key, status.message());
-}
-
-void RequestBody::add(Diagnostic diagnostic, bool is_outside) {
-    if (is_outside)
-        met_outside_ = true;
-    else if (diagnostic.severity == Severity::error)
-        only_outside_ = false;
-    faults_.push_back(std::move(diagnostic));
+    fault(key, status.message());
+    outside_ += status.code() == StatusCode::input;
 }
 
 Problem RequestBody::problem() const {
@@ -66,9 +48,10 @@ Problem RequestBody::problem() const {
         one.file = roots_.shown_in(one.file);
         one.message = roots_.shown_in(one.message);
     }
-    return refusal(
-        met_outside_ && only_outside_ ? Problem::Kind::forbidden : Problem::Kind::invalid,
-        std::move(shown));
+    std::string detail = shown.empty() ? "" : shown.front().text();
+    if (shown.size() > 1) detail += concat(" (and ", shown.size() - 1, " more)");
+    const bool outside = outside_ > 0 && outside_ == faults_.size();
+    return {outside ? Problem::Kind::forbidden : Problem::Kind::invalid, detail, std::move(shown)};
 }
 
 void RequestBody::integer(const char* key, int least, int most, int& value) {

@@ -87,13 +87,6 @@ Status check_is_folder(const std::string& path, const std::string& given) {
                                                    : ": folder does not exist; create it first"));
 }
 
-Status check_link(const std::string& path, const Roots& roots, StatusCode code) {
-    struct stat info;
-    if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
-    if (roots.resolve(path).ok()) return Status();
-    return Status(code, path + ": links outside the folders of this service");
-}
-
 }  // namespace
 
 Result<Roots> Roots::of(const std::vector<std::string>& folders) {
@@ -186,23 +179,6 @@ Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Ro
     RETURN_IF_ERROR(roots.resolve(path).status());
     ASSIGN_OR_RETURN(auto folder, roots.resolve(pattern.folder()));
     return io::PathPattern::parse(joined_path(folder, fs::path(path).filename().string()));
-}
-
-Status check_folder(const std::string& folder, const Roots& roots) {
-    if (const auto now = roots.resolve(folder); now.ok() && *now == folder) return Status();
-    return Status(StatusCode::output,
-                  folder + ": is no longer in the folders of this service; it is a link now");
-}
-
-Status check_inputs(const io::InputSpec& input, const Roots& roots) {
-    for (const auto& [role, pattern] : input.patterns) {
-        if (const auto now = roots.resolve(pattern.folder()); !now.ok())
-            return Status(StatusCode::input,
-                          pattern.folder() + ": links outside the folders of this service");
-        for (const auto& [frame, path] : pattern.discover())
-            RETURN_IF_ERROR(check_link(path, roots, StatusCode::input));
-    }
-    return Status();
 }
 
 }  // namespace postchain::service

@@ -94,11 +94,6 @@ struct ResultFile {
     uint64_t bytes = 0;
 };
 
-struct CheckedChain {
-    Diagnostics diagnostics;  // none = the text is valid
-    io::Json values;          // of the text; null if it is not an object with a list of passes
-};
-
 struct JobQuery {
     std::string state, owner;  // empty = any
     std::string search = {};   // words that all occur in a job's names, paths, state or message
@@ -156,6 +151,7 @@ class Service {
 
     // At most `limit` events after `after`, oldest first, of one job, or of all if `id` is empty.
     Answer<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
+    int64_t newest_event() const;  // the last id; 0 = none yet
     // Called on any thread soon after an event is stored. Must be quick and must not throw.
     void on_event(std::function<void(const Event&)> listener);
 
@@ -185,7 +181,7 @@ class Service {
     // JSON, as `postchain plan --json`.
     Answer<std::string> plan(const User& user, const std::string& body);
     // A chain file's text, for the editor. `body`: {"text": ...}.
-    Answer<CheckedChain> check_chain(const std::string& body) const;
+    Answer<Diagnostics> check_chain(const std::string& body) const;
     std::string passes() const;        // JSON, as `postchain passes --json`
     std::string chain_schema() const;  // as `postchain schema`
     io::Json job_schema() const;       // JSON Schema of a body of submit()

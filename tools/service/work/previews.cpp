@@ -20,6 +20,8 @@ using Clock = std::chrono::steady_clock;
 using io::Json;
 
 constexpr size_t kMaxWaiting = 64;
+// A request ends earlier, and its preview with it.
+constexpr auto kThreadPatience = std::chrono::minutes(5);
 constexpr auto kTestPatience = std::chrono::seconds(1);
 // After a preview is over. A process that takes longer is killed.
 constexpr auto kEndPatience = std::chrono::seconds(10);
@@ -51,6 +53,11 @@ Status PreviewProcess::start() {
 }
 
 Result<std::string> PreviewProcess::test() {
+    const std::lock_guard lock(mutex_);
+    return tested();
+}
+
+Result<std::string> PreviewProcess::tested() {
     if (!process_.runs()) RETURN_IF_ERROR(start());
     Reply reply = exchange(io::json_text({{"test", true}}), [] { return false; });
     RETURN_IF_ERROR(reply.status);
@@ -61,8 +68,10 @@ Result<std::string> PreviewProcess::test() {
 Answer<std::string> PreviewProcess::preview(const std::string& body, const JobRequest& request,
                                             const Roots& roots, const std::string& type,
                                             const std::function<bool()>& over) {
+    const std::lock_guard lock(mutex_);
     if (!process_.runs())
-        if (const auto tested = test(); !tested.ok()) return problem_of(tested.status(), roots);
+        if (const auto renderer = tested(); !renderer.ok())
+            return problem_of(renderer.status(), roots);
     const NamedText& chain = request.subjects.front();
     std::vector<std::string> words;
     for (const auto& [key, word] : request.options) words.push_back(word);
@@ -135,7 +144,7 @@ PreviewProcess::Reply PreviewProcess::exchange(const std::string& task,
 
 // ------------------------------------------------------------------------------------ the thread
 Previews::Previews(const ServiceSettings& settings, uint64_t memory)
-    : process_(settings, memory, ends_), threads_(1, kMaxWaiting) {}
+    : process_(settings, memory, ends_), threads_(1, kMaxWaiting, kThreadPatience) {}
 
 Status Previews::begin() {
     RETURN_IF_ERROR(threads_.begin());

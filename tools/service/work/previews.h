@@ -30,7 +30,7 @@ inline constexpr const char* kStop = "stop";
 inline constexpr char kDone = 'd', kFailed = 'f';
 inline constexpr size_t kMessageHead = 1 + sizeof(uint64_t);
 
-// Used by one thread.
+// One task at a time. Thread-safe.
 class PreviewProcess {
   public:
     // `memory`: bytes of a frame. `ends`: set when the service ends; then the process is killed,
@@ -53,11 +53,13 @@ class PreviewProcess {
     };
     Reply exchange(const std::string& task, const std::function<bool()>& over);
     Status start();
+    Result<std::string> tested();
 
     const std::string program_;
     const std::string settings_;  // the first line for the process
     const uint64_t memory_;
     const std::atomic<bool>& ends_;
+    std::mutex mutex_;
     HelperProcess process_;
 };
 
@@ -87,7 +89,7 @@ class Previews {
     };
 
     std::atomic<bool> ends_ = false;
-    PreviewProcess process_;  // used by the thread alone
+    PreviewProcess process_;
     std::mutex mutex_;
     std::map<std::string, std::weak_ptr<Ticket>> newest_;  // by session
     HelperThreads threads_;

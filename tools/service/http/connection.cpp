@@ -9,11 +9,10 @@
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
 #include <cerrno>
-#include <cstdio>
 #include <ctime>
 #include <random>
 
-#include "tools/service/http/job_json.h"
+#include "chain/base/parameter.h"
 
 namespace postchain::service {
 namespace {
@@ -32,18 +31,15 @@ constexpr size_t kLongestRequestId = 64;
 
 // Different for each process.
 std::string new_request_ids() {
-    std::array<char, 17> text = {};
     std::random_device random;
-    std::snprintf(text.data(), text.size(), "%08x-", unsigned(random()));
-    return text.data();
+    return hex_of(random()).substr(8) + "-";
 }
 
 bool is_request_id(const std::string& text) {
-    const auto is_plain = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-               c == '-' || c == '_' || c == '.';
-    };
-    return !text.empty() && text.size() <= kLongestRequestId && std::ranges::all_of(text, is_plain);
+    constexpr const char* kPlain =
+        "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.";
+    return !text.empty() && text.size() <= kLongestRequestId &&
+           text.find_first_not_of(kPlain) == std::string::npos;
 }
 constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
 constexpr auto kPatience = std::chrono::seconds(20);
@@ -365,31 +361,24 @@ void Connection::audit(const Reply& answer) const {
     const bool wrong = !admitted_ && answer.status == 401 && request_.header("Authorization");
     const bool changes = admitted_ && admitted_->match.route->is("audited");
     if (!wrong && !changes) return;
-    LogLine line;
     const std::string address = shared_.api.guard().address_of(request_);
+    const std::string action = wrong ? "logIn" : admitted_->match.route->operation();
+    const std::string user = changes && sender_.user ? sender_.user->name : "";
+    const std::string job =
+        changes && !admitted_->match.values.empty() ? admitted_->match.values[0].substr(0, 40) : "";
+    LogLine line;
+    line.level = wrong ? LogLine::Level::warning : LogLine::Level::info;
     line.fields = {{"event", "audit"},
-                   {"action", wrong ? "logIn" : admitted_->match.route->operation()},
+                   {"action", action},
                    {"address", address},
                    {"status", answer.status},
                    {"request", request_.id}};
-    std::string who = address;
-    if (admitted_ && sender_.user && !sender_.user->name.empty()) {
-        line.fields["user"] = sender_.user->name;
-        who = concat(sender_.user->name, " at ", address);
-    }
-    if (wrong) {
-        line.level = LogLine::Level::warning;
-        line.message = concat("log-in failed: ", address, ", request ", request_.id);
-    } else {
-        std::string job;
-        if (!admitted_->match.values.empty()) {
-            job = admitted_->match.values[0].substr(0, 40);
-            line.fields["job"] = job;
-        }
-        line.message =
-            concat(who, ": ", admitted_->match.route->operation(), job.empty() ? "" : " ", job,
-                   ", status ", answer.status, ", request ", request_.id);
-    }
+    if (!user.empty()) line.fields["user"] = user;
+    if (!job.empty()) line.fields["job"] = job;
+    line.message = wrong ? concat("log-in failed: ", address, ", request ", request_.id)
+                         : concat(user, user.empty() ? "" : " at ", address, ": ", action,
+                                  job.empty() ? "" : " ", job, ", status ", answer.status,
+                                  ", request ", request_.id);
     shared_.settings.audit(line);
 }
 

@@ -200,15 +200,16 @@ constexpr auto kStalled = std::chrono::seconds(10);
 
 Reply readiness(const Service& service, const RequestThreads& threads, const Call& call) {
     Health health = service.health();
+    const auto say = [&](const auto&... words) {
+        health.why += concat(health.why.empty() ? "" : "; ", words...);
+    };
     if (const size_t hanging = threads.hanging(); hanging > 0)
-        health.why += concat(
-            health.why.empty() ? "" : "; ", hanging,
-            hanging == 1 ? " thread of requests hangs" : " threads of requests hang", " in a disk");
+        say(hanging, hanging == 1 ? " thread of requests hangs" : " threads of requests hang",
+            " in a disk");
     const auto stalled = std::chrono::duration_cast<std::chrono::seconds>(threads.stalled());
     if (stalled >= kStalled)
-        health.why += concat(health.why.empty() ? "" : "; ",
-                             "every thread of requests is busy, and the others have waited for ",
-                             stalled.count(), " s");
+        say("every thread of requests is busy, and the others have waited for ", stalled.count(),
+            " s");
     health.progress &= threads.alive() && stalled < kStalled;
     const bool ready =
         health.gl && health.disk && health.queue && health.progress && !health.draining;

@@ -37,11 +37,6 @@ void RequestBody::fault(const std::string& key, const std::string& message) {
     fault(value ? *value : root(), at, text);
 }
 
-void RequestBody::refuse_path(const std::string& key, const Status& status) {
-    fault(key, status.message());
-    outside_ += status.code() == StatusCode::input;
-}
-
 Problem RequestBody::problem() const {
     Diagnostics shown = faults_;
     for (Diagnostic& one : shown) {
@@ -81,19 +76,21 @@ std::vector<std::string> RequestBody::list(const char* key) {
     return texts;
 }
 
-std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
-    auto resolved = roots_.resolve(path);
+template <class T>
+std::optional<T> RequestBody::confined(const std::string& key, Result<T> resolved) {
     if (resolved.ok()) return std::move(*resolved);
-    refuse_path(key, resolved.status());
+    fault(key, resolved.status().message());
+    outside_ += resolved.status().code() == StatusCode::input;
     return std::nullopt;
+}
+
+std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
+    return confined(key, roots_.resolve(path));
 }
 
 std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
                                                     const io::PathPattern& pattern) {
-    auto resolved = resolve_pattern(pattern, roots_);
-    if (resolved.ok()) return std::move(*resolved);
-    refuse_path(key, resolved.status());
-    return std::nullopt;
+    return confined(key, resolve_pattern(pattern, roots_));
 }
 
 std::optional<io::InputSpec> RequestBody::confine_input(const std::string& key,

@@ -35,8 +35,6 @@ class RequestBody {
     void fault(const TextNode& at, const std::string& path, const std::string& message);
     // At the value of the key that the message begins with, or of `key`; else at the body's start.
     void fault(const std::string& key, const std::string& message);
-    // A path with this error of Roots::resolve().
-    void refuse_path(const std::string& key, const Status& status);
     // A fault of a text inside the body or named by it.
     void add(Diagnostic diagnostic) { faults_.push_back(std::move(diagnostic)); }
     const Diagnostics& faults() const { return faults_; }
@@ -54,6 +52,10 @@ class RequestBody {
     std::optional<io::InputSpec> confine_input(const std::string& key, const std::string& text);
 
   private:
+    // The path, or the fault of a path with this error of Roots::resolve().
+    template <class T>
+    std::optional<T> confined(const std::string& key, Result<T> resolved);
+
     const Roots& roots_;
     const TextTree tree_;
     Diagnostics faults_;

@@ -21,11 +21,8 @@ constexpr int kMaxLinks = 40;  // limit of the Linux kernel
 // Puts the parts of a path before the remaining ones.
 void put_before(std::deque<std::string>& parts, const std::string& path) {
     std::vector<std::string> found;
-    for (size_t at = 0; at <= path.size();) {
-        const size_t end = std::min(path.find('/', at), path.size());
-        if (end > at) found.push_back(path.substr(at, end - at));
-        at = end + 1;
-    }
+    for (const fs::path& part : fs::path(path).relative_path())
+        if (!part.empty()) found.push_back(part);
     parts.insert(parts.begin(), found.begin(), found.end());
 }
 
@@ -65,11 +62,8 @@ std::string fault_of(const std::string& path) {
     if (path.empty()) return "is empty";
     if (path.find('\0') != std::string::npos) return "contains a zero byte";
     if (path.size() >= PATH_MAX) return "is too long for a path";
-    for (size_t at = 0; at < path.size();) {
-        const size_t end = std::min(path.find('/', at), path.size());
-        if (end - at > NAME_MAX) return "contains a name that is too long";
-        at = end + 1;
-    }
+    for (const fs::path& part : fs::path(path))
+        if (part.native().size() > NAME_MAX) return "contains a name that is too long";
     return "";
 }
 

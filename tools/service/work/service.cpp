@@ -343,8 +343,7 @@ void Service::State::check_known(const std::string& id) const {
 JobFrame Service::State::known(const std::string& id, int frame) const {
     check_known(id);
     auto found = stored(store->frame(id, frame));
-    if (!found)
-        throw Problem{Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)};
+    if (!found) throw not_found(concat("job ", id, " has no frame ", frame));
     return std::move(*found);
 }
 

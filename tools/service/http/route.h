@@ -40,8 +40,8 @@ struct Route {
     // "/v1/jobs/{id}"; "{n}" takes a number, "{name...}" the rest of the path.
     std::string path = {};
     Handler handle = {};
-    io::Json about = {};    // of the interface
-    io::Json queries = {};  // JSON Schemas by name; other queries are refused
+    io::Json about = {};                    // of the interface
+    io::Json queries = io::Json::object();  // JSON Schemas by name; others are refused
 
     std::string operation() const { return about.value("id", ""); }
     bool has_body() const { return about.contains("body"); }

@@ -26,9 +26,9 @@ Reply reply_to(const Answer<T>& answer, const Made& made) {
     return answer.ok() ? made(*answer) : problem(answer.status());
 }
 
-// Reads the queries `type` and `side` of an image.
-ImageWanted image_wanted(const Call& call) {
-    ImageWanted wanted;
+// Reads the queries `type` and `side` of a file's image.
+PictureWanted picture_wanted(const Call& call) {
+    PictureWanted wanted;
     if (call.query("type") == "values") wanted.type = page::kPictureType;
     wanted.side = call.number<int>("side");
     wanted.share = call.request.share;
@@ -36,7 +36,7 @@ ImageWanted image_wanted(const Call& call) {
     return wanted;
 }
 
-std::function<void(Answer<Picture>)> image_to(const Respond& respond) {
+GivePicture image_to(const Respond& respond) {
     return [respond](const Answer<Picture>& answer) {
         respond(reply_to(answer, [](const Picture& picture) {
             Reply reply;
@@ -179,15 +179,13 @@ Reply check_chain(Service& service, const Call& call) {
 }
 
 void preview(Service& service, const Call& call, const Respond& respond) {
-    PreviewWanted wanted;
+    PictureWanted wanted = picture_wanted(call);
     // Another type only if Accept names it; a wildcard gets PNG.
     const std::string* accept = call.request.header("Accept");
     for (const char* type : {kExrType, page::kPictureType})
         if (accept && accept->find(type) != std::string::npos) wanted.type = type;
     if (const std::string* session = call.request.header("Preview-Session"))
         wanted.session = session->substr(0, kLongestSession);
-    wanted.share = call.request.share;
-    wanted.left = call.request.left;
     service.preview(call.user, call.request.body, wanted, image_to(respond));
 }
 
@@ -259,7 +257,7 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
     const auto frame_image = [&](bool filtered) {
         return [&service, filtered](const Call& call, const Respond& respond) {
             service.frame_image(call.user, call.values[0], call.frame(), filtered,
-                                image_wanted(call), image_to(respond));
+                                picture_wanted(call), image_to(respond));
         };
     };
     const auto parts = std::make_shared<PageParts>();
@@ -283,7 +281,7 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
         {"getThumbnailAfter", frame_image(true)},
         {"getJobThumbnail",
          [&](const Call& call, const Respond& respond) {
-             service.job_image(call.user, call.values[0], image_wanted(call), image_to(respond));
+             service.job_image(call.user, call.values[0], picture_wanted(call), image_to(respond));
          }},
         {"getOutput", with(output)},
         {"getReport",
@@ -297,7 +295,7 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
         {"getInputFrame",
          [&](const Call& call, const Respond& respond) {
              service.input_image(call.user, call.query("input"), call.number<int>("frame"),
-                                 image_wanted(call), image_to(respond));
+                                 picture_wanted(call), image_to(respond));
          }},
         {"planFrames", with([](Service& of, const Call& call) {
              return reply_to(of.plan(call.user, call.request.body), as_json);

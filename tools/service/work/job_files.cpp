@@ -177,7 +177,7 @@ Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots&
 }
 
 Result<std::string> image_of(const std::string& program, const ShownFrame& shown,
-                             const Roots& roots, const ImageWanted& wanted, uint64_t memory) {
+                             const Roots& roots, const PictureWanted& wanted, uint64_t memory) {
     const io::Json task = {{"folders", roots.entries()}, {"words", shown.words},
                            {"path", shown.path},         {"frame", shown.frame},
                            {"memory", memory},           {"type", wanted.type},

@@ -38,7 +38,7 @@ Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots&
 // long.
 inline constexpr const char* kImageWord = "image";
 Result<std::string> image_of(const std::string& program, const ShownFrame& shown,
-                             const Roots& roots, const ImageWanted& wanted, uint64_t memory);
+                             const Roots& roots, const PictureWanted& wanted, uint64_t memory);
 
 // The error in {"code", "message"}, as postchain-preview writes it.
 Status status_of_json(const std::string& text);

@@ -158,7 +158,7 @@ Status Previews::begin() {
 }
 
 void Previews::run(const std::string& body, JobRequest request, const Roots& roots,
-                   const PreviewWanted& wanted, std::function<void(Answer<Picture>)> done) {
+                   const PictureWanted& wanted, GivePicture done) {
     auto ticket = std::make_shared<Ticket>();
     ticket->stop = wanted.left ? wanted.left : std::make_shared<std::atomic<bool>>(false);
     if (!wanted.session.empty()) {

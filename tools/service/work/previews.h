@@ -72,10 +72,10 @@ class Previews {
     // Starts the process and tests its device. If that fails, previews fail. Errors (internal): no
     // thread.
     Status begin();
-    // Throws a Problem if too many wait. `done` is called once. `request` has been read from
-    // `body`. A later preview of the same session ends this one, as do `wanted.left` and end().
+    // Throws a Problem if too many wait. `request` has been read from `body`. A later preview of
+    // the same session ends this one, as do `wanted.left` and end().
     void run(const std::string& body, JobRequest request, const Roots& roots,
-             const PreviewWanted& wanted, std::function<void(Answer<Picture>)> done);
+             const PictureWanted& wanted, GivePicture done);
     size_t hanging() const { return threads_.hanging(); }
     bool alive() const { return threads_.alive(); }
     // The renderer, after a test dispatch; nothing if the thread is busy for longer than a second.

@@ -154,7 +154,7 @@ std::optional<Problem> same_output(const std::string& body, const Submission& jo
 
 // Does the work, which calls `done` later unless it throws a Problem.
 template <class Work>
-void refuse(const std::function<void(Answer<Picture>)>& done, const Work& work) {
+void refuse(const GivePicture& done, const Work& work) {
     try {
         work();
     } catch (const Problem& refused) {
@@ -285,8 +285,8 @@ struct Service::State {
     JobReader reader_of(const User& user) const;
     // Sends an image of a file from another thread. `find` returns the file for a reader.
     using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
-    void show(const User& user, const ImageWanted& wanted,
-              const std::function<void(Answer<Picture>)>& done, const FindFrame& find);
+    void show(const User& user, const PictureWanted& wanted, const GivePicture& done,
+              const FindFrame& find);
 
     // Changes a job that the user may change with `work`, which returns false if its state does not
     // allow it.
@@ -353,8 +353,8 @@ JobReader Service::State::reader_of(const User& user) const {
     return std::move(*own);
 }
 
-void Service::State::show(const User& user, const ImageWanted& wanted,
-                          const std::function<void(Answer<Picture>)>& done, const FindFrame& find) {
+void Service::State::show(const User& user, const PictureWanted& wanted, const GivePicture& done,
+                          const FindFrame& find) {
     const auto make = [this, wanted, reader = reader_of(user), find] {
         try {
             const ShownFrame shown = taken(find(reader));
@@ -635,18 +635,18 @@ void Service::on_event(std::function<void(const Event&)> listener) {
     state_->listener = std::move(listener);
 }
 
-void Service::preview(const User& user, const std::string& body, const PreviewWanted& wanted,
-                      std::function<void(Answer<Picture>)> done) {
+void Service::preview(const User& user, const std::string& body, const PictureWanted& wanted,
+                      GivePicture done) {
     refuse(done, [&] {
         const JobReader reader = state_->reader_of(user);
-        PreviewWanted of_user = wanted;
+        PictureWanted of_user = wanted;
         if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
         state_->previews.run(body, taken(reader.preview(body)), reader.roots(), of_user, done);
     });
 }
 
 void Service::frame_image(const User& user, const std::string& id, int frame, bool after,
-                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+                          const PictureWanted& wanted, GivePicture done) {
     refuse(done, [&] {
         state_->show(
             user, wanted, done,
@@ -655,8 +655,8 @@ void Service::frame_image(const User& user, const std::string& id, int frame, bo
     });
 }
 
-void Service::job_image(const User& user, const std::string& id, const ImageWanted& wanted,
-                        std::function<void(Answer<Picture>)> done) {
+void Service::job_image(const User& user, const std::string& id, const PictureWanted& wanted,
+                        GivePicture done) {
     refuse(done, [&] {
         state_->show(user, wanted, done,
                      [job = state_->known(id), frames = stored(state_->store->frames(id))](
@@ -665,7 +665,7 @@ void Service::job_image(const User& user, const std::string& id, const ImageWant
 }
 
 void Service::input_image(const User& user, const std::string& input, int frame,
-                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+                          const PictureWanted& wanted, GivePicture done) {
     refuse(done, [&] {
         state_->show(user, wanted, done, [input, frame](const JobReader& reader) {
             return input_frame(input, frame, reader.roots());

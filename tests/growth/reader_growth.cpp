@@ -18,7 +18,6 @@
 #include "tools/sequence/files/sequence.h"
 #include "tools/sequence/settings/job_settings.h"
 #include "tools/service/work/job_request.h"
-#include "tools/service/work/request_checks.h"
 
 namespace postchain::growth {
 namespace {
@@ -164,8 +163,9 @@ class Cases {
     }
 
     void add_requests() {
-        add("POST /v1/chain/check", documents(), [](const std::string& text) {
-            (void)service::check_chain_text(io::json_text({{"text", text}}), builtin_passes());
+        add("POST /v1/chain/check", documents(), [this](const std::string& text) {
+            (void)service::check_chain_text(io::json_text({{"text", text}}), roots_,
+                                            builtin_passes());
         });
         add("PATCH /v1/jobs/{id}", documents(),
             [this](const std::string& text) { (void)service::read_priority(text, roots_); });

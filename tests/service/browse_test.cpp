@@ -8,7 +8,7 @@
 
 #include "tests/service/store_fixture.h"
 #include "tools/sequence/files/json.h"
-#include "tools/service/http/file_streams.h"
+#include "tools/service/http/message.h"
 #include "tools/service/http/report_parts.h"
 #include "tools/service/work/browse.h"
 
@@ -125,15 +125,11 @@ TEST_F(BrowseTest, HasALimitOfFilesAndOfTheirBytes) {
     EXPECT_EQ(json(browse("large", roots({"root"})))["chains"], Json({"large/most.yaml"}));
 }
 
-TEST_F(BrowseTest, ChainsWithTheirValues) {
+TEST_F(BrowseTest, ChainsWithTheirTexts) {
     const Json shipped = json(chains_of("", roots({"root"})))["chains"];
     ASSERT_GE(shipped.size(), 5u);
-    for (const Json& one : shipped)
-        if (one["name"] == "balanced") {
-            EXPECT_EQ(one["chain"]["passes"][0]["joint_blur"]["samples"], 28);
-        }
+    EXPECT_EQ(shipped[0]["name"], "balanced");
     const Json own = json(chains_of("shots/own.yaml", roots({"root"})))["chains"];
-    EXPECT_EQ(own[0]["chain"], Json({{"postchain", 1}, {"passes", {"fxaa"}}}));
     EXPECT_EQ(own[0]["text"], "postchain: 1\npasses: [fxaa]\n");
 }
 
@@ -155,10 +151,9 @@ class PartsTest : public BrowseTest {
         const Reply reply = parts_reply({base_ + "/" + name, name, "text/html", 0},
                                         std::get<std::vector<FilePart>>(found));
         std::string text;
-        for (auto next = reply.source->next(); next.ok() && !next->empty();
-             next = reply.source->next())
+        for (auto next = reply.file->next(); next.ok() && !next->empty(); next = reply.file->next())
             text += *next;
-        EXPECT_EQ(text.size(), reply.source->bytes());
+        EXPECT_EQ(text.size(), reply.file->bytes());
         return text;
     }
     PageParts parts_;
@@ -245,7 +240,7 @@ TEST_F(StoreTest, PlacesAreThoseOfTheQueue) {
     const int priorities[] = {0, 5, 0, 0, 0, 5, 0, 5, 0};
     for (int i = 0; i < 9; ++i) add(priorities[i], user_of(owners[i]));
     // Turns of the past.
-    EXPECT_EQ(*store_->start("4"), 1);
+    EXPECT_TRUE(*store_->start("4"));
     EXPECT_TRUE(*store_->cancel("4"));
     const QueuePlaces places = *store_->places();
     EXPECT_EQ(places.size(), 8u);
@@ -253,7 +248,7 @@ TEST_F(StoreTest, PlacesAreThoseOfTheQueue) {
     for (int place = 1; place <= 8; ++place) {
         const std::string id = (**store_->next(-100)).id;
         EXPECT_EQ(places.at(id), place) << id;
-        EXPECT_EQ(*store_->start(id), 1);
+        EXPECT_TRUE(*store_->start(id));
     }
 }
 

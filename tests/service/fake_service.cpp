@@ -201,13 +201,18 @@ Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
     return found;
 }
 
+int64_t Service::newest_event() const {
+    const std::lock_guard lock(state_->mutex);
+    return int64_t(state_->all.size());
+}
+
 void Service::on_event(std::function<void(const Event&)> listener) {
     const std::lock_guard lock(state_->mutex);
     state_->listener = std::move(listener);
 }
 
-void Service::preview(const User&, const std::string&, const PreviewWanted& wanted,
-                      std::function<void(Answer<Picture>)> done) {
+void Service::preview(const User&, const std::string&, const PictureWanted& wanted,
+                      GivePicture done) {
     const auto end = std::chrono::steady_clock::now() + state_->settings.picture;
     const auto left = [&] { return wanted.left && *wanted.left; };
     while (std::chrono::steady_clock::now() < end && !left())
@@ -217,19 +222,19 @@ void Service::preview(const User&, const std::string&, const PreviewWanted& want
 }
 
 void Service::frame_image(const User& user, const std::string& id, int, bool,
-                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+                          const PictureWanted& wanted, GivePicture done) {
     job_image(user, id, wanted, std::move(done));
 }
 
-void Service::job_image(const User&, const std::string& id, const ImageWanted& wanted,
-                        std::function<void(Answer<Picture>)> done) {
+void Service::job_image(const User&, const std::string& id, const PictureWanted& wanted,
+                        GivePicture done) {
     const auto found = job(id);
     if (const auto* wrong = std::get_if<Problem>(&found)) return done(*wrong);
     done(Picture{wanted.type, "png"});
 }
 
-void Service::input_image(const User&, const std::string&, int, const ImageWanted& wanted,
-                          std::function<void(Answer<Picture>)> done) {
+void Service::input_image(const User&, const std::string&, int, const PictureWanted& wanted,
+                          GivePicture done) {
     done(Picture{wanted.type, "png"});
 }
 
@@ -274,9 +279,9 @@ Answer<std::string> Service::plan(const User&, const std::string& body) {
     return std::string("{\"frame\": 1}");
 }
 
-Answer<CheckedChain> Service::check_chain(const std::string& body) const {
+Answer<Diagnostics> Service::check_chain(const std::string& body) const {
     if (!Json::accept(body)) return Problem{Problem::Kind::invalid, "no JSON", {}, 0};
-    return CheckedChain{{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}}, {}};
+    return Diagnostics{{"chain.yaml", 1, 1, Severity::error, "", body, StatusCode::chain}};
 }
 
 std::string Service::passes() const {

@@ -7,9 +7,9 @@
 #include "tests/io/exr_files.h"
 #include "tests/support/status.h"
 #include "tools/service/http/event_log.h"
-#include "tools/service/http/file_streams.h"
 #include "tools/service/http/guard.h"
 #include "tools/service/http/job_json.h"
+#include "tools/service/http/message.h"
 #include "tools/service/http/route.h"
 
 namespace postchain::service {
@@ -347,13 +347,13 @@ TEST_F(Files, AFileThatIsShortenedWhileItIsSentEndsWithAnError) {
         uint64_t sent = 0;
         Status error;
         for (bool ends = false; !ends && error.ok();) {
-            auto part = reply.source->next();
+            auto part = reply.file->next();
             error = part.status();
             ends = error.ok() && part->empty();
             if (error.ok()) sent += part->size();
         }
         EXPECT_EQ(error.ok(), left == bytes.size()) << left;
-        EXPECT_EQ(sent == reply.source->bytes(), error.ok()) << sent;
+        EXPECT_EQ(sent == reply.file->bytes(), error.ok()) << sent;
     }
 }
 

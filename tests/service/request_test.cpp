@@ -178,7 +178,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     EXPECT_THAT(refused(json{{"kind", "bench"}}).detail, HasSubstr("need postchain-lab"));
 }
 
-TEST_F(RequestTest, PreviewsOfAPlaneAndAScale) {
+TEST_F(RequestTest, PreviewsOfAScale) {
     json body = {{"chain", "fast"}, {"input", "in.####.exr"}, {"frame", -3}};
     const auto read = [&](const std::string& key, const json& value) {
         body[key] = value;
@@ -188,17 +188,12 @@ TEST_F(RequestTest, PreviewsOfAPlaneAndAScale) {
         const auto answer = read(key, value);
         return std::get<Problem>(answer).detail;
     };
-    EXPECT_FALSE(std::get<JobRequest>(read("plane", "color")).shows_depth);
-    EXPECT_TRUE(std::get<JobRequest>(read("plane", "depth")).shows_depth);
     for (const double scale : {kMinPreviewScale, 1.0})
         EXPECT_EQ(std::get<JobRequest>(read("scale", scale)).scale, scale);
     EXPECT_EQ(std::get<JobRequest>(read("scale", 1)).frame, -3);
     for (const json& scale : {json(kMinPreviewScale / 2), json(1.01), json("1"), json(nullptr)})
         EXPECT_THAT(fault("scale", scale), HasSubstr("is not a number in ")) << scale;
     body.erase("scale");
-    for (const json& plane : {json("motion"), json(1)})
-        EXPECT_THAT(fault("plane", plane), HasSubstr("unknown plane")) << plane;
-    body.erase("plane");
     EXPECT_THAT(fault("frame", 1.5), HasSubstr("frame: "));
     body.erase("frame");
     EXPECT_THAT(fault("set", json::array()), HasSubstr("frame: missing"));

@@ -20,7 +20,7 @@
 #include "tools/sequence/files/sequence.h"
 #include "tools/sequence/planes/complete_file.h"
 #include "tools/sequence/record/sidecar.h"
-#include "tools/service/http/file_streams.h"
+#include "tools/service/http/message.h"
 #include "tools/service/http/report_parts.h"
 #include "tools/service/work/roots.h"
 
@@ -128,25 +128,6 @@ TEST_F(RootsTest, FoldersOfAUser) {
         EXPECT_FALSE(roots_.within({folder}).ok()) << folder;
 }
 
-// After it was submitted: a link in place of a folder or a file.
-TEST_F(RootsTest, PathsOfAJobAreCheckedWhenItRuns) {
-    const auto input = *io::InputSpec::parse(root("/shots/b.####.exr"));
-    std::ofstream(root("/b")) << "x";
-    fs::create_symlink(root("/b"), root("/shots/b.0001.exr"));
-    EXPECT_EQ(check_inputs(input, roots_).message(), "");
-    fs::create_symlink(base_ + "/secret", root("/shots/b.0002.exr"));
-    EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("b.0002.exr: links outside"));
-    EXPECT_EQ(check_folder(root("/shots"), roots_).message(), "");
-    fs::rename(root("/shots"), base_ + "/second/shots");
-    for (const char* target : {"second/shots", "rootless"}) {
-        fs::create_symlink(base_ + "/" + target, root("/shots"));
-        EXPECT_EQ(check_folder(root("/shots"), roots_).code(), StatusCode::output) << target;
-        EXPECT_THAT(check_inputs(input, roots_).message(), HasSubstr("outside the folders"))
-            << target;
-        fs::remove(root("/shots"));
-    }
-}
-
 TEST_F(RootsTest, TheRootOfTheFileSystem) {
     const Roots all = *Roots::of({"/"});
     const std::string path = root("/shots/a.exr");
@@ -223,7 +204,7 @@ TEST_F(Reads, DoNotWaitForAPipe) {
     EXPECT_FALSE(sequence::is_sidecar(path));
     EXPECT_TRUE(std::holds_alternative<Problem>(PageParts().find(path)));
     const Reply reply = file_reply({path, "pipe.exr", "image/x-exr", 4});
-    EXPECT_FALSE(reply.source->next().ok());
+    EXPECT_FALSE(reply.file->next().ok());
 }
 
 TEST_F(Reads, CommandsReadTextsFromPipes) {

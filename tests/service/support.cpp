@@ -93,7 +93,7 @@ Answer<Picture> ServiceTest::answer_to(const Ask& ask) {
 }
 
 ServiceTest::Ask ServiceTest::previewing(const std::string& body,
-                                         const PreviewWanted& wanted) const {
+                                         const PictureWanted& wanted) const {
     return [=, this](auto done) { service_->preview(user(), body, wanted, std::move(done)); };
 }
 

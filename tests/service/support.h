@@ -88,7 +88,7 @@ class ServiceTest : public testing::Test {
     static service::Answer<service::Picture> answer_to(const Ask& ask);
     static service::Picture picture(const Ask& ask) { return got(answer_to(ask)); }
     static service::Problem no_picture(const Ask& ask) { return problem_of(answer_to(ask)); }
-    Ask previewing(const std::string& body, const service::PreviewWanted& wanted = {}) const;
+    Ask previewing(const std::string& body, const service::PictureWanted& wanted = {}) const;
     // Waits until it is true; false after two minutes.
     static bool wait_for(const std::function<bool()>& what);
 

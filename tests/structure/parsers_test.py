@@ -11,11 +11,8 @@ MAY_PARSE = {
     "config/text_tree.cpp": "the one that does",
     "tools/sequence/planes/cryptomatte.cpp": "manifests have any number of names",
     "tools/python/documentation.cpp": "the passes of this program",
-    "tools/service/http/problem.cpp": "a reply of this program",
-    "tools/service/work/service.cpp": "an event of this program",
-    "tools/service/work/request_checks.cpp": "what the store keeps of a job",
-    "tools/service/work/preview_process.cpp": "between the service and its process",
-    "tools/service/work/image_process.cpp": "between the service and its process",
+    "tools/service/http/message.cpp": "a reply of this program",
+    "tools/service/work/service.cpp": "an event of this program, and what the store keeps of a job",
     "tools/service/preview/main.cpp": "between the service and its process",
 }
 

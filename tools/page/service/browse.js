@@ -14,13 +14,13 @@ const listeners = [];
 export const folder = () => here;
 export const whenFolderChanges = (f) => listeners.push(f);
 
-/** "1-3,7" as numbers. */
+/** "1-3,7,10-20x5" as numbers. */
 function frames_of(text) {
     const frames = [];
     for (const part of text.split(",")) {
-        const [, from, to] = /^\s*(-?\d+)(?:-(-?\d+))?\s*$/.exec(part) ?? [];
+        const [, from, to, step] = /^\s*(-?\d+)(?:-(-?\d+)(?:x(\d+))?)?\s*$/.exec(part) ?? [];
         if (from !== undefined)
-            for (let i = Number(from); i <= Number(to ?? from); ++i) frames.push(i);
+            for (let i = Number(from); i <= Number(to ?? from); i += Number(step ?? 1)) frames.push(i);
     }
     return frames;
 }

@@ -9,17 +9,16 @@
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
 #include <cerrno>
-#include <cstdio>
+#include <ctime>
 #include <random>
 
-#include "tools/service/http/job_json.h"
-#include "tools/service/http/problem.h"
+#include "chain/base/parameter.h"
 
 namespace postchain::service {
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
+namespace http = boost::beast::http;
 using boost::system::error_code;
 
 constexpr size_t kBatch = 100;            // events per write
@@ -32,35 +31,106 @@ constexpr size_t kLongestRequestId = 64;
 
 // Different for each process.
 std::string new_request_ids() {
-    std::array<char, 17> text = {};
     std::random_device random;
-    std::snprintf(text.data(), text.size(), "%08x-", unsigned(random()));
-    return text.data();
+    return hex_of(random()).substr(8) + "-";
 }
 
 bool is_request_id(const std::string& text) {
-    const auto is_plain = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-               c == '-' || c == '_' || c == '.';
-    };
-    return !text.empty() && text.size() <= kLongestRequestId && std::ranges::all_of(text, is_plain);
+    constexpr const char* kPlain =
+        "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.";
+    return !text.empty() && text.size() <= kLongestRequestId &&
+           text.find_first_not_of(kPlain) == std::string::npos;
 }
 constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
 constexpr auto kPatience = std::chrono::seconds(20);
 
-Reply too_many_connections() {
-    Reply full = problem(503, "too many connections; try again soon");
-    full.headers.emplace_back("Retry-After", "5");
-    return full;
+Reply too_many() {
+    return problem(429, "too many requests are waiting; try again soon", 1);
 }
 
-Reply too_many() {
-    Reply busy = problem(429, "too many requests are waiting; try again soon");
-    busy.headers.emplace_back("Retry-After", "1");
-    return busy;
+std::string date() {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts = {};
+    gmtime_r(&now, &parts);
+    char text[64];
+    std::strftime(text, sizeof(text), "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    return text;
+}
+
+// RFC 9112, 3.2.2: the address of a target such as http://host/v1/jobs takes the place of Host.
+void take_address(Request& request) {
+    for (const std::string_view scheme : {"http://", "https://"}) {
+        if (!same_word(std::string_view(request.target).substr(0, scheme.size()), scheme)) continue;
+        const size_t end =
+            std::min(request.target.find_first_of("/?", scheme.size()), request.target.size());
+        for (auto& [name, value] : request.headers)
+            if (same_word(name, "Host"))
+                value = request.target.substr(scheme.size(), end - scheme.size());
+        request.target.erase(0, end);
+        if (!request.target.starts_with('/')) request.target.insert(0, "/");
+        return;
+    }
+}
+
+// Headers of every reply: nosniff, no-referrer, and a policy for frames and scripts.
+Headers security_headers(const Reply& reply) {
+    Headers headers = {{"X-Content-Type-Options", "nosniff"},
+                       {"Referrer-Policy", "no-referrer"},
+                       {"Cross-Origin-Resource-Policy", "same-origin"},
+                       {"Cache-Control", "no-store"}};
+    bool has_policy = false;
+    for (const auto& [name, value] : reply.headers) has_policy |= name == kPolicy;
+    if (!has_policy) headers.emplace_back(kPolicy, "default-src 'none'; frame-ancestors 'none'");
+    return headers;
 }
 
 }  // namespace
+
+// ------------------------------------------------------------------------------------- the bytes
+Request request_of(const Parser& parser) {
+    const auto& message = parser.get();
+    Request request;
+    request.method = std::string(message.method_string());
+    request.target = std::string(message.target());
+    request.http_1_0 = message.version() < 11;
+    for (const auto& field : message)
+        request.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    take_address(request);
+    return request;
+}
+
+std::optional<Reply> refusal_of(const boost::system::error_code& error, uint64_t max_body) {
+    if (error == http::error::header_limit) return problem(431, "the header is too long");
+    if (error == http::error::body_limit)
+        return problem(413, concat("the body is longer than ", max_body, " bytes"));
+    if (error == http::error::bad_version)
+        return problem(505, "this service supports only HTTP/1.1");
+    const bool malformed =
+        error.category() == http::make_error_code(http::error::bad_method).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message;
+    if (malformed) return problem(400, "the request is not well formed");
+    return std::nullopt;
+}
+
+// No header value contains a line break.
+std::string head_of(const Reply& reply, bool keep) {
+    std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " " + reason_of(reply.status);
+    const auto add = [&](const std::string& name, const std::string& value) {
+        head += "\r\n" + name + ": " + value;
+    };
+    add("Date", date());
+    for (const auto& [name, value] : security_headers(reply)) add(name, value);
+    for (const auto& [name, value] : reply.headers) add(name, value);
+    if (reply.status != 204) add("Content-Type", reply.type);
+    // nginx would keep events until its buffer is full.
+    if (reply.events) add("X-Accel-Buffering", "no");
+    if (!reply.events && reply.status != 204)
+        add("Content-Length", std::to_string(reply.file ? reply.file->bytes() : reply.body.size()));
+    if (!keep) add("Connection", "close");
+    return head + "\r\n\r\n";
+}
+
+// -------------------------------------------------------------------------------- the connection
 
 Shared::Shared(const ServerSettings& given, Service& what)
     : settings(given),
@@ -75,30 +145,27 @@ Shared::Shared(const ServerSettings& given, Service& what)
                traffic.hanging.Set(double(hanging()));
                return prometheus::TextSerializer().Serialize(traffic.registry.Collect());
            }}),
-      events(newest_event(what), given.kept_events),
+      events(what.newest_event(), given.kept_events),
       request_ids(new_request_ids()) {}
 
-Connection::Connection(Shared& shared, asio::ip::tcp::socket socket, std::string address)
+Connection::Connection(Shared& shared, asio::ip::tcp::socket socket, std::string address,
+                       uint64_t number)
     : shared_(shared),
       socket_(std::move(socket)),
       address_(std::move(address)),
+      number_(number),
       place_(place_of(address_)),
-      buffer_(shared.settings.max_header + kReadAhead) {}
-
-void Connection::start() {
+      buffer_(shared.settings.max_header + kReadAhead) {
     error_code ignored;
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
+}
+
+void Connection::start(bool over_limit) {
+    over_limit_ = over_limit;
     read_header();
 }
 
-void Connection::start_over_limit() {
-    over_limit_ = true;
-    start();
-}
-
 void Connection::turn_away(Reply reason) {
-    error_code ignored;
-    socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
     keep_ = false;
     reply(std::move(reason));
 }
@@ -112,7 +179,7 @@ void Connection::read_header() {
     parser_.emplace();
     parser_->header_limit(shared_.settings.max_header);
     parser_->body_limit(shared_.settings.max_body);
-    beast::http::async_read_header(
+    http::async_read_header(
         socket_, buffer_, *parser_,
         [self = shared_from_this()](const error_code& error, size_t) { self->on_header(error); });
 }
@@ -151,7 +218,7 @@ void Connection::on_header(const error_code& error) {
     sender_ = admitted_->sender;
     const bool has_token = !shared_.api.guard().users().are_everyone() && sender_.user;
     if (over_limit_ && !has_token && !admitted_->match.route->is("at_once"))
-        return reply(too_many_connections());
+        return reply(problem(503, "too many connections; try again soon", 5));
     proven_ |= sender_.user != nullptr;
     request_.share = shared_.api.guard().share_of(request_, sender_.user);
     if (parser_->is_done()) return work();
@@ -173,7 +240,7 @@ void Connection::on_header(const error_code& error) {
 }
 
 void Connection::read_body() {
-    beast::http::async_read(
+    http::async_read(
         socket_, buffer_, *parser_,
         [self = shared_from_this()](const error_code& error, size_t) { self->on_body(error); });
 }
@@ -188,6 +255,7 @@ void Connection::on_body(const error_code& error) {
 void Connection::work() {
     state_ = State::working;
     deadline_in(shared_.settings.working);
+    // One reply per request, even if a handler fails after its reply.
     const auto respond = [self = shared_from_this(), &io = shared_.io,
                           request = ++requests_](Reply answer) {
         asio::post(io, [self, request, answer = std::move(answer)]() mutable {
@@ -201,28 +269,23 @@ void Connection::work() {
     waits_ = true;
     shared_.traffic.waiting.Increment();
     shared_.waiting[request_.share].push_back(this);
-    // One reply per request, even if a handler fails after its reply.
-    const auto answered = std::make_shared<std::atomic<bool>>(false);
-    const auto answer = [respond, answered](Reply reply) {
-        if (!answered->exchange(true)) respond(std::move(reply));
-    };
     watch_client();
     // The task has its own copies: after a deadline the connection may go on to another request.
     HelperThreads& pool = admitted_->match.route->is("files") ? shared_.disk_pool : shared_.pool;
     const bool taken = pool.run(
-        [&shared = shared_, answer, admitted = *admitted_, request = request_] {
+        [&shared = shared_, respond, admitted = *admitted_, request = request_] {
             // Nobody waits for the work of a client that has left.
-            if (*request.left) return answer(problem(503, "the client has left"));
+            if (*request.left) return respond(problem(503, "the client has left"));
             try {
-                shared.api.run(admitted, request, answer);
+                shared.api.run(admitted, request, respond);
             } catch (const std::bad_alloc&) {
-                answer(problem(503, "not enough memory for this request"));
+                respond(problem(503, "not enough memory for this request"));
             } catch (const std::exception&) {
-                answer(problem(500, "the request failed"));
+                respond(problem(500, "the request failed"));
             }
         },
         {request_.share, {}, request_.left});
-    if (!taken) answer(problem(503, "the service is shutting down"));
+    if (!taken) respond(problem(503, "the service is shutting down"));
 }
 
 // If too many requests wait, the newest of the share with the most makes way for one of a share
@@ -269,32 +332,28 @@ void Connection::watch_client() {
         });
 }
 
-void Connection::hold() {
-    release();
-    held_ = content_.size();
-    shared_.unsent += held_;
-    shared_.unsent_of[place_] += held_;
-    shared_.traffic.unsent.Set(double(shared_.unsent));
+void Connection::hold(std::string content) {
+    content_ = std::move(content);
+    count_unsent(content_.size());
 }
 
-void Connection::release() {
-    if (held_ == 0) return;
-    shared_.unsent -= held_;
-    if (const auto found = shared_.unsent_of.find(place_);
-        found != shared_.unsent_of.end() && (found->second -= held_) == 0)
-        shared_.unsent_of.erase(found);
-    shared_.traffic.unsent.Set(double(shared_.unsent));
-    held_ = 0;
+void Connection::count_unsent(size_t bytes) {
+    prometheus::Gauge& unsent = shared_.traffic.unsent;
+    unsent.Set(unsent.Value() + double(bytes) - double(held_));
+    held_ = bytes;
 }
 
 // One address may take half of the budget, unless it is a proxy's, and always one reply.
 bool Connection::is_over_budget(size_t bytes) const {
     const size_t most = shared_.settings.max_unsent;
     if (bytes <= kSmall) return false;
-    if (shared_.unsent > 0 && shared_.unsent + bytes > most) return true;
-    const auto of = shared_.unsent_of.find(place_);
-    return of != shared_.unsent_of.end() && of->second + bytes > most / 2 &&
-           !shared_.api.guard().trusts(address_);
+    size_t all = 0, own = 0;  // unsent by now
+    for (const auto& [number, one] : shared_.connections) {
+        all += one->unsent();
+        if (one->place() == place_) own += one->unsent();
+    }
+    if (all > 0 && all + bytes > most) return true;
+    return own > 0 && own + bytes > most / 2 && !shared_.api.guard().trusts(address_);
 }
 
 void Connection::audit(const Reply& answer) const {
@@ -302,40 +361,31 @@ void Connection::audit(const Reply& answer) const {
     const bool wrong = !admitted_ && answer.status == 401 && request_.header("Authorization");
     const bool changes = admitted_ && admitted_->match.route->is("audited");
     if (!wrong && !changes) return;
-    LogLine line;
     const std::string address = shared_.api.guard().address_of(request_);
+    const std::string action = wrong ? "logIn" : admitted_->match.route->operation();
+    const std::string user = changes && sender_.user ? sender_.user->name : "";
+    const std::string job =
+        changes && !admitted_->match.values.empty() ? admitted_->match.values[0].substr(0, 40) : "";
+    LogLine line;
+    line.level = wrong ? LogLine::Level::warning : LogLine::Level::info;
     line.fields = {{"event", "audit"},
-                   {"action", wrong ? "logIn" : admitted_->match.route->operation()},
+                   {"action", action},
                    {"address", address},
                    {"status", answer.status},
                    {"request", request_.id}};
-    std::string who = address;
-    if (admitted_ && sender_.user && !sender_.user->name.empty()) {
-        line.fields["user"] = sender_.user->name;
-        who = concat(sender_.user->name, " at ", address);
-    }
-    if (wrong) {
-        line.level = LogLine::Level::warning;
-        line.message = concat("log-in failed: ", address, ", request ", request_.id);
-    } else {
-        std::string job;
-        if (!admitted_->match.values.empty()) {
-            job = admitted_->match.values[0].substr(0, 40);
-            line.fields["job"] = job;
-        }
-        line.message =
-            concat(who, ": ", admitted_->match.route->operation(), job.empty() ? "" : " ", job,
-                   ", status ", answer.status, ", request ", request_.id);
-    }
+    if (!user.empty()) line.fields["user"] = user;
+    if (!job.empty()) line.fields["job"] = job;
+    line.message = wrong ? concat("log-in failed: ", address, ", request ", request_.id)
+                         : concat(user, user.empty() ? "" : " at ", address, ": ", action,
+                                  job.empty() ? "" : " ", job, ", status ", answer.status,
+                                  ", request ", request_.id);
     shared_.settings.audit(line);
 }
 
 void Connection::reply(Reply answer) {
     leave_queue();
-    if (request_.method != "HEAD" && is_over_budget(answer.body.size())) {
-        answer = problem(503, "too many replies wait to be read; try again soon");
-        answer.headers.emplace_back("Retry-After", "5");
-    }
+    if (request_.method != "HEAD" && is_over_budget(answer.body.size()))
+        answer = problem(503, "too many replies wait to be read; try again soon", 5);
     // A connection that is turned away, or a header that cannot be read, has none.
     if (!request_.id.empty()) {
         name_request(answer, request_.id);
@@ -351,9 +401,8 @@ void Connection::reply(Reply answer) {
     boost::system::error_code ignored;
     socket_.cancel(ignored);  // watch_client()
     head_ = head_of(answer, keep_);
-    source_ = request_.method == "HEAD" ? nullptr : answer.source;
-    content_ = request_.method == "HEAD" ? "" : std::move(answer.body);
-    hold();
+    file_ = request_.method == "HEAD" ? nullptr : answer.file;
+    hold(request_.method == "HEAD" ? "" : std::move(answer.body));
     state_ = State::writing;
     // One more second per 64 KiB, for large images.
     deadline_in(shared_.settings.write + std::chrono::seconds(content_.size() >> 16));
@@ -363,48 +412,44 @@ void Connection::reply(Reply answer) {
         [self = shared_from_this(), wanted = answer.events](const error_code& error, size_t) {
             if (self->state_ == State::closed) return;
             if (!error && wanted) {
-                self->content_ = {};
-                self->release();
+                self->hold({});
                 return self->listen(*wanted);
             }
-            if (!error && self->source_) return self->send_source();
+            if (!error && self->file_) return self->send_file();
             self->on_written(error);
         });
 }
 
 void Connection::on_written(const error_code& error) {
     if (error) return abandon();
-    content_ = {};
-    release();
+    hold({});
     if (keep_ && !finish_) return read_header();
     linger();
 }
 
 // Reads a part of the body on another thread, and sends it.
-void Connection::send_source() {
+void Connection::send_file() {
     state_ = State::sending;
-    content_ = {};
-    release();
+    hold({});
     deadline_in(shared_.settings.working);
     const bool taken = shared_.disk_pool.run(
-        [self = shared_from_this(), source = source_] {
-            auto part = source->next();
+        [self = shared_from_this(), file = file_] {
+            auto part = file->next();
             asio::post(self->shared_.io, [self, part = std::move(part)]() mutable {
                 if (self->state_ != State::sending) return;
                 // The length has been sent: only an early end tells the client of an error.
                 if (!part.ok()) return self->abandon();
                 if (part->empty()) {
-                    self->source_.reset();
+                    self->file_.reset();
                     return self->on_written({});
                 }
-                self->content_ = std::move(*part);
-                self->hold();
+                self->hold(std::move(*part));
                 self->deadline_in(self->shared_.settings.write);
                 asio::async_write(self->socket_, asio::buffer(self->content_),
                                   [self](const error_code& error, size_t) {
                                       if (self->state_ != State::sending) return;
                                       if (error) return self->abandon();
-                                      self->send_source();
+                                      self->send_file();
                                   });
             });
         },
@@ -472,8 +517,7 @@ void Connection::send_events() {
     const auto fetch = [self = shared_from_this(), after = sent_] {
         const auto found = self->shared_.service.events(self->job_, after, kBatch);
         std::optional<EventBatch> batch;
-        if (const auto* events = std::get_if<std::vector<Event>>(&found))
-            batch = batch_of(*events, after);
+        if (found.ok()) batch = batch_of(*found, after);
         asio::post(self->shared_.io, [self, batch = std::move(batch)]() mutable {
             self->fetching_ = false;
             if (self->state_ != State::listening) return;
@@ -524,12 +568,12 @@ void Connection::tick(Clock::time_point now) {
     }
     if (now < deadline_) return;
     if (state_ == State::working) {
-        Reply late = problem(
-            503, concat("the request took longer than ", shared_.settings.working.count() / 1000,
-                        " s; a disk may hang, see /readyz"));
-        late.headers.emplace_back("Retry-After", "60");
         *request_.left = true;
-        return reply(std::move(late));
+        return reply(
+            problem(503,
+                    concat("the request took longer than ", shared_.settings.working.count() / 1000,
+                           " s; a disk may hang, see /readyz"),
+                    60));
     }
     if (state_ != State::lingering && state_ != State::header) shared_.traffic.cut_off.Increment();
     abandon();
@@ -546,15 +590,12 @@ void Connection::abandon() {
     if (state_ == State::listening) shared_.traffic.listeners.Decrement();
     if (request_.left) *request_.left = true;
     leave_queue();
-    release();
+    count_unsent(0);  // but a write under way may still read content_
     state_ = State::closed;
     error_code ignored;
     socket_.close(ignored);
     shared_.traffic.connections.Decrement();
-    if (const auto found = shared_.per_address.find(place_);
-        found != shared_.per_address.end() && --found->second == 0)
-        shared_.per_address.erase(found);
-    shared_.connections.erase(shared_from_this());
+    shared_.connections.erase(number_);
 }
 
 }  // namespace postchain::service

@@ -1,5 +1,5 @@
 // One client connection: consecutive requests, or a stream of events. And what the connections of a
-// server share.
+// server share, and the bytes of requests and replies.
 #pragma once
 
 #include <prometheus/counter.h>
@@ -9,24 +9,33 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
 #include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "tools/service/http/event_log.h"
 #include "tools/service/http/routes.h"
 #include "tools/service/http/server.h"
-#include "tools/service/http/wire.h"
 #include "tools/service/work/helper_threads.h"
 
 namespace postchain::service {
 
 class Connection;
+
+using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
+
+// The request without its body, from the header that the parser has read.
+Request request_of(const Parser& parser);
+// The refusal of a request that the parser could not read; nothing if the client has left.
+std::optional<Reply> refusal_of(const boost::system::error_code& error, uint64_t max_body);
+// Status line and headers. `keep`: the connection stays open.
+std::string head_of(const Reply& reply, bool keep);
 
 // Counters for /metrics. Thread-safe.
 struct Traffic {
@@ -71,12 +80,9 @@ struct Shared {
     HelperThreads event_pool;  // reads events from the store: one thread, which takes one core
     Api api;
     EventLog events;
-    std::set<std::shared_ptr<Connection>> connections;
-    std::map<std::string, size_t> per_address;  // by place_of()
+    std::map<uint64_t, std::shared_ptr<Connection>> connections;  // in the order of their coming
     // Requests that wait for an answer, by their shares; the oldest first.
     std::map<std::string, std::vector<Connection*>> waiting;
-    size_t unsent = 0;  // bytes of content_ of all connections, and of those of each address
-    std::map<std::string, size_t> unsent_of;
     bool closing = false;
     const std::string request_ids;  // how the ids of its requests begin
     uint64_t requests = 0;
@@ -88,12 +94,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   public:
     using Clock = std::chrono::steady_clock;
 
-    Connection(Shared& shared, boost::asio::ip::tcp::socket socket, std::string address);
+    // `number`: its key in Shared::connections.
+    Connection(Shared& shared, boost::asio::ip::tcp::socket socket, std::string address,
+               uint64_t number);
 
-    void start();
-    // Closes after the first reply, which is a refusal unless the request has a token, or is one
-    // that is answered at once, such as /healthz: for connections that find the server full.
-    void start_over_limit();
+    // `over_limit`: the server is full. Then it closes after the first reply, which is a refusal
+    // unless the request has a token, or is one that is answered at once, such as /healthz.
+    void start(bool over_limit);
     // Sends one reply and closes.
     void turn_away(Reply reply);
     // Closes a connection past its deadline, and sends heartbeats to listeners.
@@ -102,6 +109,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void finish();   // closes after the current reply, or at once if there is none
     void abandon();  // closes at once
     const std::string& place() const { return place_; }
+    size_t unsent() const { return held_; }
     // Whether no request with a token has come or, if none is needed, no request at all.
     bool is_unproven() const { return state_ != State::closed && !proven_; }
     // Another user's request takes the place of the one that waits.
@@ -120,16 +128,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void leave_queue();
     void watch_client();
     void reply(Reply reply);
-    void send_source();
+    void send_file();
     void on_written(const boost::system::error_code& error);
     void listen(const EventsWanted& wanted);
     void watch_listener();
     void send_events();
     void send_batch(EventBatch batch);
     void linger();
-    // Counts the bytes of content_ from now on; release() ends that.
-    void hold();
-    void release();
+    // Replaces content_, whose bytes count as unsent.
+    void hold(std::string content);
+    void count_unsent(size_t bytes);
     bool is_over_budget(size_t bytes) const;
     void audit(const Reply& answer) const;
     void deadline_in(std::chrono::milliseconds time) { deadline_ = Clock::now() + time; }
@@ -137,6 +145,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     Shared& shared_;
     boost::asio::ip::tcp::socket socket_;
     std::string address_;
+    const uint64_t number_;
     std::string place_;  // place_of() the address
     State state_ = State::header;
     Clock::time_point deadline_;
@@ -144,17 +153,17 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::optional<Parser> parser_;
     Request request_;
     std::optional<Admitted> admitted_;
-    Sender sender_;                       // of the request
-    uint64_t requests_ = 0;               // so far; a reply to an earlier one is dropped
-    std::shared_ptr<BodySource> source_;  // of the current reply
-    bool proven_ = false;                 // is_unproven()
-    bool waits_ = false;                  // is in Shared::waiting
-    bool keep_ = false;                   // keep the connection open after this reply
-    bool finish_ = false;                 // finish() was called
-    bool over_limit_ = false;             // start_over_limit() was called
-    std::string head_;                    // of the current reply
+    Sender sender_;                   // of the request
+    uint64_t requests_ = 0;           // so far; a reply to an earlier one is dropped
+    std::shared_ptr<FileBody> file_;  // of the current reply
+    bool proven_ = false;             // is_unproven()
+    bool waits_ = false;              // is in Shared::waiting
+    bool keep_ = false;               // keep the connection open after this reply
+    bool finish_ = false;             // finish() was called
+    bool over_limit_ = false;         // of start()
+    std::string head_;                // of the current reply
     std::string content_;
-    size_t held_ = 0;  // bytes of content_ that count as unsent
+    size_t held_ = 0;  // bytes of content_, of an open connection
     // Listeners only.
     std::string share_;  // of the request
     std::string job_;

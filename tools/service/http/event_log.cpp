@@ -12,12 +12,6 @@ bool ends_job(const Event& event) {
            event.type == name_of(JobState::canceled);
 }
 
-bool has_event_after(const Service& service, int64_t id) {
-    const auto found = service.events("", id, 1);
-    return std::holds_alternative<std::vector<Event>>(found) &&
-           !std::get<std::vector<Event>>(found).empty();
-}
-
 }  // namespace
 
 void EventLog::add(const std::vector<Event>& events) {
@@ -55,20 +49,6 @@ EventBatch batch_of(const std::vector<Event>& events, int64_t asked) {
         batch.ends = ends_job(event);
     }
     return batch;
-}
-
-int64_t newest_event(const Service& service) {
-    if (!has_event_after(service, 0)) return 0;
-    int64_t low = 0, high = 1;  // an event exists after `low`, none after `high`
-    while (has_event_after(service, high)) {
-        low = high;
-        high *= 2;
-    }
-    while (high - low > 1) {
-        const int64_t middle = low + (high - low) / 2;
-        (has_event_after(service, middle) ? low : high) = middle;
-    }
-    return high;
 }
 
 }  // namespace postchain::service

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/service/work/service.h"
+#include "tools/service/store/job.h"
 
 namespace postchain::service {
 
@@ -50,7 +50,5 @@ class EventLog {
 
 // A batch of events from the store. `asked`: the id after which the store was searched.
 EventBatch batch_of(const std::vector<Event>& events, int64_t asked);
-// The last id in the store; 0 = no events.
-int64_t newest_event(const Service& service);
 
 }  // namespace postchain::service

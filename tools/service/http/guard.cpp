@@ -3,10 +3,9 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
-#include <charconv>
+#include <boost/algorithm/string/trim.hpp>
 
 #include "chain/base/printable.h"
-#include "tools/service/http/problem.h"
 
 namespace postchain::service {
 namespace {
@@ -22,45 +21,15 @@ std::optional<Bytes> bytes_of(const std::string& text) {
     return bytes;
 }
 
-std::vector<std::string> addresses_in(const std::string& list) {
-    constexpr const char* kBlanks = " \t";
-    std::vector<std::string> parts;
-    for (size_t at = 0; at <= list.size();) {
-        const size_t end = std::min(list.find(',', at), list.size());
-        std::string part = list.substr(at, end - at);
-        part.erase(0, part.find_first_not_of(kBlanks));
-        part.resize(part.find_last_not_of(kBlanks) + 1);
-        parts.push_back(std::move(part));
-        at = end + 1;
-    }
-    return parts;
-}
-
-// Without port and brackets: "[2001:db8::1]:80", "192.0.2.1:80".
-std::string address_of(const std::string& node) {
-    if (node.starts_with("[")) return node.substr(1, node.find(']') - 1);
-    const bool four = std::ranges::count(node, ':') == 1;
-    return four ? node.substr(0, node.find(':')) : node;
-}
-
-// ------------------------------------------------------------------------------------ the checks
 // "[::1]:8080" -> "::1", "name:8080" -> "name". Nothing for other forms.
 std::optional<std::string> name_of_host(const std::string& host) {
-    std::string name = host, port;
-    if (!host.empty() && host[0] == '[') {
-        const size_t end = host.find(']');
-        if (end == std::string::npos) return std::nullopt;
-        name = host.substr(1, end - 1);
-        port = host.substr(end + 1);
-    } else if (const size_t colon = host.find(':'); colon != std::string::npos) {
-        name = host.substr(0, colon);
-        port = host.substr(colon);
-    }
-    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-    if (!port.empty() &&
-        (port[0] != ':' || port.size() > 6 || !std::all_of(port.begin() + 1, port.end(), is_digit)))
-        return std::nullopt;
-    if (name.empty()) return std::nullopt;
+    const bool six = host.starts_with('[');
+    const size_t end = six ? host.find(']') : std::min(host.find(':'), host.size());
+    if (end == std::string::npos) return std::nullopt;
+    const std::string name = host.substr(six, end - six), port = host.substr(end + six);
+    const bool is_port = port.starts_with(':') && port.size() <= 6 &&
+                         port.find_first_not_of("0123456789", 1) == std::string::npos;
+    if (name.empty() || !(port.empty() || is_port)) return std::nullopt;
     return name;
 }
 
@@ -87,12 +56,9 @@ Result<Network> Network::parse(const std::string& text) {
     network.bytes_ = *bytes;
     if (slash == std::string::npos) return network;
     const int first = address.find(':') == std::string::npos ? 96 : 0;
-    int bits = 0;
-    const char* end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data() + slash + 1, end, bits);
-    if (parsed.ec != std::errc() || parsed.ptr != end || bits < 0 || first + bits > 128)
-        return fault;
-    network.bits_ = first + bits;
+    const auto bits = number_of<int>(text.substr(slash + 1));
+    if (!bits || *bits < 0 || first + *bits > 128) return fault;
+    network.bits_ = first + *bits;
     return network;
 }
 
@@ -114,10 +80,11 @@ std::string client_of(const Request& request, const Networks& trusted) {
     std::vector<std::string> hops;  // the nearest last
     for (const auto& [name, value] : request.headers)
         if (same_word(name, "X-Forwarded-For"))
-            for (std::string& part : addresses_in(value)) hops.push_back(std::move(part));
+            for (const std::string& part : parts_of(value, ','))
+                hops.push_back(boost::trim_copy(part));
     std::string client = request.peer;
     for (auto hop = hops.rbegin(); hop != hops.rend() && has_address(trusted, client); ++hop) {
-        const std::string address = address_of(*hop);
+        const std::string address = is_address(*hop) ? *hop : name_of_host(*hop).value_or("");
         if (!is_address(address)) break;
         client = address;
     }

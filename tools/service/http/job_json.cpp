@@ -74,6 +74,12 @@ const std::vector<Field<Diagnostic>>& diagnostic_fields() {
     return fields;
 }
 
+Json json_of(const Diagnostics& diagnostics) {
+    Json array = Json::array();
+    for (const Diagnostic& one : diagnostics) array.push_back(json_of(one, diagnostic_fields()));
+    return array;
+}
+
 const std::vector<Field<Job>>& listed_job_fields() {
     static const std::vector<Field<Job>> fields = {
         field("id", about("string", "id of the job"), &Job::id),

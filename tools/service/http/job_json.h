@@ -40,6 +40,9 @@ io::Json schema_of(const std::vector<Field<T>>& fields) {
     return {{"type", "object"}, {"properties", properties}, {"required", required}};
 }
 
+// Diagnostics as an array.
+io::Json json_of(const Diagnostics& diagnostics);
+
 // A server-sent event:
 //   id: 12
 //   data: {"type": "frame", "job": ID, "time": "...", "data": {...}}

@@ -56,9 +56,7 @@ Problem none(const char* detail) {
 }  // namespace
 
 Answer<std::vector<FilePart>> PageParts::find(const std::string& path, const std::string& id) {
-    const auto answer = indexed(io::FileStamp::of(path));
-    if (const auto* wrong = std::get_if<Problem>(&answer)) return *wrong;
-    const auto& page = std::get<std::shared_ptr<const Page>>(answer);
+    ASSIGN_OR_RETURN(const auto page, indexed(io::FileStamp::of(path)));
     if (id.empty()) return page->rest;
     const auto found = page->pictures.find(id);
     if (found == page->pictures.end()) return none("the report does not have this picture");

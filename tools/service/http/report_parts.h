@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "tools/sequence/files/file_stamp.h"
-#include "tools/service/http/file_streams.h"
-#include "tools/service/work/problem.h"
+#include "tools/service/http/message.h"
 
 namespace postchain::service {
 

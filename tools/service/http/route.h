@@ -1,9 +1,7 @@
-// Routes: the operations of the interface (interface.cpp) with their handlers. Router, Allow and
-// /openapi.json are made from them.
+// Routes: the operations of the interface (a table in route.cpp) with their handlers. Router, Allow
+// and /openapi.json are made from them.
 #pragma once
 
-#include <charconv>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -33,24 +31,17 @@ struct Call {
     std::string query(const std::string& name) const;  // empty = not given, and without a default
     template <class T>
     T number(const std::string& name) const;  // of a query that has a default or is required
+    int frame() const { return *number_of<int>(values.at(1)); }  // of a path with an {n}
 };
 using Handler = std::function<void(const Call&, const Respond&)>;
 
-// The whole text as a number.
-template <class T>
-std::optional<T> number_of(const std::string& text) {
-    T value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
-}
-
 struct Route {
     std::string method = "GET";  // HEAD is GET without a body
-    std::string path = {};       // "/v1/jobs/{id}"; "{name...}" takes the rest of the path
+    // "/v1/jobs/{id}"; "{n}" takes a number, "{name...}" the rest of the path.
+    std::string path = {};
     Handler handle = {};
-    io::Json about = {};    // of the interface
-    io::Json queries = {};  // JSON Schemas by name; other queries are refused
+    io::Json about = {};                    // of the interface
+    io::Json queries = io::Json::object();  // JSON Schemas by name; others are refused
 
     std::string operation() const { return about.value("id", ""); }
     bool has_body() const { return about.contains("body"); }
@@ -68,14 +59,18 @@ std::vector<Route> routes_of(const std::map<std::string, Handler>& handlers);
 // A handler that replies at the end of the call.
 Handler replies(std::function<Reply(const Call&)> reply);
 
-// A route and the values of its {names}, or a refusal: 400, 404, 405 with Allow.
+// A route and the values of its {names}, or a refusal: 404, 405 with Allow.
 struct Match {
     const Route* route = nullptr;
     std::vector<std::string> values;
 };
-// Whether the method of this path requires no token, whatever the query.
-bool is_open(const std::vector<Route>& routes, const std::string& method, const Target& target);
 std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const std::string& method,
                                       const Target& target);
+// The refusal of the queries of a target (400), or nothing.
+std::optional<Reply> refuse_queries(const Route& route, const Target& target);
+
+// /openapi.json: OpenAPI 3.1. `job_schema`: JSON Schema of a submitted job.
+std::string openapi_of(const std::vector<Route>& routes, io::Json job_schema,
+                       const std::string& version, bool asks_for_token);
 
 }  // namespace postchain::service

@@ -5,11 +5,7 @@
 #include "tools/page/encode.h"
 #include "tools/page/page.h"
 #include "tools/sequence/files/json.h"
-#include "tools/service/http/file_streams.h"
 #include "tools/service/http/job_json.h"
-#include "tools/service/http/message.h"
-#include "tools/service/http/openapi.h"
-#include "tools/service/http/problem.h"
 #include "tools/service/http/report_parts.h"
 
 namespace postchain::service {
@@ -27,13 +23,12 @@ Reply json_reply(int status, const std::string& text) {
 // The reply to an answer: its problem, or what `made` returns for its value.
 template <class T, class Made>
 Reply reply_to(const Answer<T>& answer, const Made& made) {
-    if (const auto* wrong = std::get_if<Problem>(&answer)) return problem(*wrong);
-    return made(std::get<T>(answer));
+    return answer.ok() ? made(*answer) : problem(answer.status());
 }
 
-// Reads the queries `type` and `side` of an image.
-ImageWanted image_wanted(const Call& call) {
-    ImageWanted wanted;
+// Reads the queries `type` and `side` of a file's image.
+PictureWanted picture_wanted(const Call& call) {
+    PictureWanted wanted;
     if (call.query("type") == "values") wanted.type = page::kPictureType;
     wanted.side = call.number<int>("side");
     wanted.share = call.request.share;
@@ -41,7 +36,7 @@ ImageWanted image_wanted(const Call& call) {
     return wanted;
 }
 
-std::function<void(Answer<Picture>)> image_to(const Respond& respond) {
+GivePicture image_to(const Respond& respond) {
     return [respond](const Answer<Picture>& answer) {
         respond(reply_to(answer, [](const Picture& picture) {
             Reply reply;
@@ -66,8 +61,7 @@ Reply submit(Service& service, const Call& call) {
     const auto answer = service.submit(call.user, call.request.body, key ? *key : "", &created);
     Reply reply = job_reply(created ? 202 : 200, answer);
     // Relative to /v1/jobs, which a proxy may have moved.
-    if (const Job* job = std::get_if<Job>(&answer))
-        reply.headers.emplace_back("Location", "jobs/" + job->id);
+    if (answer.ok()) reply.headers.emplace_back("Location", "jobs/" + answer->id);
     return reply;
 }
 
@@ -86,7 +80,6 @@ Reply list(Service& service, const Call& call) {
 }
 
 // --------------------------------------------- results: frames, events, images, reports, outputs
-constexpr const char* kNoFrame = "the frame is not a number";
 constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is not the number of an event";
 
 // Pages contain scripts, so they run sandboxed in an origin of their own.
@@ -118,8 +111,7 @@ Reply job_events(Service& service, const Call& call) {
         reply.type = "text/event-stream";
         // A finished job has no further events. 204 tells EventSource not to reconnect.
         const auto left = service.events(job.id, *wanted->after, 1);
-        const auto* events = std::get_if<std::vector<Event>>(&left);
-        if (job.ended_ms != 0 && events && events->empty())
+        if (job.ended_ms != 0 && left.ok() && left->empty())
             reply.status = 204;
         else
             reply.events = std::move(wanted);
@@ -149,9 +141,7 @@ Reply frames(Service& service, const Call& call) {
 }
 
 Reply frame(Service& service, const Call& call) {
-    const auto number = number_of<int>(call.values[1]);
-    if (!number) return problem(404, kNoFrame);
-    return reply_to(service.frame(call.values[0], *number), [](const JobFrame& frame) {
+    return reply_to(service.frame(call.values[0], call.frame()), [](const JobFrame& frame) {
         return json_reply(200, io::json_text(json_of(frame, frame_detail_fields())));
     });
 }
@@ -172,10 +162,7 @@ Reply report(const Service& service, PageParts& parts, const Call& call) {
 }
 
 Reply output(Service& service, const Call& call) {
-    const auto number = number_of<int>(call.values[1]);
-    if (!number) return problem(404, kNoFrame);
-    return reply_to(service.output(call.user, call.values[0], *number),
-                    [](const ResultFile& file) { return download_reply(file); });
+    return reply_to(service.output(call.user, call.values[0], call.frame()), download_reply);
 }
 
 // ----------------------------------------- work without a job: plans, previews, checks of chains
@@ -186,22 +173,19 @@ Reply as_json(const std::string& text) {
 }
 
 Reply check_chain(Service& service, const Call& call) {
-    return reply_to(service.check_chain(call.request.body), [](const CheckedChain& found) {
-        return json_reply(200, "{\"diagnostics\": " + json_of(found.diagnostics) +
-                                   ", \"chain\": " + io::json_text(found.values) + "}");
+    return reply_to(service.check_chain(call.request.body), [](const Diagnostics& found) {
+        return json_reply(200, io::json_text({{"diagnostics", json_of(found)}}));
     });
 }
 
 void preview(Service& service, const Call& call, const Respond& respond) {
-    PreviewWanted wanted;
+    PictureWanted wanted = picture_wanted(call);
     // Another type only if Accept names it; a wildcard gets PNG.
     const std::string* accept = call.request.header("Accept");
     for (const char* type : {kExrType, page::kPictureType})
         if (accept && accept->find(type) != std::string::npos) wanted.type = type;
     if (const std::string* session = call.request.header("Preview-Session"))
         wanted.session = session->substr(0, kLongestSession);
-    wanted.share = call.request.share;
-    wanted.left = call.request.left;
     service.preview(call.user, call.request.body, wanted, image_to(respond));
 }
 
@@ -214,15 +198,16 @@ constexpr auto kStalled = std::chrono::seconds(10);
 
 Reply readiness(const Service& service, const RequestThreads& threads, const Call& call) {
     Health health = service.health();
+    const auto say = [&](const auto&... words) {
+        health.why += concat(health.why.empty() ? "" : "; ", words...);
+    };
     if (const size_t hanging = threads.hanging(); hanging > 0)
-        health.why += concat(
-            health.why.empty() ? "" : "; ", hanging,
-            hanging == 1 ? " thread of requests hangs" : " threads of requests hang", " in a disk");
+        say(hanging, hanging == 1 ? " thread of requests hangs" : " threads of requests hang",
+            " in a disk");
     const auto stalled = std::chrono::duration_cast<std::chrono::seconds>(threads.stalled());
     if (stalled >= kStalled)
-        health.why += concat(health.why.empty() ? "" : "; ",
-                             "every thread of requests is busy, and the others have waited for ",
-                             stalled.count(), " s");
+        say("every thread of requests is busy, and the others have waited for ", stalled.count(),
+            " s");
     health.progress &= threads.alive() && stalled < kStalled;
     const bool ready =
         health.gl && health.disk && health.queue && health.progress && !health.draining;
@@ -271,10 +256,8 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
     };
     const auto frame_image = [&](bool filtered) {
         return [&service, filtered](const Call& call, const Respond& respond) {
-            const auto number = number_of<int>(call.values[1]);
-            if (!number) return respond(problem(404, kNoFrame));
-            service.frame_image(call.user, call.values[0], *number, filtered, image_wanted(call),
-                                image_to(respond));
+            service.frame_image(call.user, call.values[0], call.frame(), filtered,
+                                picture_wanted(call), image_to(respond));
         };
     };
     const auto parts = std::make_shared<PageParts>();
@@ -298,7 +281,7 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
         {"getThumbnailAfter", frame_image(true)},
         {"getJobThumbnail",
          [&](const Call& call, const Respond& respond) {
-             service.job_image(call.user, call.values[0], image_wanted(call), image_to(respond));
+             service.job_image(call.user, call.values[0], picture_wanted(call), image_to(respond));
          }},
         {"getOutput", with(output)},
         {"getReport",
@@ -312,7 +295,7 @@ Api::Api(Service& service, const GuardSettings& guard, const std::string& versio
         {"getInputFrame",
          [&](const Call& call, const Respond& respond) {
              service.input_image(call.user, call.query("input"), call.number<int>("frame"),
-                                 image_wanted(call), image_to(respond));
+                                 picture_wanted(call), image_to(respond));
          }},
         {"planFrames", with([](Service& of, const Call& call) {
              return reply_to(of.plan(call.user, call.request.body), as_json);
@@ -354,12 +337,15 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     auto target = parse_target(header.target);
     if (!target) return problem(400, "the address is malformed");
     auto found = find_route(routes_, header.method, *target);
+    const auto* match = std::get_if<Match>(&found);
     // A client without the token learns nothing about the routes.
-    const bool open = is_open(routes_, header.method, *target);
     auto sender = guard_.identify(header);
-    if (auto* refused = std::get_if<Reply>(&sender); refused && !open) return std::move(*refused);
-    if (auto* refused = std::get_if<Reply>(&found)) return std::move(*refused);
-    const Route& route = *std::get<Match>(found).route;
+    if (auto* refused = std::get_if<Reply>(&sender);
+        refused && !(match && match->route->is("open")))
+        return std::move(*refused);
+    if (!match) return std::get<Reply>(std::move(found));
+    const Route& route = *match->route;
+    if (auto refused = refuse_queries(route, *target)) return std::move(*refused);
     const std::string* type = header.header("Content-Type");
     const std::string media = type ? type->substr(0, type->find(';')) : "";
     if (route.has_body() && !same_word(media.substr(0, media.find(' ')), "application/json"))

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <list>
 #include <map>
 #include <vector>
 
 #include "tools/service/http/connection.h"
-#include "tools/service/http/problem.h"
 
 namespace postchain::service {
 namespace {
@@ -50,12 +48,11 @@ class Loop {
             auto found = shared_.service.events("", after, kPump);
             asio::post(shared_.io, [this, found = std::move(found)] {
                 pumping_ = false;
-                const auto* events = std::get_if<std::vector<Event>>(&found);
-                if (events && !events->empty()) {
-                    shared_.events.add(*events);
+                if (found.ok() && !found->empty()) {
+                    shared_.events.add(*found);
                     each([](Connection& one) { one.wake(); });
                 }
-                if (poked_ || (events && events->size() == kPump)) pump();
+                if (poked_ || (found.ok() && found->size() == kPump)) pump();
             });
         });
     }
@@ -82,14 +79,12 @@ class Loop {
         const std::string address = peer.address().to_string();
         const std::string place = place_of(address);
         const ServerSettings& settings = shared_.settings;
-        const auto count = [&] {
-            const auto found = shared_.per_address.find(place);
-            return found == shared_.per_address.end() ? 0 : found->second;
-        };
         const auto is_full = [&] { return shared_.connections.size() >= settings.max_connections; };
         const bool trusted = shared_.api.guard().trusts(address);
         const auto is_many = [&] {
-            return !trusted && count() >= settings.max_connections_per_address;
+            const auto of_place = std::ranges::count_if(
+                shared_.connections, [&](const auto& one) { return one.second->place() == place; });
+            return !trusted && size_t(of_place) >= settings.max_connections_per_address;
         };
         shared_.traffic.accepted.Increment();
         // Connections that have not sent a request yet make way for new ones, so that nobody keeps
@@ -101,22 +96,18 @@ class Loop {
         // Over kOverLimit, clients are closed without a reply.
         if (shared_.connections.size() >= settings.max_connections + kOverLimit) return;
         shared_.traffic.connections.Increment();
-        ++shared_.per_address[place];
-        auto connection = std::make_shared<Connection>(shared_, std::move(socket), address);
-        shared_.connections.insert(connection);
-        unproven_.push_back(connection);
-        if (!many) return full ? connection->start_over_limit() : connection->start();
-        Reply reply = problem(429, "this address has too many connections");
-        reply.headers.emplace_back("Retry-After", "5");
-        connection->turn_away(std::move(reply));
+        const auto connection =
+            std::make_shared<Connection>(shared_, std::move(socket), address, ++accepted_);
+        shared_.connections.emplace(accepted_, connection);
+        if (!many) return connection->start(full);
+        connection->turn_away(problem(429, "this address has too many connections", 5));
     }
 
     // The address with the most connections that have not sent a request; empty = none has.
     std::string most_unproven() {
         std::map<std::string, size_t> counts;
-        for (const auto& one : unproven_)
-            if (const auto connection = one.lock(); connection && connection->is_unproven())
-                ++counts[connection->place()];
+        for (const auto& [number, one] : shared_.connections)
+            if (one->is_unproven()) ++counts[one->place()];
         const auto most =
             std::ranges::max_element(counts, {}, [](const auto& one) { return one.second; });
         return most == counts.end() ? "" : most->first;
@@ -124,34 +115,25 @@ class Loop {
 
     // Closes the oldest connection of an address that has not sent a request.
     void make_way(const std::string& place) {
-        std::erase_if(unproven_, [](const auto& one) {
-            const auto connection = one.lock();
-            return !connection || !connection->is_unproven();
+        const auto oldest = std::ranges::find_if(shared_.connections, [&](const auto& one) {
+            return one.second->is_unproven() && one.second->place() == place;
         });
-        const auto oldest = std::ranges::find_if(
-            unproven_, [&](const auto& one) { return one.lock()->place() == place; });
-        if (oldest == unproven_.end()) return;
-        const auto connection = oldest->lock();
-        unproven_.erase(oldest);
+        if (oldest == shared_.connections.end()) return;
         shared_.traffic.cut_off.Increment();
+        const auto connection = oldest->second;  // which erases itself
         connection->abandon();
     }
 
     template <class F>
     void each(const F& f) {
-        const std::vector<std::shared_ptr<Connection>> all(shared_.connections.begin(),
-                                                           shared_.connections.end());
-        for (const auto& one : all) f(*one);
+        const auto all = shared_.connections;  // f may close some
+        for (const auto& [number, one] : all) f(*one);
     }
 
     void tick() {
         const auto now = Connection::Clock::now();
         ++shared_.beats;
         each([&](Connection& one) { one.tick(now); });
-        std::erase_if(unproven_, [](const auto& one) {
-            const auto connection = one.lock();
-            return !connection || !connection->is_unproven();
-        });
         if (stop_ && !draining_) drain();
         if (shared_.closing && (shared_.connections.empty() || now > closed_by_)) {
             each([](Connection& one) { one.abandon(); });
@@ -186,7 +168,7 @@ class Loop {
     asio::steady_timer timer_, retry_;
     HelperThreads drainer_{1, 1};
     std::atomic<bool> poked_ = false;
-    std::list<std::weak_ptr<Connection>> unproven_;  // in the order of their coming, and others
+    uint64_t accepted_ = 0;  // connections
     bool pumping_ = false;
     bool draining_ = false;
     Connection::Clock::time_point closed_by_;

@@ -1,32 +1,47 @@
 // postchain-preview: the processes in which the service reads files of clients for an image or a
-// preview. What a damaged file does to one costs a request. work/image_process.h and
-// work/preview_process.h start them and document what they say.
+// preview. What a damaged file does to one costs a request. work/job_files.h and work/previews.h
+// start them and document what they say.
 #include <malloc.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cerrno>
-#include <condition_variable>
+#include <cmath>
 #include <cstring>
 #include <deque>
 #include <filesystem>
-#include <mutex>
+#include <memory>
+#include <optional>
 #include <string_view>
-#include <thread>
 
 #include "chain/base/readable_file.h"
+#include "chain/egl/context.h"
+#include "chain/gl/executor.h"
+#include "chain/pass/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/common/confine.h"
 #include "tools/apps/common/options.h"
+#include "tools/page/encode.h"
+#include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/image_file.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/device.h"
-#include "tools/service/preview/frame_images.h"
-#include "tools/service/work/image_process.h"
-#include "tools/service/work/preview_process.h"
+#include "tools/sequence/source/frame_plan.h"
+#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/memory.h"
+#include "tools/sequence/source/reduced_frame.h"
+#include "tools/sequence/source/reduced_lengths.h"
+#include "tools/sequence/source/sequence_reader.h"
+#include "tools/sequence/source/sequence_survey.h"
+#include "tools/service/work/job_files.h"
+#include "tools/service/work/previews.h"
 
 namespace postchain::service {
 namespace {
@@ -34,6 +49,9 @@ namespace {
 using io::Json;
 
 constexpr int kKeptBytes = 1 << 29;
+constexpr int kStrips = 4;  // at a time: color is a fraction of what strip_rows() expects
+// A pixel of an image in a reply: its color, half floats, and both packed, here and in the service.
+constexpr uint64_t kShownBytes = 4 * sizeof(float) + 3 * 3 * sizeof(uint16_t);
 
 bool send_all(std::string_view text) {
     for (size_t at = 0; at < text.size();) {
@@ -52,12 +70,42 @@ std::string message_of(char type, const std::string& bytes) {
     return message + bytes;
 }
 
-// A line of stdin, and no more than it.
-std::string first_line() {
-    std::string line;
-    for (char c = 0; ::read(STDIN_FILENO, &c, 1) == 1 && c != '\n';) line += c;
-    return line;
-}
+// The service's lines. The process ends with its input.
+class Inbox {
+  public:
+    // The next line that is not kStop.
+    std::string task() {
+        for (;;) {
+            while (lines_.empty()) read(-1);
+            const std::string line = std::move(lines_.front());
+            lines_.pop_front();
+            if (line != kStop) return line;
+        }
+    }
+    // Whether nobody waits for the last task any more.
+    bool stopped() {
+        read(0);
+        return std::ranges::count(lines_, kStop) > 0;
+    }
+
+  private:
+    void read(int patience_ms) {
+        pollfd ready = {STDIN_FILENO, POLLIN, 0};
+        if (::poll(&ready, 1, patience_ms) <= 0) return;
+        std::array<char, 65536> part;
+        const ssize_t got = ::read(STDIN_FILENO, part.data(), part.size());
+        if (got == 0 || (got < 0 && errno != EINTR)) _exit(0);
+        for (const char c : std::string_view(part.data(), size_t(std::max<ssize_t>(got, 0)))) {
+            if (c == '\n')
+                lines_.push_back(std::exchange(line_, ""));
+            else
+                line_ += c;
+        }
+    }
+
+    std::deque<std::string> lines_;
+    std::string line_;  // that has no end yet
+};
 
 // Reads these folders, and keeps compiled programs where the service says.
 Status confine_to_reading(const std::vector<std::string>& folders) {
@@ -107,6 +155,55 @@ struct Words {
 };
 
 // ----------------------------------------------------------------------------------------- images
+
+// A PNG, an EXR, or the values for a page (kPictureType).
+Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
+    if (type == page::kPictureType) return page::picture_file(color);
+    if (type == kExrType) return io::planes_exr_bytes(color, {"R", "G", "B", "A"});
+    return io::encode_png_preview(color);
+}
+
+// The color of a file, at most `side` pixels wide and high. Errors: (input), (output); (memory):
+// over settings.max_memory.
+Result<std::string> image_of(const std::string& path, int frame, int side, const std::string& type,
+                             const sequence::SourceSettings& settings) {
+    ASSIGN_OR_RETURN(auto header,
+                     sequence::open_source_frame(settings, {{Role::color, path}}, frame));
+    const int width = header.window.width(), height = header.window.height();
+    const double scale = std::min(1.0, double(side) / std::max(width, height));
+    const int shown_width = sequence::reduced_side(width, scale);
+    const int shown_height = sequence::reduced_side(height, scale);
+    const auto bytes_of_rows = [&](int rows) {
+        return sequence::frame_bytes(header, {Role::color}, io::Keep::nothing, rows) +
+               kShownBytes * uint64_t(shown_width) * uint64_t(shown_height);
+    };
+    // Larger frames are read in strips.
+    const bool in_strips = scale < 1 && bytes_of_rows(height) > settings.max_memory;
+    const int rows = in_strips ? std::min(height, kStrips * sequence::strip_rows(header)) : height;
+    const uint64_t bytes = bytes_of_rows(rows);
+    if (bytes > settings.max_memory && settings.max_memory > 0)
+        return Status(StatusCode::memory, concat(path, ": needs ", sequence::bytes_text(bytes),
+                                                 " of memory; images of this service may need ",
+                                                 sequence::bytes_text(settings.max_memory),
+                                                 "; request a smaller side, or render smaller"));
+    if (scale == 1) {
+        ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
+                                                                  io::Keep::nothing));
+        return bytes_of(*source.planes.at(Role::color), type);
+    }
+    std::optional<io::RowShrinker> small;
+    RETURN_IF_ERROR(sequence::scan_source_frame(settings, header, {}, rows,
+                                                [&](const FramePlanes& planes, int) {
+                                                    const ImageF& color = planes.at(Role::color);
+                                                    if (!small)
+                                                        small.emplace(width, height, color.channels,
+                                                                      shown_width, shown_height);
+                                                    small->add(color);
+                                                })
+                        .status());
+    return bytes_of(small->image(), type);
+}
+
 Result<std::string> image_of_task(const Json& task) {
     const std::string path = task.at("path");
     // Loaded from wherever the program finds it.
@@ -119,103 +216,85 @@ Result<std::string> image_of_task(const Json& task) {
         source = settings.source;
     }
     source.max_memory = task.at("memory");
-    return image_of(path, task.at("frame"), source, {task.at("type"), task.at("side")},
-                    [](uint64_t bytes) {
-                        // The service answers when there is room.
-                        std::string need(sizeof(bytes), '\0');
-                        std::memcpy(need.data(), &bytes, sizeof(bytes));
-                        char answer = 0;
-                        if (!send_all("n" + need) || ::read(STDIN_FILENO, &answer, 1) != 1)
-                            _exit(1);
-                    });
+    return image_of(path, task.at("frame"), task.at("side"), task.at("type"), source);
 }
 
 int run_image_process() {
     // The buffers of each strip are those of the one before.
     mallopt(M_MMAP_THRESHOLD, kKeptBytes);
     mallopt(M_TRIM_THRESHOLD, kKeptBytes);
-    // What follows the line is the answer of the service.
-    const std::string text = first_line();
-    const auto image = [&]() -> Result<std::string> {
+    const auto image = []() -> Result<std::string> {
         try {
-            return image_of_task(Json::parse(text));
+            return image_of_task(Json::parse(Inbox().task()));
         } catch (...) {
             return status_of_exception("the image");
         }
     }();
-    const bool written = image.ok() ? send_all("k") && send_all(*image)
-                                    : send_all("e" + io::json_text(json_of(image.status())));
+    (void)send_all(image.ok() ? *image : io::json_text(json_of(image.status())));
     // Nothing that a damaged file has left behind is run any more.
-    _exit(written ? 0 : 1);
+    _exit(image.ok() ? 0 : 1);
 }
 
 // --------------------------------------------------------------------------------------- previews
-// Reads the service's lines on a thread of its own. The process ends with its input.
-class Inbox {
-  public:
-    void begin() {
-        std::thread([this] { read(); }).detach();
-    }
-
-    // The next line that is not kStop.
-    std::string task() {
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return !tasks_.empty(); });
-        std::string task = std::move(tasks_.front());
-        tasks_.pop_front();
-        return task;
-    }
-    bool stopped() const {
-        const std::lock_guard lock(mutex_);
-        return stopped_;
-    }
-
-  private:
-    void read() noexcept {
-        std::string line;
-        std::array<char, 65536> part;
-        for (ssize_t got = 0; (got = ::read(STDIN_FILENO, part.data(), part.size())) != 0;) {
-            if (got < 0 && errno == EINTR) continue;
-            if (got < 0) break;
-            for (const char c : std::string_view(part.data(), size_t(got))) {
-                if (c == '\n')
-                    take(std::exchange(line, ""));
-                else
-                    line += c;
-            }
-        }
-        _exit(0);
-    }
-
-    void take(std::string line) {
-        const std::lock_guard lock(mutex_);
-        if (line == kStop) {
-            stopped_ = true;
-        } else {
-            tasks_.push_back(std::move(line));
-            stopped_ = false;
-        }
-        changed_.notify_all();
-    }
-
-    mutable std::mutex mutex_;
-    std::condition_variable changed_;
-    std::deque<std::string> tasks_;
-    bool stopped_ = false;
+struct PreviewRequest {
+    Chain chain;
+    sequence::RunSettings run;
+    int frame = 0;
+    double scale = 1;  // of the frame's width and height, at most 1
 };
 
-class PreviewProcessMain {
-  public:
-    explicit PreviewProcessMain(Inbox& inbox) : inbox_(inbox) {}
+// The frame that a request names, and the settings to read it.
+struct NamedFrame {
+    sequence::RunSettings settings;
+    std::map<Role, std::string> files;
+};
+Result<NamedFrame> named_frame(const PreviewRequest& request, sequence::RunSettings settings) {
+    settings.frames = io::FrameRange{{request.frame}};
+    ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
+    const auto files = list.files.find(request.frame);
+    if (files == list.files.end()) return sequence::absent_frame(request.frame, settings);
+    return NamedFrame{std::move(settings), files->second};
+}
 
-    // Before there is another thread, which would not be confined.
+struct PreparedPreview {
+    Plan plan;
+    SharedPlanes planes;
+};
+
+// Reads the request's frame with its neighbors and the chain's mattes, and reduces it: color and
+// mattes by mean, depth and motion vectors by center pixel. Scales motion vectors and the passes'
+// lengths in pixels. Errors: those of reading and planning.
+Result<PreparedPreview> prepare_preview(PreviewRequest& request) {
+    Chain& chain = request.chain;
+    ASSIGN_OR_RETURN(const auto named,
+                     named_frame(request, sequence::settings_for(request.run, {&chain})));
+    const sequence::RunSettings& settings = named.settings;
+    sequence::SequenceReader reader(
+        settings.source, settings.input, [&](const sequence::FrameHeader& header) {
+            return sequence::planes_needed(chain, settings.source, header, settings.plan);
+        });
+    ASSIGN_OR_RETURN(auto opened, reader.open(request.frame, named.files));
+    ASSIGN_OR_RETURN(auto source, reader.read(opened));
+    source.description.frame_number = request.frame;
+    if (request.scale < 1) {
+        sequence::reduce_frame(source, request.scale);
+        sequence::reduce_lengths(chain, request.scale);
+    }
+    ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, source, settings.plan));
+    return PreparedPreview{std::move(plan), std::move(source.planes)};
+}
+
+// Makes previews, on one thread: its context is current there.
+class PreviewMaker {
+  public:
+    explicit PreviewMaker(Inbox& inbox) : inbox_(inbox) {}
+
     Status begin(const std::string& line) try {
         const Json settings = Json::parse(line);
         memory_ = settings.at("memory");
         RETURN_IF_ERROR(confine_to_reading(settings.at("folders").get<std::vector<std::string>>()));
-        ASSIGN_OR_RETURN(auto device, sequence::choose_device(settings.at("device"),
-                                                              settings.at("threads").get<int>()));
-        maker_ = std::make_unique<PreviewMaker>(device, builtin_passes());
+        ASSIGN_OR_RETURN(device_, sequence::choose_device(settings.at("device"),
+                                                          settings.at("threads").get<int>()));
         return Status();
     } catch (...) {
         return status_of_exception("the process for previews");
@@ -223,20 +302,27 @@ class PreviewProcessMain {
 
     // The reply to a task.
     std::string answer(const Json& task) {
-        if (task.contains("test")) {
-            const Status status = maker_->test();
-            return status.ok() ? message_of(kDone, maker_->renderer())
-                               : message_of(kFailed, io::json_text(json_of(status)));
-        }
-        const auto made = preview(task);
+        faults_.clear();
+        const auto made = task.contains("test") ? test() : preview(task);
         if (made.ok()) return message_of(kDone, *made);
         return message_of(kFailed, io::json_text(has_errors(faults_) ? json_of(faults_)
                                                                      : json_of(made.status())));
     }
 
   private:
+    // The renderer. Makes the device if there is none, and filters a small image with a known
+    // result; after a fault of it with a new device. Errors (gl).
+    Result<std::string> test() {
+        if (!executor_ || !run_test().ok()) {
+            // After a loss of the context a new one may work.
+            const Status made = make_device();
+            if (!made.ok()) executor_.reset();
+            RETURN_IF_ERROR(made);
+        }
+        return sequence::renderer_text(context_->device());
+    }
+
     Result<std::string> preview(const Json& task) {
-        faults_.clear();
         // A user's folders are fewer than those that the process may open.
         confine_files(task.at("folders").get<std::vector<std::string>>());
         const std::string folder = task.at("start");
@@ -259,26 +345,76 @@ class PreviewProcessMain {
             (settings.source.max_memory == 0 || settings.source.max_memory > memory_))
             settings.source.max_memory = memory_;
         PreviewRequest request{std::move(chain.chain), std::move(settings), task.at("frame"),
-                               task.at("scale"),       task.at("depth"),    task.at("type")};
-        return maker_->preview(request, [this] { return inbox_.stopped(); });
+                               task.at("scale")};
+        ASSIGN_OR_RETURN(const auto image, filter(request));
+        return bytes_of(image, task.at("type"));
+    }
+
+    Result<ImageF> filter(PreviewRequest& request) {
+        const Status canceled(StatusCode::canceled, "the preview was canceled");
+        if (inbox_.stopped()) return canceled;
+        if (!executor_) RETURN_IF_ERROR(make_device());
+        request.run.plan.device = executor_->device_class();
+        ASSIGN_OR_RETURN(auto prepared, prepare_preview(request));
+        if (inbox_.stopped()) return canceled;
+        const ContinueScope stop(
+            *executor_, [&] { return inbox_.stopped() ? RunDecision::stop : RunDecision::go_on; });
+        ASSIGN_OR_RETURN(auto planes, executor_->filter(prepared.plan, prepared.planes));
+        return std::move(planes.at(Role::color));
+    }
+
+    Status make_device() try {
+        executor_.reset();
+        ASSIGN_OR_RETURN(context_, egl::Context::create(device_));
+        executor_ = std::make_unique<Executor>(context_->device());
+        return run_test();
+    } catch (...) {
+        return status_of_exception("the GL context");
+    }
+
+    Status run_test() try {
+        constexpr int kSide = 16;
+        constexpr float kValue = 0.25f;
+        Chain chain;
+        if (!chain.append(builtin_passes(), "fxaa")) return Status();
+        FrameDescription frame;
+        frame.width = frame.height = frame.display_width = frame.display_height = kSide;
+        frame.planes = {Role::color};
+        PlanOptions options;
+        options.elide = false;
+        options.device = executor_->device_class();
+        ASSIGN_OR_RETURN(auto plan, make_plan(chain, frame, options));
+        FramePlanes planes;
+        planes.emplace(Role::color, ImageF(kSide, kSide, 4, kValue));
+        ASSIGN_OR_RETURN(auto result, executor_->filter(plan, planes));
+        // An anti-aliasing filter keeps a uniform image.
+        for (const float value : result.at(Role::color).data)
+            if (!(std::abs(value - kValue) < 1e-3f))
+                return Status(StatusCode::gl,
+                              concat("a test dispatch returned ", value, " instead of ", kValue,
+                                     "; the device is not reliable"));
+        return Status();
+    } catch (...) {
+        return status_of_exception("the test of the GL device");
     }
 
     Inbox& inbox_;
+    egl::ContextOptions device_;
     uint64_t memory_ = 0;
     Diagnostics faults_;  // of the last task's chain
-    std::unique_ptr<PreviewMaker> maker_;
+    std::unique_ptr<egl::Context> context_;
+    std::unique_ptr<Executor> executor_;  // destroyed before its context
 };
 
 int run_preview_process() {
     Inbox inbox;
-    PreviewProcessMain process(inbox);
-    const Status begun = process.begin(first_line());
-    inbox.begin();
+    PreviewMaker maker(inbox);
+    const Status begun = maker.begin(inbox.task());
     for (;;) {
         const std::string task = inbox.task();
         std::string reply;
         try {
-            reply = begun.ok() ? process.answer(Json::parse(task))
+            reply = begun.ok() ? maker.answer(Json::parse(task))
                                : message_of(kFailed, io::json_text(json_of(begun)));
         } catch (...) {
             reply = message_of(kFailed, io::json_text(json_of(status_of_exception("the preview"))));

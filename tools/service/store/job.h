@@ -61,6 +61,8 @@ struct Job {
     double remaining_s = 0;  // estimate while the job runs; 0 = unknown
     int exit_code = 0;       // as of the command
     std::string verdict;     // ab, bench and study: one line
+    bool begun = false;      // its checks were made, its frames are known; not shown
+    std::string remote;      // names and ids of its arrays in a queue; empty = none; not shown
 };
 
 struct JobFrame {

@@ -18,7 +18,7 @@ std::string query_of_jobs(bool bodies) {
     return concat("SELECT id, kind, state, priority, ",
                   bodies ? "IFNULL((SELECT body FROM requests WHERE job = jobs.id), '')" : "''",
                   ", message, created_ms, started_ms, ended_ms, frames, done, failed, exit_code, "
-                  "verdict, owner, bytes, about, remote FROM jobs ");
+                  "verdict, owner, bytes, about, begun, remote FROM jobs ");
 }
 constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
@@ -62,6 +62,8 @@ Job job_of(const Statement& row) {
     job.owner = row.text(14);
     job.bytes = row.integer(15);
     job.about = row.text(16);
+    job.begun = row.integer(17) != 0;
+    job.remote = row.text(18);
     return job;
 }
 
@@ -324,6 +326,10 @@ Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after
     return look(read, Reading::streams);
 }
 
+Result<int64_t> JobStore::newest_event() const {
+    return look([](Database& database) { return newest_event_id(database); });
+}
+
 StoreUse JobStore::use() const {
     const auto found = look([&](Database& database) {
         StoreUse use;
@@ -350,13 +356,12 @@ Result<std::optional<Job>> JobStore::next(int above,
                above, io::json_text(io::Json(without)));
 }
 
-Result<int> JobStore::start(const std::string& id) {
+Result<bool> JobStore::start(const std::string& id) {
     return change([&](Database& database) {
         const int64_t job = number_of(id);
-        if (database.run("UPDATE jobs SET state = 'running', attempts = attempts + 1 WHERE id = ? "
-                         "AND state = 'queued'",
+        if (database.run("UPDATE jobs SET state = 'running' WHERE id = ? AND state = 'queued'",
                          job) == 0)
-            return 0;
+            return false;
         database.run(
             "INSERT OR REPLACE INTO turns(owner, turn) SELECT owner, (SELECT IFNULL(MAX(turn), 0) "
             "+ 1 FROM turns) FROM jobs WHERE id = ?",
@@ -367,13 +372,7 @@ Result<int> JobStore::start(const std::string& id) {
             "UPDATE jobs SET started_ms = (SELECT time_ms FROM events ORDER BY id DESC LIMIT 1) "
             "WHERE id = ? AND started_ms = 0",
             job);
-        return int(database.number("SELECT attempts FROM jobs WHERE id = ?", job));
-    });
-}
-
-Result<bool> JobStore::has_begun(const std::string& id) const {
-    return look([&](Database& database) {
-        return database.number("SELECT begun FROM jobs WHERE id = ?", number_of(id)) != 0;
+        return true;
     });
 }
 
@@ -383,31 +382,30 @@ Status JobStore::began(const std::string& id) {
 
 Status JobStore::requeue(const std::string& id, const std::string& why) {
     return change([&](Database& database) {
-        if (database.run("UPDATE jobs SET state = 'queued', attempts = 0 WHERE id = ? AND state = "
-                         "'running'",
+        if (database.run("UPDATE jobs SET state = 'queued' WHERE id = ? AND state = 'running'",
                          number_of(id)) > 0)
             add_event(number_of(id), "requeued", {{"why", why}});
     });
 }
 
-void JobStore::end_job(Database& database, const Job& job) {
-    const int64_t id = number_of(job.id);
-    if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
-                     "ended_ms = ?, attempts = 0, done = CASE WHEN kind <> 'run' AND ?1 = "
-                     "'done' THEN frames ELSE done END WHERE id = ? AND state = 'running'",
-                     name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
-                     id) == 0)
-        return;
-    io::Json data = {{"exit_code", job.exit_code}};
-    if (!job.message.empty()) data["message"] = job.message;
-    if (!job.verdict.empty()) data["verdict"] = job.verdict;
-    add_event(id, name_of(job.state), data);
-    database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), id);
+// The event of a job's end, by which prune() knows the order of ends.
+void JobStore::add_end(Database& database, int64_t job, JobState state, const io::Json& data) {
+    add_event(job, name_of(state), data);
+    database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database), job);
 }
 
 Status JobStore::end(const Job& job) {
     return change([&](Database& database) {
-        end_job(database, job);
+        const int64_t id = number_of(job.id);
+        io::Json data = {{"exit_code", job.exit_code}};
+        if (!job.message.empty()) data["message"] = job.message;
+        if (!job.verdict.empty()) data["verdict"] = job.verdict;
+        if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
+                         "ended_ms = ?, done = CASE WHEN kind <> 'run' AND ?1 = 'done' THEN frames "
+                         "ELSE done END WHERE id = ? AND state = 'running'",
+                         name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
+                         id) > 0)
+            add_end(database, id, job.state, data);
         prune(database);
     });
 }
@@ -424,11 +422,8 @@ Result<bool> JobStore::cancel(const std::string& id, int exit_code) {
                 "UPDATE jobs SET state = 'canceled', message = 'canceled', exit_code = ?, ended_ms "
                 "= ? WHERE id = ? AND state IN ('queued', 'running')",
                 exit_code, now_ms(), job) > 0;
-        if (!done) return false;
-        add_event(job, "canceled");
-        database.run("UPDATE jobs SET ended_event = ? WHERE id = ?", newest_event_id(database),
-                     job);
-        return true;
+        if (done) add_end(database, job, JobState::canceled, io::Json::object());
+        return done;
     });
 }
 
@@ -445,7 +440,7 @@ Result<Retried> JobStore::retry(const std::string& id, const User& owner, size_t
             return Retried{false, why};
         database.run(
             "UPDATE jobs SET state = 'queued', message = '', exit_code = 0, verdict = '', ended_ms "
-            "= 0, attempts = 0 WHERE id = ?",
+            "= 0 WHERE id = ?",
             job);
         database.run(
             "UPDATE frames SET state = 'waiting', attempts = 0, message = '' WHERE job = ? AND "
@@ -496,15 +491,9 @@ Status JobStore::settle(const std::string& owner, const std::string& writes, int
     });
 }
 
-Result<std::string> JobStore::remote(const std::string& id) const {
-    return look([&](Database& database) {
-        return database.text("SELECT remote FROM jobs WHERE id = ?", number_of(id));
-    });
-}
-
-Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
+Result<std::vector<Job>> JobStore::remotes() const {
     // A queued one follows when it has started again.
-    return rows([](const Statement& row) { return std::pair(job_of(row), row.text(17)); },
+    return rows(job_of,
                 query_of_jobs(false) + "WHERE remote <> '' AND state <> 'queued' ORDER BY id");
 }
 
@@ -597,8 +586,7 @@ Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
             return;
         const bool good = end.state == FrameState::written || end.state == FrameState::skipped;
         database.run(
-            "UPDATE jobs SET attempts = 0, done = done + ?, failed = failed + ?, bytes = bytes + ? "
-            "WHERE id = ?",
+            "UPDATE jobs SET done = done + ?, failed = failed + ?, bytes = bytes + ? WHERE id = ?",
             int(good), int(!good), end.bytes, job);
         io::Json data = {{"frame", end.frame}, {"state", name_of(end.state)}};
         if (!end.message.empty()) data["message"] = end.message;
@@ -622,8 +610,7 @@ void JobStore::fail_frame(Database& database, int64_t job, int frame, const std:
                   frame);
     now.step();
     const bool quarantined = now.text(0) == "quarantined";
-    database.run("UPDATE jobs SET attempts = 0, failed = failed + ? WHERE id = ?", int(quarantined),
-                 job);
+    database.run("UPDATE jobs SET failed = failed + ? WHERE id = ?", int(quarantined), job);
     add_event(job, quarantined ? "quarantined" : "frame_failed",
               {{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}});
 }
@@ -658,7 +645,7 @@ void JobStore::recover(Database& database) {
     const auto running = all(Statement(database, "SELECT id FROM jobs WHERE state = 'running'"),
                              [](const Statement& row) { return row.integer(0); });
     for (const int64_t job : running) {
-        database.run("UPDATE jobs SET state = 'queued', attempts = 0 WHERE id = ?", job);
+        database.run("UPDATE jobs SET state = 'queued' WHERE id = ?", job);
         add_event(job, "requeued", {{"why", "the service ended"}});
     }
     database.run(

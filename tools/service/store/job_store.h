@@ -104,16 +104,16 @@ class JobStore final : public StoreFile {
     // The places of waiting jobs, in the order in which next() would return them.
     Result<QueuePlaces> places() const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
-    StoreUse use() const;  // empty on failure
+    Result<int64_t> newest_event() const;  // its id, removed or not; 0 = none yet
+    StoreUse use() const;                  // empty on failure
 
     // Without its body: the queued job with the highest priority, at least `above`. Among equals
     // the one whose owner had its turn longest ago; then the oldest. Without the jobs of some
     // owners.
     Result<std::optional<Job>> next(int above, const std::vector<std::string>& without = {}) const;
-    // Sets the job running, counts an attempt and returns their number. 0: it is no longer queued.
-    Result<int> start(const std::string& id);
-    // True after enter_frames() or, for ab, bench and study, after began().
-    Result<bool> has_begun(const std::string& id) const;
+    // Sets the job running; false if it is no longer queued.
+    Result<bool> start(const std::string& id);
+    // Sets Job::begun of an ab, bench or study, as enter_frames() does for a run.
     Status began(const std::string& id);
 
     // Queues a running job again.
@@ -138,10 +138,8 @@ class JobStore final : public StoreFile {
     Result<std::vector<LedgerEntry>> ledger(const std::string& owner) const;
     // An entry has at most this many bytes on disk; without any it is removed.
     Status settle(const std::string& owner, const std::string& writes, int64_t bytes);
-    // The id of a running job in another queue; empty = none.
-    Result<std::string> remote(const std::string& id) const;
-    // Every job that has one, ended ones too, without their bodies.
-    Result<std::vector<std::pair<Job, std::string>>> remotes() const;
+    // Every job with Job::remote, ended ones too, without their bodies.
+    Result<std::vector<Job>> remotes() const;
     Status set_remote(const std::string& id, const std::string& remote);
     // Adds an event of a running job without changing its state.
     Status say(const std::string& id, const std::string& type, const io::Json& data);
@@ -174,7 +172,7 @@ class JobStore final : public StoreFile {
         : StoreFile(path), attempts_(attempts), keep_(keep) {}
     // Within a change.
     void prune(Database& database);
-    void end_job(Database& database, const Job& job);
+    void add_end(Database& database, int64_t job, JobState state, const io::Json& data);
     void fail_frame(Database& database, int64_t job, int frame, const std::string& message);
     void recover(Database& database);  // docs/service.md, "After a crash"
 

@@ -26,7 +26,7 @@ constexpr int64_t kApplication = 0x70634a53;  // "pcJS", the application_id of a
 constexpr int64_t kVersion = 5;               // since release 0.2
 
 // Bodies have a table of their own: SQLite would read and write up to 1 MiB with each row. ledger:
-// bytes in the outputs of removed jobs. epochs and facts: of release 0.2.
+// bytes in the outputs of removed jobs. Of release 0.2: epochs, facts, and attempts of a job.
 constexpr const char* kTables = R"sql(
 CREATE TABLE jobs(
   id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,

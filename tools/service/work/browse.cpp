@@ -18,19 +18,6 @@ constexpr size_t kMaxNames = 5000;  // of each kind in a reply
 constexpr size_t kMaxRead = 100;    // text files of a folder that are read
 constexpr uintmax_t kMaxText = 1 << 18;
 
-// "10-13,20"
-std::string ranges_of(const std::vector<int>& frames) {
-    std::string text;
-    for (size_t i = 0; i < frames.size();) {
-        size_t end = i + 1;
-        while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
-        text += (text.empty() ? "" : ",") + std::to_string(frames[i]);
-        if (end - i > 1) text += "-" + std::to_string(frames[end - 1]);
-        i = end;
-    }
-    return text;
-}
-
 Json sequences_in(const std::string& folder, const Roots& roots) {
     Json list = Json::array();
     const auto found = io::scan_folder(folder);
@@ -39,7 +26,7 @@ Json sequences_in(const std::string& folder, const Roots& roots) {
         if (list.size() == kMaxNames) break;
         list.push_back({{"name", fs::path(one.pattern).filename().string()},
                         {"path", roots.shown(one.pattern)},
-                        {"frames", ranges_of(one.frames)},
+                        {"frames", io::range_text(one.frames)},
                         {"count", one.frames.size()}});
     }
     return list;
@@ -69,10 +56,6 @@ bool is_text(const fs::directory_entry& entry) {
 
 Json folder_json(const std::string& path, const Roots& roots) {
     return {{"name", fs::path(path).filename().string()}, {"path", roots.shown(path)}};
-}
-
-Json chain_json(const std::string& name, const std::string& text, const TextNode& root) {
-    return {{"name", name}, {"text", text}, {"chain", io::json_of(root)}};
 }
 
 }  // namespace
@@ -126,12 +109,6 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
     return io::json_text(reply);
 }
 
-io::Json chain_values(const std::string& text) {
-    const TextNode root = read_text_tree(text, "chain").root;
-    const TextNode* passes = root.find("passes");
-    return passes && passes->is_list() ? io::json_of(root) : Json();
-}
-
 Answer<std::string> chains_of(const std::string& file, const Roots& roots) {
     Json list = Json::array();
     if (!file.empty()) {
@@ -142,16 +119,14 @@ Answer<std::string> chains_of(const std::string& file, const Roots& roots) {
             return not_found(roots.shown(*path) + ": does not exist, or is not a file");
         const auto text = read_text_file(*path, StatusCode::input);
         if (!text.ok()) return not_found(roots.shown_in(text.status().message()));
-        const TextNode root = read_text_tree(*text, file).root;
-        if (kind_of(root) != "chains")
+        if (kind_of(read_text_tree(*text, file).root) != "chains")
             return Problem{Problem::Kind::invalid,
                            roots.shown(*path) + ": is not a chain file; give one"};
-        list.push_back(chain_json(file, *text, root));
+        list.push_back({{"name", file}, {"text", *text}});
     } else {
         for (const std::string& name : shipped_chains())
             if (const auto chain = find_chain(name); chain.ok())
-                list.push_back(
-                    chain_json(name, chain->text, read_text_tree(chain->text, name).root));
+                list.push_back({{"name", name}, {"text", chain->text}});
     }
     return io::json_text({{"chains", list}});
 }

@@ -3,8 +3,6 @@
 
 #include <string>
 
-#include "chain/pass/pass.h"
-#include "tools/sequence/files/json.h"
 #include "tools/service/work/problem.h"
 
 namespace postchain::service {
@@ -13,11 +11,8 @@ namespace postchain::service {
 // roots. Problems: forbidden, not_found.
 Answer<std::string> browse(const std::string& folder, const Roots& roots);
 
-// The values of a chain file's text; null if it is not an object with a list of passes.
-io::Json chain_values(const std::string& text);
-
 // JSON, as GET /v1/chains: the shipped chains, or if `file` is not empty that chain file, each with
-// its text and its values. Problems: forbidden, not_found, invalid (not a chain file).
+// its text. Problems: forbidden, not_found, invalid (not a chain file).
 Answer<std::string> chains_of(const std::string& file, const Roots& roots);
 
 }  // namespace postchain::service

@@ -13,8 +13,6 @@
 namespace postchain::service {
 namespace {
 
-using prometheus::BuildCounter, prometheus::BuildGauge, prometheus::BuildHistogram;
-
 const prometheus::Histogram::BucketBoundaries kSeconds = {0.001, 0.003, 0.01, 0.03, 0.1, 0.3,
                                                           1,     3,     10,   30,   100, 300};
 
@@ -29,19 +27,18 @@ double resident_bytes() {
 
 struct Counters::Families {
     prometheus::Registry registry;
-    prometheus::Family<prometheus::Counter>& frames = BuildCounter()
-                                                          .Name("postchain_frames_total")
-                                                          .Help("frames of jobs by result")
-                                                          .Register(registry);
+    prometheus::Family<prometheus::Counter>& counters(const char* name, const char* help) {
+        return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+    }
+    prometheus::Family<prometheus::Counter>& frames =
+        counters("postchain_frames_total", "frames of jobs by result");
+    prometheus::Family<prometheus::Counter>& ended =
+        counters("postchain_jobs_ended_total", "jobs that ended, by state and kind");
     prometheus::Family<prometheus::Histogram>& steps =
-        BuildHistogram()
+        prometheus::BuildHistogram()
             .Name("postchain_step_seconds")
             .Help("time of each step of a frame: read, convert, filter, write")
             .Register(registry);
-    prometheus::Family<prometheus::Counter>& ended = BuildCounter()
-                                                         .Name("postchain_jobs_ended_total")
-                                                         .Help("jobs that ended, by state and kind")
-                                                         .Register(registry);
     const double start = double(now_ms()) * 1e-3;
 };
 
@@ -73,7 +70,7 @@ void Counters::ended(JobKind kind, const std::string& state) noexcept try {
 std::string Counters::text(const StoreUse& use, size_t stuck) const {
     prometheus::Registry now;
     const auto gauges = [&](const char* name, const char* help) -> auto& {
-        return BuildGauge().Name(name).Help(help).Register(now);
+        return prometheus::BuildGauge().Name(name).Help(help).Register(now);
     };
     const auto gauge = [&](const char* name, const char* help, double value) {
         gauges(name, help).Add({}).Set(value);

@@ -6,11 +6,15 @@
 
 #include "config/text_tree.h"
 #include "tools/sequence/record/sidecar.h"
+#include "tools/service/work/process.h"
+#include "tools/service/work/programs.h"
 
 namespace postchain::service {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr auto kLongestImage = std::chrono::seconds(60);
 
 std::string type_of(const std::string& name) {
     const std::string extension = fs::path(name).extension().string();
@@ -62,6 +66,12 @@ int64_t bytes_of_frames(const io::PathPattern& pattern) {
             bytes += int64_t(at->file_size(one));
     }
     return bytes;
+}
+
+Answer<io::InputSpec> input_of(const JobRequest& request) {
+    auto input = io::InputSpec::parse(request.input);
+    if (!input.ok()) return not_found("a study has no frames of its own; its report shows them");
+    return std::move(*input);
 }
 
 }  // namespace
@@ -117,12 +127,9 @@ std::string sidecar_of(const std::string& output, const Roots& roots) {
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
                                const JobReader& reader) {
     const Roots& roots = reader.roots();
-    auto read = reader.job(job.body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-    const JobRequest& request = std::get<JobRequest>(read);
-    const auto input = io::InputSpec::parse(request.input);
-    if (!input.ok()) return not_found("a study has no frames of its own; its report shows them");
-    const std::string path = after ? frame.output : input->color().format(frame.frame);
+    ASSIGN_OR_RETURN(const JobRequest request, reader.job(job.body));
+    ASSIGN_OR_RETURN(const auto input, input_of(request));
+    const std::string path = after ? frame.output : input.color().format(frame.frame);
     if (!roots.resolve(path).ok())
         return Problem{Problem::Kind::forbidden,
                        roots.shown(path) + ": links outside the folders of this service"};
@@ -142,16 +149,12 @@ Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& fram
     if (last != frames.rend()) return shown_frame(job, *last, true, reader);
     JobFrame first = frames.empty() ? JobFrame() : frames.front();
     if (frames.empty()) {
-        auto read = reader.job(job.body);
-        if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-        const JobRequest& request = std::get<JobRequest>(read);
-        const auto input = io::InputSpec::parse(request.input);
-        if (!input.ok())
-            return not_found("a study has no frames of its own; its report shows them");
+        ASSIGN_OR_RETURN(const JobRequest request, reader.job(job.body));
+        ASSIGN_OR_RETURN(const auto input, input_of(request));
         std::optional<io::FrameRange> range;
         if (const auto wanted = io::FrameRange::parse(request.value("frames", "")); wanted.ok())
             range = *wanted;
-        const auto list = io::find_frames(*input, range);
+        const auto list = io::find_frames(input, range);
         if (!list.ok()) return not_found(reader.roots().shown_in(list.status().message()));
         first.frame = list->files.empty() ? 0 : list->files.begin()->first;
     }
@@ -173,11 +176,33 @@ Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots&
     return Problem{Problem::Kind::forbidden, pattern.status().message()};
 }
 
+Result<std::string> image_of(const std::string& program, const ShownFrame& shown,
+                             const Roots& roots, const PictureWanted& wanted, uint64_t memory) {
+    const io::Json task = {{"folders", roots.entries()}, {"words", shown.words},
+                           {"path", shown.path},         {"frame", shown.frame},
+                           {"memory", memory},           {"type", wanted.type},
+                           {"side", wanted.side}};
+    ProcessSettings process{{program, kImageWord}};
+    process.memory = kOwnMemory + 3 * memory;
+    auto ran = run_program(process, io::json_text(task) + "\n", kLongestImage, wanted.left.get());
+    if (!ran.ok()) return Status(StatusCode::input, ran.status().message()).at(shown.path);
+    if (ran->exit_code == 0) return std::move(ran->out);
+    if (ran->exit_code == 1) return status_of_json(ran->out);
+    return Status(StatusCode::input,
+                  shown.path + ": its reader crashed; the file is damaged or too large");
+}
+
+Status status_of_json(const std::string& text) {
+    const auto fault = io::read_json(text, "fault");
+    if (!fault.ok() || !fault->is_object())
+        return Status(StatusCode::internal, "postchain-preview failed");
+    return Status(StatusCode(value_of(*fault, "code", int(StatusCode::internal))),
+                  value_of(*fault, "message", std::string()));
+}
+
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
                                   const JobReader& reader) {
-    auto read = reader.job(job.body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-    const JobRequest& request = std::get<JobRequest>(read);
+    ASSIGN_OR_RETURN(const JobRequest request, reader.job(job.body));
     if (request.kind == RequestKind::run) return not_found("job " + job.id + " has no report");
     const std::string& folder = request.output;
     const auto path = reader.roots().resolve(folder + "/" + name);

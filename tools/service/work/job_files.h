@@ -1,4 +1,4 @@
-// The files of a job that a reply shows: sidecars, thumbnails, reports, outputs.
+// The files that a reply shows: sidecars, images, reports, outputs.
 #pragma once
 
 #include <string>
@@ -27,6 +27,21 @@ Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& fram
                                const JobReader& reader);
 // A frame of an input, as a request names it.
 Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots& roots);
+
+// An image of it by postchain-preview, in a process of its own (tools/service/preview): a decoder
+// that a file crashes, or that takes too much memory or time, costs that request alone.
+//
+//   its stdin:  a line of JSON {"folders", "words", "path", "frame", "memory", "type", "side"}
+//   its stdout: the image, or with exit code 1 {"code", "message"}
+//
+// `memory`: bytes of its frame. Errors: those of reading; (input): the process died, or took too
+// long.
+inline constexpr const char* kImageWord = "image";
+Result<std::string> image_of(const std::string& program, const ShownFrame& shown,
+                             const Roots& roots, const PictureWanted& wanted, uint64_t memory);
+
+// The error in {"code", "message"}, as postchain-preview writes it.
+Status status_of_json(const std::string& text);
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name, const JobReader& reader);
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <optional>
 
+#include "config/chain_file.h"
 #include "config/chain_find.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
@@ -18,7 +19,7 @@ using io::Json;
 
 // Keys that the service reads itself.
 constexpr std::array kOwnKeys = {"kind", "priority", "frame_timeout"};
-constexpr std::array kPreviewKeys = {"frame", "scale", "plane"};
+constexpr std::array kPreviewKeys = {"frame", "scale"};
 
 bool is_job(RequestKind kind) {
     return kind != RequestKind::plan && kind != RequestKind::preview;
@@ -52,57 +53,28 @@ std::vector<std::string> keys_of(RequestKind kind, const Json& schema) {
     return keys;
 }
 
-// A node as JSON on the lines and columns where it stands in its text.
-class PlacedJson {
-  public:
-    explicit PlacedJson(const TextNode& node) { write(node); }
-    const std::string& text() const { return text_; }
-
-  private:
-    void go_to(const TextNode& node) {
-        for (; line_ < node.line; ++line_, column_ = 1) text_ += '\n';
-        for (; column_ < node.column; ++column_) text_ += ' ';
-    }
-    void put(const std::string& part, size_t characters) {
-        text_ += part;
-        column_ += int(characters);
-    }
-    void put_string(const std::string& value) {
-        const std::string quoted = Json(value).dump(-1, ' ', false, Json::error_handler_t::replace);
-        put(quoted,
-            size_t(std::ranges::count_if(quoted, [](char c) { return (c & 0xc0) != 0x80; })));
-    }
-    void write(const TextNode& node) {
-        go_to(node);
-        if (node.is_map()) {
-            put("{", 1);
-            for (size_t i = 0; i < node.entries.size(); ++i) {
-                if (i > 0) put(",", 1);
-                go_to(node.entries[i].key);
-                put_string(node.entries[i].key.text);
-                put(":", 1);
-                write(node.entries[i].value);
-            }
-            put("}", 1);
-        } else if (node.is_list()) {
-            put("[", 1);
-            for (size_t i = 0; i < node.items.size(); ++i) {
-                if (i > 0) put(",", 1);
-                write(node.items[i]);
-            }
-            put("]", 1);
-        } else if (node.is_null()) {
-            put("null", 4);
-        } else if (node.quoted) {
-            put_string(node.text);
-        } else {
-            put(node.text, node.text.size());
+// An object of a JSON text, on the lines and columns where it stands: what is before it is blank.
+std::string object_in_place(const std::string& text, const TextNode& node) {
+    size_t begin = text.starts_with("\xef\xbb\xbf") ? 3 : 0;  // byte order mark
+    for (int line = 1; line < node.line; ++line) begin = text.find('\n', begin) + 1;
+    for (int column = 1; column < node.column; ++column)
+        while ((text[++begin] & 0xc0) == 0x80) {
         }
-    }
-
-    std::string text_;
-    int line_ = 1, column_ = 1;
-};
+    size_t end = begin;
+    bool quoted = false;
+    int depth = 0;
+    do {
+        const char c = text[end++];
+        if (quoted && c == '\\')
+            ++end;
+        else if (c == '"')
+            quoted = !quoted;
+        else if (!quoted && (c == '{' || c == '}'))
+            depth += c == '{' ? 1 : -1;
+    } while (depth > 0);
+    return std::string(size_t(node.line - 1), '\n') + std::string(size_t(node.column - 1), ' ') +
+           text.substr(begin, end - begin);
+}
 
 std::string input_words(const io::InputSpec& input) {
     if (!input.separate_files()) return input.color().text();
@@ -120,7 +92,7 @@ bool is_word(const std::string& text) {
 class RequestParser {
   public:
     RequestParser(const JobReader& reader, const std::string& text)
-        : reader_(reader), body_(text, reader.roots()) {}
+        : reader_(reader), text_(text), body_(text, reader.roots()) {}
 
     Answer<JobRequest> read(RequestKind asked) {
         if (!body_.faults().empty()) return body_.problem();
@@ -178,7 +150,7 @@ class RequestParser {
             subject.text = written->text;
             subject.written = true;
         } else if (named->is_map()) {
-            subject.text = PlacedJson(*named).text();
+            subject.text = object_in_place(text_, *named);
             subject.written = subject.in_body = true;
         } else if (!is_string(*named) || named->text.empty()) {
             return body_.fault(
@@ -306,12 +278,6 @@ class RequestParser {
     void read_preview() {
         body_.integer("frame", -io::kMaxFrameNumber, io::kMaxFrameNumber, request_.frame);
         if (!body_.find("frame")) body_.fault("frame", "missing");
-        if (const TextNode* plane = body_.find("plane")) {
-            if (is_string(*plane) && plane->text == "depth")
-                request_.shows_depth = true;
-            else if (!is_string(*plane) || plane->text != "color")
-                body_.fault("plane", unknown_word("plane", plane->text, {"color", "depth"}));
-        }
         const TextNode* scale = body_.find("scale");
         if (!scale) return;
         const Result<double> value = number_of(*scale);
@@ -322,6 +288,7 @@ class RequestParser {
     }
 
     const JobReader& reader_;
+    const std::string& text_;
     RequestBody body_;
     JobRequest request_;
 };
@@ -386,6 +353,29 @@ Answer<JobRequest> JobReader::preview(const std::string& body) const {
     return read(*this, body, RequestKind::preview);
 }
 
+Answer<int> read_priority(const std::string& body, const Roots& roots) {
+    RequestBody text(body, roots);
+    int priority = 0;
+    if (text.faults().empty() && !text.find("priority"))
+        text.fault("priority", "missing; it is the only key that can be changed");
+    for (const auto& [key, value] : text.root().entries)
+        if (key.text != "priority")
+            text.fault(key, key.text, "cannot be changed; submit another job");
+    text.integer("priority", -kMaxPriority, kMaxPriority, priority);
+    if (has_errors(text.faults())) return text.problem();
+    return priority;
+}
+
+Answer<Diagnostics> check_chain_text(const std::string& body, const Roots& roots,
+                                     const PassRegistry& registry) {
+    RequestBody request(body, roots);
+    const TextNode* text = request.find("text");
+    if (request.faults().empty() && !(text && is_string(*text)))
+        request.fault("text", "missing, or not a chain file's text");
+    if (!request.faults().empty()) return request.problem();
+    return parse_chain(text->text, "chain", registry).diagnostics;
+}
+
 // ----------------------------------------------------------------------------------------- users
 Result<JobReader> Readers::of(const User& user) const {
     if (user.roots.empty()) return all_;
@@ -407,11 +397,9 @@ Result<JobReader> Readers::of(const std::string& owner) const {
 Result<ReadJob> Readers::read(const Job& job) const {
     ASSIGN_OR_RETURN(auto reader, of(job.owner));
     auto read = reader.job(job.body);
-    if (const auto* problem = std::get_if<Problem>(&read)) {
-        const Status status = status_of(problem->diagnostics);
-        return Status(status.ok() ? StatusCode::usage : status.code(), problem->detail);
-    }
-    return ReadJob{std::move(reader), std::get<JobRequest>(std::move(read))};
+    if (read.ok()) return ReadJob{std::move(reader), std::move(*read)};
+    const Status status = status_of(read.status().diagnostics);
+    return Status(status.ok() ? StatusCode::usage : status.code(), read.status().detail);
 }
 
 // ---------------------------------------------------------------------------------------- schema

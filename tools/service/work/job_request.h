@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "chain/pass/pass.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/users.h"
@@ -49,11 +50,10 @@ struct JobRequest {
     int frame_timeout_s = 0;          // 0 = that of the service
     std::vector<NamedText> subjects;  // the program's arguments: chains, or a study
     std::vector<std::pair<std::string, std::string>> options;  // key and word, "--half"
-    std::string input;         // resolved, as --input; of a study empty
-    std::string output;        // resolved: a pattern or a folder
-    int frame = 0;             // preview
-    double scale = 1;          // preview
-    bool shows_depth = false;  // preview
+    std::string input;   // resolved, as --input; of a study empty
+    std::string output;  // resolved: a pattern or a folder
+    int frame = 0;       // preview
+    double scale = 1;    // preview
 
     // The value of an option, or this one.
     std::string value(std::string_view key, std::string_view otherwise) const;
@@ -110,6 +110,12 @@ class Readers {
     const JobReader& all_;
     const Users& users_;
 };
+
+// The priority in a body {"priority": 5}.
+Answer<int> read_priority(const std::string& body, const Roots& roots);
+// The faults of a chain file's text; none = it is valid. `body`: {"text": ...}.
+Answer<Diagnostics> check_chain_text(const std::string& body, const Roots& roots,
+                                     const PassRegistry& registry);
 
 // JSON Schema (draft 2020-12) of a job.
 io::Json job_schema(const Schemas& schemas);

@@ -174,8 +174,7 @@ Status JobRunner::begin() {
     // Arrays that outlive a service are followed, whatever has room. The others are gone.
     ASSIGN_OR_RETURN(const auto queued, store_.jobs("queued", "", kMaxQueued));
     for (const Job& job : queued) {
-        ASSIGN_OR_RETURN(const auto array, store_.remote(job.id));
-        if (array.empty()) continue;
+        if (job.remote.empty()) continue;
         if (queue_->outlives())
             RETURN_IF_ERROR(store_.start(job.id).status());
         else
@@ -183,7 +182,7 @@ Status JobRunner::begin() {
     }
     if (!queue_->outlives()) {
         ASSIGN_OR_RETURN(const auto others, store_.remotes());
-        for (const auto& [job, array] : others) RETURN_IF_ERROR(store_.set_remote(job.id, ""));
+        for (const Job& job : others) RETURN_IF_ERROR(store_.set_remote(job.id, ""));
     }
     clean_up();
     loops_ = true;
@@ -242,7 +241,6 @@ RunnerState JobRunner::state() const {
                                std::chrono::duration_cast<std::chrono::seconds>(silence).count(),
                                " s", trouble_.empty() ? "" : ": ", trouble_);
     state.lost = *lost_;
-    if (began_) state.oldest_poll_s = std::chrono::duration<double>(Clock::now() - *began_).count();
     return state;
 }
 
@@ -253,7 +251,6 @@ void JobRunner::loop() {
     for (;;) {
         awake_ = false;
         const bool ends = ends_;
-        began_ = Clock::now();
         lock.unlock();
         std::string trouble;
         try {
@@ -264,7 +261,6 @@ void JobRunner::loop() {
         }
         lock.lock();
         if (!trouble.empty()) trouble_ = trouble;
-        began_.reset();
         changed_.notify_all();
         if (ends && !until) until = Clock::now() + settings_.drain;
         if (ends && (queue_->outlives() || in_queue_ == 0 || Clock::now() > *until)) break;
@@ -284,10 +280,10 @@ bool JobRunner::ends() const {
     return ends_;
 }
 
-JobRunner::Handed JobRunner::handed_of(const Job& job, const std::string& remote) {
+JobRunner::Handed JobRunner::handed_of(const Job& job) {
     Handed handed;
     handed.job = job;
-    std::istringstream words(remote);
+    std::istringstream words(job.remote);
     words >> handed.array.name >> handed.array.id >> handed.report.id;
     if (job.kind == JobKind::study) handed.report.name = handed.array.name + "-report";
     return handed;
@@ -298,21 +294,23 @@ void JobRunner::hear_from_queue() {
     heard_ = Clock::now();
 }
 
+// What one job throws or fails with is its own: the others go on.
+Status JobRunner::guarded(const Job& job, const std::function<Status()>& work) {
+    Status status;
+    try {
+        status = work();
+    } catch (...) {
+        status = enter_end(job, WorkEnd::failed(status_of_exception("job " + job.id)));
+    }
+    if (status.ok()) hear_from_queue();
+    return status;
+}
+
 void JobRunner::poll_queue() {
     std::string trouble;
     const auto note = [&](const Status& status) {
         if (!status.ok() && trouble.empty()) trouble = status.message();
         return status.ok();
-    };
-    // What one job throws or fails with is its own: the others go on.
-    const auto guarded = [&](const Job& job, const auto& work) {
-        Status status;
-        try {
-            status = work();
-        } catch (...) {
-            status = enter_end(job, WorkEnd::failed(status_of_exception("job " + job.id)));
-        }
-        if (note(status)) hear_from_queue();
     };
     const auto tell = [&] {
         const std::lock_guard lock(mutex_);
@@ -323,8 +321,8 @@ void JobRunner::poll_queue() {
     std::vector<Job> unfinished;
     const auto known = store_.remotes();
     if (!note(known.status())) return tell();
-    for (const auto& [job, remote] : *known) {
-        handed.push_back(handed_of(job, remote));
+    for (const Job& job : *known) {
+        handed.push_back(handed_of(job));
         names.push_back(handed.back().array);
         if (!handed.back().report.name.empty()) names.push_back(handed.back().report);
         if (job.ended_ms == 0) unfinished.push_back(job);
@@ -342,10 +340,10 @@ void JobRunner::poll_queue() {
             return found == states->end() ? ArrayState() : found->second;
         };
         const auto rank = ranks.find(one.job.id);
-        guarded(one.job, [&] {
+        note(guarded(one.job, [&] {
             return follow(one, {of(one.array), of(one.report)},
                           rank == ranks.end() ? TaskRank() : rank->second);
-        });
+        }));
     }
     if (!ends()) note(take_waiting(handed.size()));
     const auto running = store_.jobs("running", "", 1);
@@ -357,16 +355,8 @@ void JobRunner::poll_queue() {
 Status JobRunner::take_waiting(size_t in_queue) {
     Status first;
     const auto taken = [&](const Job& job) {
-        Status status;
-        try {
-            status = take(job);
-        } catch (...) {
-            status = enter_end(job, WorkEnd::failed(status_of_exception("job " + job.id)));
-        }
-        if (status.ok())
-            hear_from_queue();
-        else if (first.ok())
-            first = status;
+        const Status status = guarded(job, [&] { return take(job); });
+        if (first.ok()) first = status;
     };
     // Running jobs that are not in the queue: with frames to make again, or of a process that died.
     ASSIGN_OR_RETURN(const auto running, store_.jobs("running", "", kMaxQueued));
@@ -374,8 +364,7 @@ Status JobRunner::take_waiting(size_t in_queue) {
     for (const Job& job : running) {
         if (ends()) return first;
         ++jobs_of[job.owner];
-        const auto remote = store_.remote(job.id);
-        if (!remote.ok() || !remote->empty()) continue;
+        if (!job.remote.empty()) continue;
         if (Clock::now() >= followed_[job.id].not_before) taken(job);
     }
     std::vector<std::string> full;  // users without room
@@ -387,7 +376,7 @@ Status JobRunner::take_waiting(size_t in_queue) {
         ASSIGN_OR_RETURN(const auto next, store_.next(-kMaxPriority, full));
         if (!next) break;
         ASSIGN_OR_RETURN(const auto started, store_.start(next->id));
-        if (started == 0) continue;  // canceled just now
+        if (!started) continue;  // canceled just now
         --room;
         if (!next->owner.empty() && ++jobs_of[next->owner] >= settings_.max_jobs_of_user)
             full.push_back(next->owner);
@@ -405,35 +394,33 @@ Status JobRunner::take(const Job& listed) {
     if (!read.ok()) return enter_end(job, WorkEnd::failed(read.status()));
     if (const Status full = check_disk(store_, readers_.owner_of(job)); !full.ok())
         return enter_end(job, WorkEnd::failed(full));
-    ASSIGN_OR_RETURN(const auto begun, store_.has_begun(job.id));
-    if (!begun) RETURN_IF_ERROR(begin_job(job, *read));
-    if (begun)
-        if (const Status edited = check_edits(job, *read); !edited.ok())
-            return enter_end(job, WorkEnd::failed(edited));
+    if (!job.begun)
+        RETURN_IF_ERROR(begin_job(job, *read));
+    else if (const Status edited = check_edits(job, *read); !edited.ok())
+        return enter_end(job, WorkEnd::failed(edited));
     ASSIGN_OR_RETURN(const auto now, store_.listed(job.id));
     if (!now || now->state != JobState::running) return Status();  // it could not begin
     Followed& followed = followed_[job.id];
     followed.read = std::move(*read);
-    return hand_over(job, *followed.read, "", !begun);
+    return hand_over(job, *followed.read, "", !job.begun);
 }
 
 // The checks that the command makes before its first frame. Enters the frames in the store.
 Status JobRunner::begin_job(const Job& job, const ReadJob& read) {
     const auto checked = programs_.check(job.body, read.request, read.reader.roots());
-    if (const auto* refused = std::get_if<Problem>(&checked)) {
-        if (refused->kind == Problem::Kind::unavailable)
-            return Status(StatusCode::output, refused->detail);
-        const Status status = status_of(refused->diagnostics);
-        WorkEnd end = WorkEnd::failed(
-            Status(status.ok() ? StatusCode::input : status.code(), refused->detail));
-        return enter_end(job, end);
+    if (!checked.ok()) {
+        const Problem& why = checked.status();
+        if (why.kind == Problem::Kind::unavailable) return Status(StatusCode::output, why.detail);
+        const Status status = status_of(why.diagnostics);
+        return enter_end(job, WorkEnd::failed(Status(
+                                  status.ok() ? StatusCode::input : status.code(), why.detail)));
     }
-    const CheckedJob& found = std::get<CheckedJob>(checked);
     if (job.kind != JobKind::run) return store_.began(job.id);
-    const auto refused = std::ranges::find(found.of_run, FrameState::quarantined, &JobFrame::state);
-    if (refused != found.of_run.end() && read.request.value("on_error", "continue") == "stop")
+    const auto& frames = checked->of_run;
+    const auto refused = std::ranges::find(frames, FrameState::quarantined, &JobFrame::state);
+    if (refused != frames.end() && read.request.value("on_error", "continue") == "stop")
         return enter_end(job, WorkEnd::failed(Status(StatusCode::output, refused->message)));
-    return store_.enter_frames(job.id, found.of_run);
+    return store_.enter_frames(job.id, frames);
 }
 
 // A job that goes on reads its files again. With an edited one the frames to do would look
@@ -916,8 +903,8 @@ Status JobRunner::follow_measurement(const Handed& handed, const ReadJob& read,
 // -------------------------------------------------------------------------------------- its end
 Status JobRunner::enter_end(const Job& job, const WorkEnd& end) {
     RETURN_IF_ERROR(store_.end(ended_job(job, end, readers_)));
-    const auto remote = store_.remote(job.id);
-    if (remote.ok() && !remote->empty()) return Status();  // its tasks are canceled first
+    const auto now = store_.listed(job.id);
+    if (now.ok() && *now && !(*now)->remote.empty()) return Status();  // its tasks end first
     forget(job.id);
     return Status();
 }
@@ -971,9 +958,10 @@ void JobRunner::clean_up() const {
         if (!std::ranges::all_of(id, [](unsigned char c) { return std::isdigit(c) != 0; }))
             continue;
         const auto job = store_.listed(id);
-        const auto remote = store_.remote(id);
-        if (!job.ok() || !remote.ok() || !remote->empty()) continue;
-        if (*job && ((*job)->ended_ms == 0 || (*job)->state == JobState::failed)) continue;
+        if (!job.ok()) continue;
+        if (*job &&
+            ((*job)->ended_ms == 0 || (*job)->state == JobState::failed || !(*job)->remote.empty()))
+            continue;
         fs::remove_all(entry.path(), error);
     }
 }

@@ -17,6 +17,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -50,7 +51,6 @@ struct RunnerState {
     bool works = false;   // the queue answers
     std::string trouble;  // why jobs cannot run or their ends cannot be recorded; empty = they can
     size_t lost = 0;      // 1: the thread hangs in the queue or a disk
-    double oldest_poll_s = 0;
 };
 
 class JobRunner {
@@ -109,12 +109,13 @@ class JobRunner {
         bool unhealthy = false;             // --strict refused a frame
         std::string said;                   // the last event of a measurement's progress
     };
-    static Handed handed_of(const Job& job, const std::string& remote);
+    static Handed handed_of(const Job& job);
 
     void loop();
     bool ends() const;
     void poll_queue();
     void hear_from_queue();
+    Status guarded(const Job& job, const std::function<Status()>& work);
     Status take_waiting(size_t in_queue);
     Status take(const Job& job);
     Status begin_job(const Job& job, const ReadJob& read);
@@ -158,8 +159,7 @@ class JobRunner {
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     bool awake_ = false, ends_ = false;
-    std::optional<Clock::time_point> began_;  // the poll under way
-    bool loops_ = false;                      // the thread is not at its end
+    bool loops_ = false;  // the thread is not at its end
     std::string trouble_;
     Clock::time_point heard_ = Clock::now();  // from the queue, and all work on its answer done
     std::map<std::string, double> remaining_s_;

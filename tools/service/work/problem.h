@@ -27,15 +27,32 @@ struct Problem {
     Diagnostics diagnostics = {};  // file, line, column, path and message, as the command prints
     int retry_after_s = 0;
 };
+// A value, or why there is none: a Result for ASSIGN_OR_RETURN.
 template <class T>
-using Answer = std::variant<T, Problem>;
+class Answer : public std::variant<T, Problem> {
+  public:
+    using std::variant<T, Problem>::variant;
+    bool ok() const { return this->index() == 0; }
+    T& operator*() { return std::get<0>(*this); }
+    const T& operator*() const { return std::get<0>(*this); }
+    const T* operator->() const { return &**this; }
+    const Problem& status() const { return std::get<1>(*this); }
+};
 
-Problem not_found(const std::string& detail);
+inline Problem not_found(const std::string& detail) {
+    return {Problem::Kind::not_found, detail};
+}
 
 // An error of a request's work: without paths outside the roots.
-Problem problem_of(const Status& status, const Roots& roots);
-
-// `detail` is the first error of `diagnostics` and the number of further ones.
-Problem refusal(Problem::Kind kind, Diagnostics diagnostics);
+inline Problem problem_of(const Status& status, const Roots& roots) {
+    const bool gl = status.code() == StatusCode::gl;
+    const bool internal = status.code() == StatusCode::internal;
+    return {gl         ? Problem::Kind::unavailable
+            : internal ? Problem::Kind::internal
+                       : Problem::Kind::invalid,
+            roots.shown_in(status.message()),
+            {},
+            gl ? kRetryAfterS : 0};
+}
 
 }  // namespace postchain::service

@@ -26,20 +26,24 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr size_t kMaxOutput = size_t(64) << 20;  // bytes
-constexpr milliseconds kSlice{100};              // between looks at `stop`
-constexpr milliseconds kReap{2000};              // until a killed process has ended
+constexpr size_t kMaxOutput = size_t(130) << 20;  // bytes; an image of 4096 x 4096 has 128 MiB
+constexpr milliseconds kSlice{100};               // between looks at `stop`
+constexpr milliseconds kReap{2000};               // until a killed process has ended
+
+bool write_all(int fd, std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t written = ::write(fd, text.data(), text.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return false;
+        text.remove_prefix(size_t(written));
+    }
+    return true;
+}
 
 // A file in memory: a program that does not read its input holds nobody up.
 Result<Descriptor> input_file(const std::string& input) {
     Descriptor file(::memfd_create("input", MFD_CLOEXEC));
-    bool good = file.get() >= 0;
-    for (size_t at = 0; good && at < input.size();) {
-        const ssize_t written = ::write(file.get(), input.data() + at, input.size() - at);
-        good = written > 0;
-        at += good ? size_t(written) : 0;
-    }
-    if (!good || ::lseek(file.get(), 0, SEEK_SET) != 0)
+    if (file.get() < 0 || !write_all(file.get(), input) || ::lseek(file.get(), 0, SEEK_SET) != 0)
         return Status(StatusCode::output, std::strerror(errno));
     return file;
 }
@@ -149,6 +153,37 @@ void kill_process(pid_t process) {
     }
 }
 
+Status HelperProcess::start(ProcessSettings settings) {
+    end();
+    const auto started = [&]() -> Status {
+        ASSIGN_OR_RETURN(auto in, make_pipe());
+        ASSIGN_OR_RETURN(auto out, make_pipe());
+        settings.in = in.reads.get();
+        settings.out = out.writes.get();
+        ASSIGN_OR_RETURN(pid_, start_process(settings));
+        to_ = std::move(in.writes);
+        from_ = std::move(out.reads);
+        return Status();
+    }();
+    return started.ok() ? Status() : Status(StatusCode::internal, started.message());
+}
+
+bool HelperProcess::runs() {
+    if (pid_ >= 0 && ::waitpid(pid_, nullptr, WNOHANG) == pid_) pid_ = -1;
+    return pid_ >= 0;
+}
+
+bool HelperProcess::send(std::string_view text) {
+    return write_all(to_.get(), text);
+}
+
+void HelperProcess::end() {
+    to_.close();
+    from_.close();
+    if (pid_ >= 0) kill_process(pid_);
+    pid_ = -1;
+}
+
 std::string shell_quoted(const std::string& word) {
     std::string quoted = "'";
     for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -157,7 +192,8 @@ std::string shell_quoted(const std::string& word) {
 
 Result<ProgramResult> run_program(ProcessSettings settings, const std::string& input,
                                   milliseconds limit, const std::atomic<bool>* stop) {
-    const std::string name = settings.words.front();
+    const std::string& program = settings.words.front();
+    const std::string name = program.substr(program.rfind('/') + 1);
     ASSIGN_OR_RETURN(auto out, make_pipe().at(name));
     ASSIGN_OR_RETURN(auto err, make_pipe().at(name));
     ASSIGN_OR_RETURN(auto in, input_file(input).at(name));

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,9 @@ struct ProcessSettings {
     uint64_t memory = 0;              // bytes of its own that it may write (RLIMIT_DATA); 0 = any
 };
 
+// Bytes that libraries and threads of a process need beside its frames.
+inline constexpr uint64_t kOwnMemory = uint64_t(2) << 30;
+
 // Errors (output): it cannot be started.
 Result<pid_t> start_process(const ProcessSettings& settings);
 
@@ -59,6 +63,27 @@ Result<pid_t> start_process(const ProcessSettings& settings);
 int code_of(int wait_status);
 // Kills a process with its group, and waits for its end for some seconds at most.
 void kill_process(pid_t process);
+
+// A child with pipes to its stdin and from its stdout. It is killed with the object, unless it has
+// ended, and always waited for.
+class HelperProcess {
+  public:
+    HelperProcess() = default;
+    ~HelperProcess() { end(); }
+    HelperProcess(const HelperProcess&) = delete;
+    HelperProcess& operator=(const HelperProcess&) = delete;
+
+    Status start(ProcessSettings settings);  // errors (internal)
+    bool runs();
+    // False: the child has ended.
+    bool send(std::string_view text);
+    int from() const { return from_.get(); }
+    void end();  // kills it
+
+  private:
+    Descriptor to_, from_;
+    pid_t pid_ = -1;
+};
 
 struct ProgramResult {
     int exit_code = 0;

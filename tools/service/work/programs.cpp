@@ -25,33 +25,6 @@ using io::Json;
 constexpr auto kLimit = std::chrono::seconds(100);  // below that of a request
 constexpr int kMostPlanned = 100;                   // frames of a request
 
-// A folder with the texts of a request, while its program runs.
-class TextFolder {
-  public:
-    TextFolder(const std::string& parent, const JobRequest& request)
-        : path_(joined_path(parent, random_name("ask-"))) {
-        std::error_code error;
-        made_ = make_folders(parent) == 0 && fs::create_directory(path_, error);
-        if (made_) fs::permissions(path_, fs::perms::owner_all, error);
-        status_ = made_ ? write_texts(request, path_)
-                        : Status(StatusCode::output, path_ + ": cannot be made");
-    }
-    ~TextFolder() {
-        std::error_code error;
-        if (made_) fs::remove_all(path_, error);
-    }
-    TextFolder(const TextFolder&) = delete;
-    TextFolder& operator=(const TextFolder&) = delete;
-
-    const Status& status() const { return status_; }
-    const std::string& path() const { return path_; }
-
-  private:
-    const std::string path_;
-    bool made_ = false;
-    Status status_;
-};
-
 // A JSON object that is the first line of a text.
 std::optional<Json> first_object(const std::string& text) {
     const auto json = io::read_json(text.substr(0, text.find('\n')), "answer", io::kReportLimits);
@@ -61,7 +34,7 @@ std::optional<Json> first_object(const std::string& text) {
 
 }  // namespace
 
-PrivateFolder::PrivateFolder() {
+std::string place_of_own_folder() {
     constexpr std::string_view kName = "postchain-serve.";
     std::error_code error;
     const std::string parent = fs::temp_directory_path(error).string();
@@ -75,7 +48,10 @@ PrivateFolder::PrivateFolder() {
         std::error_code ignored;
         if (process > 0 && ::kill(process, 0) != 0) fs::remove_all(at->path(), ignored);
     }
-    path_ = concat(parent, "/", kName, ::getpid(), ".XXXXXX");
+    return concat(parent, "/", kName, ::getpid(), ".");
+}
+
+PrivateFolder::PrivateFolder(const std::string& begin) : path_(begin + "XXXXXX") {
     if (!::mkdtemp(path_.data())) path_.clear();
 }
 
@@ -157,9 +133,10 @@ Result<Schemas> Programs::schemas(const std::string& version) const {
 Answer<Programs::Said> Programs::ask(const std::string& body, const JobRequest& request,
                                      const Roots& roots,
                                      const std::vector<std::string>& words) const {
-    const TextFolder texts(folder_, request);
-    if (!texts.status().ok())
-        return Problem{Problem::Kind::unavailable, texts.status().message(), {}, kRetryAfterS};
+    const PrivateFolder texts(folder_ + "/ask-");
+    if (texts.path().empty() || !write_texts(request, texts.path()).ok())
+        return Problem{
+            Problem::Kind::unavailable, folder_ + ": cannot be written", {}, kRetryAfterS};
     ProcessSettings process;
     process.words = {program_};
     for (std::string& word : words_of(request, texts.path())) process.words.push_back(word);
@@ -185,9 +162,7 @@ Answer<CheckedJob> Programs::check(const std::string& body, const JobRequest& re
     // By default a failed frame does not end a job of the service.
     if (request.kind == RequestKind::run && request.value("on_error", "").empty())
         checking.emplace_back("--on-error=continue");
-    auto answer = ask(body, request, roots, checking);
-    if (auto* refused = std::get_if<Problem>(&answer)) return std::move(*refused);
-    const Said& said = std::get<Said>(answer);
+    ASSIGN_OR_RETURN(const Said said, ask(body, request, roots, checking));
     const auto json = first_object(said.out);
     if (said.exit_code != 0 || !json) {
         RequestBody text(body, roots);
@@ -200,9 +175,6 @@ Answer<CheckedJob> Programs::check(const std::string& body, const JobRequest& re
     job.warnings = value_of(*json, "warnings", std::vector<std::string>());
     for (std::string& warning : job.warnings) warning = roots.shown_in(warning);
     job.needs_new_folder = json->value("new_folder", false);
-    if (const auto files = json->find("files"); files != json->end() && files->is_array())
-        for (const Json& file : *files)
-            if (file.is_object()) job.files.push_back(value_of(file, "path", std::string()));
     const auto frames = json->find("frames");
     if (frames == json->end() || !frames->is_array()) {
         job.frames = value_of(*json, "frames", 0);
@@ -229,9 +201,8 @@ Answer<CheckedJob> Programs::check(const std::string& body, const JobRequest& re
 Answer<std::string> Programs::plan(const std::string& body, const JobRequest& request,
                                    const Roots& roots) const {
     const int most = request.value("frames", "").empty() ? 1 : kMostPlanned;
-    auto answer = ask(body, request, roots, {"--json", concat("--most=", most)});
-    if (auto* refused = std::get_if<Problem>(&answer)) return std::move(*refused);
-    const Said& said = std::get<Said>(answer);
+    ASSIGN_OR_RETURN(const Said said,
+                     ask(body, request, roots, {"--json", concat("--most=", most)}));
     Json frames = Json::array();
     std::istringstream lines(said.out);
     for (std::string line; std::getline(lines, line);) {

@@ -14,11 +14,11 @@
 
 namespace postchain::service {
 
-// A folder for the texts and messages of jobs that no user may name: outside of the roots, closed
-// to others, gone with the service. Those of services that were killed are removed.
+// A folder that is closed to others and gone with the object.
 class PrivateFolder {
   public:
-    PrivateFolder();
+    // `begin`: of its path.
+    explicit PrivateFolder(const std::string& begin);
     ~PrivateFolder();
     PrivateFolder(const PrivateFolder&) = delete;
     PrivateFolder& operator=(const PrivateFolder&) = delete;
@@ -27,21 +27,23 @@ class PrivateFolder {
   private:
     std::string path_;
 };
+// How the path of the service's folder begins, for the texts and messages of jobs: outside of the
+// roots, so that no user may name it. Folders of services that were killed are removed.
+std::string place_of_own_folder();
 
 // What `--check` finds.
 struct CheckedJob {
-    int frames = 0;                  // ab, bench, study: once for each measurement of a scene
-    std::vector<JobFrame> of_run;    // waiting, missing or, if the output exists, quarantined
-    std::string writes;              // every pattern and folder that it writes, a line for each
-    bool needs_new_folder = false;   // of the report
-    std::vector<std::string> files;  // chain, camera, profile and others that change its frames
+    int frames = 0;                 // ab, bench, study: once for each measurement of a scene
+    std::vector<JobFrame> of_run;   // waiting, missing or, if the output exists, quarantined
+    std::string writes;             // every pattern and folder that it writes, a line for each
+    bool needs_new_folder = false;  // of the report
     std::vector<std::string> warnings;
 };
 
 class Programs {
   public:
-    // `program`: the command. `folder`: for texts of requests, made when it is needed. `memory`:
-    // bytes that a process may write; 0 = no limit.
+    // `program`: the command. `folder`: for texts of requests. `memory`: bytes that a process may
+    // write; 0 = no limit.
     Programs(std::string program, std::string folder, uint64_t memory)
         : program_(std::move(program)), folder_(std::move(folder)), memory_(memory) {}
 
@@ -53,8 +55,6 @@ class Programs {
     // JSON, as of `postchain plan --json`.
     Answer<std::string> plan(const std::string& body, const JobRequest& request,
                              const Roots& roots) const;
-
-    const std::string& program() const { return program_; }
 
   private:
     struct Said {

@@ -27,7 +27,6 @@ bool RequestBody::has_zero(const std::string& text) {
 }
 
 void RequestBody::fault(const TextNode& at, const std::string& path, const std::string& message) {
-    only_outside_ = false;
     Reporter(kBodyFile, StatusCode::usage, faults_).error(at, path, message);
 }
 
@@ -38,37 +37,16 @@ void RequestBody::fault(const std::string& key, const std::string& message) {
     fault(value ? *value : root(), at, text);
 }
 
-void RequestBody::outside(const std::string& key, const std::string& message) {
-    const bool only_outside = only_outside_;
-    fault(key, message);
-    only_outside_ = only_outside;
-    met_outside_ = true;
-}
-
-void RequestBody::refuse_path(const std::string& key, const Status& status) {
-    if (status.code() == StatusCode::input)
-        outside(key, status.message());
-    else
-        fault(key, status.message());
-}
-
-void RequestBody::add(Diagnostic diagnostic, bool is_outside) {
-    if (is_outside)
-        met_outside_ = true;
-    else if (diagnostic.severity == Severity::error)
-        only_outside_ = false;
-    faults_.push_back(std::move(diagnostic));
-}
-
 Problem RequestBody::problem() const {
     Diagnostics shown = faults_;
     for (Diagnostic& one : shown) {
         one.file = roots_.shown_in(one.file);
         one.message = roots_.shown_in(one.message);
     }
-    return refusal(
-        met_outside_ && only_outside_ ? Problem::Kind::forbidden : Problem::Kind::invalid,
-        std::move(shown));
+    std::string detail = shown.empty() ? "" : shown.front().text();
+    if (shown.size() > 1) detail += concat(" (and ", shown.size() - 1, " more)");
+    const bool outside = outside_ > 0 && outside_ == faults_.size();
+    return {outside ? Problem::Kind::forbidden : Problem::Kind::invalid, detail, std::move(shown)};
 }
 
 void RequestBody::integer(const char* key, int least, int most, int& value) {
@@ -98,19 +76,21 @@ std::vector<std::string> RequestBody::list(const char* key) {
     return texts;
 }
 
-std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
-    auto resolved = roots_.resolve(path);
+template <class T>
+std::optional<T> RequestBody::confined(const std::string& key, Result<T> resolved) {
     if (resolved.ok()) return std::move(*resolved);
-    refuse_path(key, resolved.status());
+    fault(key, resolved.status().message());
+    outside_ += resolved.status().code() == StatusCode::input;
     return std::nullopt;
+}
+
+std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
+    return confined(key, roots_.resolve(path));
 }
 
 std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
                                                     const io::PathPattern& pattern) {
-    auto resolved = resolve_pattern(pattern, roots_);
-    if (resolved.ok()) return std::move(*resolved);
-    refuse_path(key, resolved.status());
-    return std::nullopt;
+    return confined(key, resolve_pattern(pattern, roots_));
 }
 
 std::optional<io::InputSpec> RequestBody::confine_input(const std::string& key,

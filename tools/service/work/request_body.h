@@ -35,13 +35,10 @@ class RequestBody {
     void fault(const TextNode& at, const std::string& path, const std::string& message);
     // At the value of the key that the message begins with, or of `key`; else at the body's start.
     void fault(const std::string& key, const std::string& message);
-    void outside(const std::string& key, const std::string& message);
-    // A path with this error of Roots::resolve().
-    void refuse_path(const std::string& key, const Status& status);
-    // From a text inside the body or named by it. `is_outside`: the roots refused one of its paths.
-    void add(Diagnostic diagnostic, bool is_outside = false);
+    // A fault of a text inside the body or named by it.
+    void add(Diagnostic diagnostic) { faults_.push_back(std::move(diagnostic)); }
     const Diagnostics& faults() const { return faults_; }
-    // All faults; forbidden if every one is a path outside the roots.
+    // All faults, the first one as its detail; forbidden if every one is a path outside the roots.
     Problem problem() const;
 
     static bool has_zero(const std::string& text);
@@ -55,11 +52,14 @@ class RequestBody {
     std::optional<io::InputSpec> confine_input(const std::string& key, const std::string& text);
 
   private:
+    // The path, or the fault of a path with this error of Roots::resolve().
+    template <class T>
+    std::optional<T> confined(const std::string& key, Result<T> resolved);
+
     const Roots& roots_;
     const TextTree tree_;
     Diagnostics faults_;
-    bool met_outside_ = false;
-    bool only_outside_ = true;
+    size_t outside_ = 0;  // faults that are paths outside the roots
 };
 
 }  // namespace postchain::service

@@ -21,11 +21,8 @@ constexpr int kMaxLinks = 40;  // limit of the Linux kernel
 // Puts the parts of a path before the remaining ones.
 void put_before(std::deque<std::string>& parts, const std::string& path) {
     std::vector<std::string> found;
-    for (size_t at = 0; at <= path.size();) {
-        const size_t end = std::min(path.find('/', at), path.size());
-        if (end > at) found.push_back(path.substr(at, end - at));
-        at = end + 1;
-    }
+    for (const fs::path& part : fs::path(path).relative_path())
+        if (!part.empty()) found.push_back(part);
     parts.insert(parts.begin(), found.begin(), found.end());
 }
 
@@ -65,11 +62,8 @@ std::string fault_of(const std::string& path) {
     if (path.empty()) return "is empty";
     if (path.find('\0') != std::string::npos) return "contains a zero byte";
     if (path.size() >= PATH_MAX) return "is too long for a path";
-    for (size_t at = 0; at < path.size();) {
-        const size_t end = std::min(path.find('/', at), path.size());
-        if (end - at > NAME_MAX) return "contains a name that is too long";
-        at = end + 1;
-    }
+    for (const fs::path& part : fs::path(path))
+        if (part.native().size() > NAME_MAX) return "contains a name that is too long";
     return "";
 }
 
@@ -85,13 +79,6 @@ Status check_is_folder(const std::string& path, const std::string& given) {
     return Status(StatusCode::usage,
                   given + (fs::exists(path, error) ? ": is a file; name a folder"
                                                    : ": folder does not exist; create it first"));
-}
-
-Status check_link(const std::string& path, const Roots& roots, StatusCode code) {
-    struct stat info;
-    if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
-    if (roots.resolve(path).ok()) return Status();
-    return Status(code, path + ": links outside the folders of this service");
 }
 
 }  // namespace
@@ -186,23 +173,6 @@ Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Ro
     RETURN_IF_ERROR(roots.resolve(path).status());
     ASSIGN_OR_RETURN(auto folder, roots.resolve(pattern.folder()));
     return io::PathPattern::parse(joined_path(folder, fs::path(path).filename().string()));
-}
-
-Status check_folder(const std::string& folder, const Roots& roots) {
-    if (const auto now = roots.resolve(folder); now.ok() && *now == folder) return Status();
-    return Status(StatusCode::output,
-                  folder + ": is no longer in the folders of this service; it is a link now");
-}
-
-Status check_inputs(const io::InputSpec& input, const Roots& roots) {
-    for (const auto& [role, pattern] : input.patterns) {
-        if (const auto now = roots.resolve(pattern.folder()); !now.ok())
-            return Status(StatusCode::input,
-                          pattern.folder() + ": links outside the folders of this service");
-        for (const auto& [frame, path] : pattern.discover())
-            RETURN_IF_ERROR(check_link(path, roots, StatusCode::input));
-    }
-    return Status();
 }
 
 }  // namespace postchain::service

@@ -1,7 +1,6 @@
 // The folders of a service. Every path of a job is resolved and must be inside one of them.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,10 +23,6 @@ class Roots {
     // byte, longer than PATH_MAX, a part longer than NAME_MAX. The message shows only `path` as
     // given.
     Result<std::string> resolve(const std::string& path) const;
-    // As a function, for files that frames name, such as Cryptomatte manifests.
-    std::function<Result<std::string>(const std::string&)> resolver() const {
-        return [roots = *this](const std::string& path) { return roots.resolve(path); };
-    }
     // The form of an absolute path in replies: "shots/a.0001.exr" in the first root, the absolute
     // path in other roots. A request may use it again.
     std::string shown(const std::string& path) const;
@@ -48,12 +43,5 @@ std::string joined_path(const std::string& folder, const std::string& name);
 // The pattern with its folder resolved; a pattern without a token is resolved as a path. Errors:
 // those of Roots::resolve().
 Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots);
-
-// Checks that every file of the patterns is under the roots, with links resolved. Includes frames
-// outside the requested range, because they may be neighbors. Errors (input): the first one
-// outside.
-Status check_inputs(const io::InputSpec& input, const Roots& roots);
-// Checks that the folder still is under the roots. Errors (output).
-Status check_folder(const std::string& folder, const Roots& roots);
 
 }  // namespace postchain::service

@@ -1,10 +1,12 @@
 #include "tools/service/work/service.h"
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -19,16 +21,14 @@
 #include "tools/service/work/browse.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/health_watch.h"
-#include "tools/service/work/helper_process.h"
 #include "tools/service/work/helper_threads.h"
-#include "tools/service/work/image_process.h"
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_runner.h"
 #include "tools/service/work/local_queue.h"
 #include "tools/service/work/previews.h"
+#include "tools/service/work/process.h"
 #include "tools/service/work/programs.h"
-#include "tools/service/work/request_checks.h"
 
 namespace postchain::service {
 namespace {
@@ -47,17 +47,20 @@ auto answer(const Work& work) -> Answer<std::invoke_result_t<Work>> {
     }
 }
 
+Problem later(Problem::Kind kind, const std::string& why, int seconds = kRetryAfterS) {
+    return {kind, why, {}, seconds};
+}
+
 template <class T>
 T stored(Result<T> found) {
-    if (!found.ok())
-        throw Problem{Problem::Kind::unavailable, found.status().message(), {}, kRetryAfterS};
+    if (!found.ok()) throw later(Problem::Kind::unavailable, found.status().message());
     return std::move(*found);
 }
 
 template <class T>
 T taken(Answer<T> got) {
-    if (const auto* refused = std::get_if<Problem>(&got)) throw *refused;
-    return std::get<T>(std::move(got));
+    if (!got.ok()) throw got.status();
+    return std::move(*got);
 }
 
 void check_priority(const User& user, int priority) {
@@ -76,9 +79,82 @@ std::vector<std::string> folders_of(const ServiceSettings& settings) {
     return folders;
 }
 
+// --------------------------------------------------------------------------------- submitted jobs
+struct Submission {
+    NewJob job;  // without its key
+    std::vector<std::string> warnings;
+    std::vector<int> written = {};  // frames of a run whose outputs must not exist
+};
+
+// Job::about of a job: long texts are cut. `frames`: those that it writes.
+std::string about_of(const std::string& body, const Roots& roots, std::span<const int> frames) {
+    constexpr size_t kLongest = 300;  // bytes
+    const RequestBody text(body, roots);
+    io::Json about = io::Json::object();
+    for (const char* key : {"input", "output", "chain", "chain_b", "study"})
+        if (const TextNode* node = text.find(key); node && is_string(*node))
+            about[key] = node->text.substr(0, kLongest);
+    if (!frames.empty()) about["frames"] = io::range_text(frames);
+    return io::json_text(about);
+}
+
+// Problems: those of JobReader::job() and Programs::check().
+Answer<Submission> check_submission(const std::string& body, const JobReader& reader,
+                                    const Programs& programs) {
+    ASSIGN_OR_RETURN(const JobRequest request, reader.job(body));
+    ASSIGN_OR_RETURN(CheckedJob found, programs.check(body, request, reader.roots()));
+    Submission submission;
+    NewJob& job = submission.job;
+    job.kind = JobKind(request.kind);
+    job.body = body;
+    job.priority = request.priority;
+    job.frames = found.frames;
+    job.writes = std::move(found.writes);
+    submission.warnings = std::move(found.warnings);
+    const bool is_run = request.kind == RequestKind::run;
+    const bool fails = request.value("on_existing", is_run ? "fail" : "") == "fail";
+    if (is_run ? fails : found.needs_new_folder) job.output = request.output;
+    const auto refused = [](const JobFrame& frame) {
+        return frame.state == FrameState::quarantined;
+    };
+    const auto first = std::ranges::find_if(found.of_run, refused);
+    if (fails && first != found.of_run.end()) {
+        RequestBody text(body, reader.roots());
+        text.fault("on_existing",
+                   concat(std::ranges::count_if(found.of_run, refused), " of ", found.frames,
+                          " frames have outputs already; ", first->message));
+        return text.problem();
+    }
+    for (const JobFrame& frame : found.of_run)
+        if (frame.state == FrameState::waiting) submission.written.push_back(frame.frame);
+    job.about = about_of(body, reader.roots(), submission.written);
+    return submission;
+}
+
+// The refusal of a job whose output `other` is going to write, or nothing. `other`: an unfinished
+// job with the same NewJob::output.
+std::optional<Problem> same_output(const std::string& body, const Submission& job, const Job& other,
+                                   const Roots& roots) {
+    const auto refuse = [&](const std::string& what) {
+        RequestBody text(body, roots);
+        text.fault("on_existing", concat("job ", other.id, " is going to write ", what,
+                                         "; name another output, wait for it, or cancel it"));
+        return text.problem();
+    };
+    if (job.job.kind != JobKind::run) return refuse("this report");
+    const io::Json about = io::Json::parse(other.about, nullptr, false);
+    if (!about.is_object() || !about.contains("frames")) return std::nullopt;
+    const auto frames = io::FrameRange::parse(about.at("frames").get<std::string>());
+    if (!frames.ok()) return std::nullopt;
+    for (const int frame : frames->frames)
+        if (std::ranges::binary_search(job.written, frame))
+            return refuse(concat("frame ", frame, " to the same file"));
+    return std::nullopt;
+}
+
 // Does the work, which calls `done` later unless it throws a Problem.
 template <class Work>
-void refuse(const std::function<void(Answer<Picture>)>& done, const Work& work) {
+void refuse(const GivePicture& done, const Work& work) {
     try {
         work();
     } catch (const Problem& refused) {
@@ -167,20 +243,18 @@ struct Service::State {
           reader(settings.roots, schemas),
           readers(reader, *settings.users),
           memory(settings.max_memory > 0 ? settings.max_memory : sequence::default_memory_limit()),
-          images(memory / 4),
-          programs(settings.program, folder.path() + "/texts", kOwnMemory + memory / 2),
+          programs(settings.program, folder.path(), kOwnMemory + memory / 2),
           thumbnails(kThumbnailThreads, kMaxThumbnails),
           previews(settings, memory / 4),
           watch(std::move(folders), [this] { return look(); }) {}
 
     const ServiceSettings settings;
-    const PrivateFolder folder;
+    const PrivateFolder folder{place_of_own_folder()};
     const PassRegistry& registry;
     const Schemas schemas;
     JobReader reader;
     const Readers readers;
     const uint64_t memory;  // bytes of the frames of jobs, previews and images
-    MemoryGate images;
     const Programs programs;
     Counters counters;
     std::unique_ptr<JobStore> store;
@@ -211,8 +285,8 @@ struct Service::State {
     JobReader reader_of(const User& user) const;
     // Sends an image of a file from another thread. `find` returns the file for a reader.
     using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
-    void show(const User& user, const ImageWanted& wanted,
-              const std::function<void(Answer<Picture>)>& done, const FindFrame& find);
+    void show(const User& user, const PictureWanted& wanted, const GivePicture& done,
+              const FindFrame& find);
 
     // Changes a job that the user may change with `work`, which returns false if its state does not
     // allow it.
@@ -269,8 +343,7 @@ void Service::State::check_known(const std::string& id) const {
 JobFrame Service::State::known(const std::string& id, int frame) const {
     check_known(id);
     auto found = stored(store->frame(id, frame));
-    if (!found)
-        throw Problem{Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)};
+    if (!found) throw not_found(concat("job ", id, " has no frame ", frame));
     return std::move(*found);
 }
 
@@ -280,12 +353,13 @@ JobReader Service::State::reader_of(const User& user) const {
     return std::move(*own);
 }
 
-void Service::State::show(const User& user, const ImageWanted& wanted,
-                          const std::function<void(Answer<Picture>)>& done, const FindFrame& find) {
+void Service::State::show(const User& user, const PictureWanted& wanted, const GivePicture& done,
+                          const FindFrame& find) {
     const auto make = [this, wanted, reader = reader_of(user), find] {
         try {
             const ShownFrame shown = taken(find(reader));
-            auto bytes = image_of(settings.preview_program, shown, reader.roots(), wanted, images);
+            auto bytes = image_of(settings.preview_program, shown, reader.roots(), wanted,
+                                  memory / 4 / kThumbnailThreads);
             if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
             return Picture{wanted.type, std::move(*bytes)};
         } catch (const Problem&) {
@@ -294,7 +368,7 @@ void Service::State::show(const User& user, const ImageWanted& wanted,
             throw problem_of(status_of_exception("the image"), reader.roots());
         }
     };
-    const Problem busy{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
+    const Problem busy = later(Problem::Kind::busy, "too many images are waiting; try again", 1);
     const auto work = [done, make, left = wanted.left] {
         if (left && *left) return done(Problem{Problem::Kind::unavailable, "the client has left"});
         done(answer(make));
@@ -390,10 +464,8 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
     *created = false;
     return answer([&] {
         if (state_->draining)
-            throw Problem{Problem::Kind::unavailable,
-                          "the service is shutting down; try again later",
-                          {},
-                          kRetryAfterS};
+            throw later(Problem::Kind::unavailable,
+                        "the service is shutting down; try again later");
         if (idempotency_key.size() > kMaxKeyBytes)
             throw Problem{Problem::Kind::invalid,
                           concat("the Idempotency-Key is longer than ", kMaxKeyBytes, " bytes")};
@@ -435,7 +507,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                 throw other_body(added.job);
             case Added::Result::over_limit:
             case Added::Result::full:
-                throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
+                throw later(Problem::Kind::busy, added.why);
         }
         // The reply says where it waits, so it starts afterward.
         Job shown = state_->shown(std::move(added.job));
@@ -503,8 +575,7 @@ Answer<Job> Service::retry(const User& user, const std::string& id) {
             };
             Retried retried = again();
             if (!retried.why.empty() && stored(settle(*state_->store, who))) retried = again();
-            if (!retried.why.empty())
-                throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
+            if (!retried.why.empty()) throw later(Problem::Kind::busy, retried.why);
             return retried.done;
         });
         state_->runner->wake();
@@ -542,6 +613,11 @@ Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
     });
 }
 
+int64_t Service::newest_event() const {
+    const auto newest = state_->store->newest_event();
+    return newest.ok() ? *newest : 0;
+}
+
 Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
                                         const std::string& name) const {
     return answer(
@@ -559,18 +635,18 @@ void Service::on_event(std::function<void(const Event&)> listener) {
     state_->listener = std::move(listener);
 }
 
-void Service::preview(const User& user, const std::string& body, const PreviewWanted& wanted,
-                      std::function<void(Answer<Picture>)> done) {
+void Service::preview(const User& user, const std::string& body, const PictureWanted& wanted,
+                      GivePicture done) {
     refuse(done, [&] {
         const JobReader reader = state_->reader_of(user);
-        PreviewWanted of_user = wanted;
+        PictureWanted of_user = wanted;
         if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
         state_->previews.run(body, taken(reader.preview(body)), reader.roots(), of_user, done);
     });
 }
 
 void Service::frame_image(const User& user, const std::string& id, int frame, bool after,
-                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+                          const PictureWanted& wanted, GivePicture done) {
     refuse(done, [&] {
         state_->show(
             user, wanted, done,
@@ -579,8 +655,8 @@ void Service::frame_image(const User& user, const std::string& id, int frame, bo
     });
 }
 
-void Service::job_image(const User& user, const std::string& id, const ImageWanted& wanted,
-                        std::function<void(Answer<Picture>)> done) {
+void Service::job_image(const User& user, const std::string& id, const PictureWanted& wanted,
+                        GivePicture done) {
     refuse(done, [&] {
         state_->show(user, wanted, done,
                      [job = state_->known(id), frames = stored(state_->store->frames(id))](
@@ -589,7 +665,7 @@ void Service::job_image(const User& user, const std::string& id, const ImageWant
 }
 
 void Service::input_image(const User& user, const std::string& input, int frame,
-                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+                          const PictureWanted& wanted, GivePicture done) {
     refuse(done, [&] {
         state_->show(user, wanted, done, [input, frame](const JobReader& reader) {
             return input_frame(input, frame, reader.roots());
@@ -613,8 +689,8 @@ Answer<std::string> Service::plan(const User& user, const std::string& body) {
     });
 }
 
-Answer<CheckedChain> Service::check_chain(const std::string& body) const {
-    return check_chain_text(body, state_->registry);
+Answer<Diagnostics> Service::check_chain(const std::string& body) const {
+    return check_chain_text(body, state_->settings.roots, state_->registry);
 }
 
 std::string Service::passes() const {

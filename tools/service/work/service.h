@@ -69,18 +69,13 @@ struct Picture {
 
 inline constexpr const char* kExrType = "image/x-exr";
 
-inline constexpr int kLargestImageSide = 4096;  // pixels, of an image of a file in a reply
+// Called once, on any thread.
+using GivePicture = std::function<void(Answer<Picture>)>;
 
-// An image of a file in a reply.
-struct ImageWanted {
-    std::string type = "image/png";                // or page::kPictureType
-    int side = 320;                                // largest width and height
-    std::string share = {};                        // whose turn it takes: HelperThreads
-    std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
-};
-
-struct PreviewWanted {
-    std::string type = "image/png";  // or kExrType, page::kPictureType: scene-linear
+// A file's image or a preview in a reply.
+struct PictureWanted {
+    std::string type = "image/png";  // or page::kPictureType; of a preview also kExrType
+    int side = 320;                  // largest width and height; of a file's image
     std::string session = {};        // a later preview of the session replaces this one; empty = no
     std::string share = {};          // whose turn it takes: HelperThreads
     std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
@@ -92,11 +87,6 @@ struct ResultFile {
     std::string name;  // without folders
     std::string type;
     uint64_t bytes = 0;
-};
-
-struct CheckedChain {
-    Diagnostics diagnostics;  // none = the text is valid
-    io::Json values;          // of the text; null if it is not an object with a list of passes
 };
 
 struct JobQuery {
@@ -156,22 +146,22 @@ class Service {
 
     // At most `limit` events after `after`, oldest first, of one job, or of all if `id` is empty.
     Answer<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
+    int64_t newest_event() const;  // the last id; 0 = none yet
     // Called on any thread soon after an event is stored. Must be quick and must not throw.
     void on_event(std::function<void(const Event&)> listener);
 
-    // Filters one frame of an input, at a scale of its size (docs/service.md). `done` is called
-    // once, on any thread.
-    void preview(const User& user, const std::string& body, const PreviewWanted& wanted,
-                 std::function<void(Answer<Picture>)> done);
-    // An image of a job's frame before or after filtering. `done` is called once, on any thread.
+    // Filters one frame of an input, at a scale of its size (docs/service.md).
+    void preview(const User& user, const std::string& body, const PictureWanted& wanted,
+                 GivePicture done);
+    // An image of a job's frame before or after filtering.
     void frame_image(const User& user, const std::string& id, int frame, bool after,
-                     const ImageWanted& wanted, std::function<void(Answer<Picture>)> done);
+                     const PictureWanted& wanted, GivePicture done);
     // An image that represents the job in a list.
-    void job_image(const User& user, const std::string& id, const ImageWanted& wanted,
-                   std::function<void(Answer<Picture>)> done);
+    void job_image(const User& user, const std::string& id, const PictureWanted& wanted,
+                   GivePicture done);
     // An image of a frame of an input.
     void input_image(const User& user, const std::string& input, int frame,
-                     const ImageWanted& wanted, std::function<void(Answer<Picture>)> done);
+                     const PictureWanted& wanted, GivePicture done);
     // The contents of a folder of the roots, and chains with their texts: JSON, as
     // tools/service/work/browse.h.
     Answer<std::string> browse(const User& user, const std::string& folder) const;
@@ -185,7 +175,7 @@ class Service {
     // JSON, as `postchain plan --json`.
     Answer<std::string> plan(const User& user, const std::string& body);
     // A chain file's text, for the editor. `body`: {"text": ...}.
-    Answer<CheckedChain> check_chain(const std::string& body) const;
+    Answer<Diagnostics> check_chain(const std::string& body) const;
     std::string passes() const;        // JSON, as `postchain passes --json`
     std::string chain_schema() const;  // as `postchain schema`
     io::Json job_schema() const;       // JSON Schema of a body of submit()

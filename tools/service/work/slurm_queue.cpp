@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "chain/base/text.h"
+#include "tools/sequence/files/sequence.h"
 #include "tools/service/store/job.h"
 #include "tools/service/work/process.h"
 
@@ -14,7 +15,7 @@ namespace postchain::service {
 namespace {
 
 // slurmctld answers within seconds, or it is down.
-constexpr auto kLimit = std::chrono::seconds(20);
+constexpr auto kAnswerLimit = std::chrono::seconds(20);
 constexpr const char* kSilence[] = {
     "Unable to contact", "timed out", "temporarily", "Connection", "communication",
     "Zero Bytes",        "backup",    "munge",       "Munge",      "authentication"};
@@ -30,20 +31,9 @@ bool is_silence(const std::string& text) {
 }
 
 // The number of tasks in "7", "1-40%4", "3,5,9-12".
-int count_of(std::string text) {
-    text = text.substr(0, text.find('%'));
-    int count = 0;
-    std::istringstream parts(text);
-    for (std::string part; std::getline(parts, part, ',');) {
-        const size_t dash = part.find('-');
-        int first = 0, last = 0;
-        std::from_chars(part.data(), part.data() + std::min(dash, part.size()), first);
-        last = first;
-        if (dash != std::string::npos)
-            std::from_chars(part.data() + dash + 1, part.data() + part.size(), last);
-        count += std::max(1, last - first + 1);
-    }
-    return std::max(1, count);
+int count_of(const std::string& text) {
+    const auto tasks = io::FrameRange::parse(text.substr(0, text.find('%')));
+    return tasks.ok() ? int(tasks->frames.size()) : 1;
 }
 
 void add(ArrayState& tasks, const std::string& id, const std::string& state,
@@ -141,7 +131,7 @@ std::string script_of(const TaskArray& job, const std::string& version) {
 Result<std::string> SlurmQueue::answer_of(const std::vector<std::string>& words,
                                           const std::string& input) const {
     if (stop_) return Status(StatusCode::output, "the service is shutting down");
-    ASSIGN_OR_RETURN(const auto ran, run_program({words}, input, kLimit, &stop_));
+    ASSIGN_OR_RETURN(const auto ran, run_program({words}, input, kAnswerLimit, &stop_));
     if (ran.exit_code != 0)
         return Status(is_silence(ran.err) ? StatusCode::output : StatusCode::usage,
                       concat(words.front(), ": ", first_line(ran.err)));

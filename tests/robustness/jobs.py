@@ -116,9 +116,14 @@ def differences_of_file(folder, path, expected):
         return [str(error)]
     if str(path) not in expected:
         return [f"{folder / path}: is no file of the job"]
-    if value != expected[str(path)]:
-        return [f"{folder / path}: differs from the undisturbed job's"]
-    return []
+    if value == expected[str(path)]:
+        return []
+    at = ""
+    if isinstance(value, bytes):
+        other = expected[str(path)]
+        first = next((i for i, (a, b) in enumerate(zip(value, other)) if a != b), min(len(value), len(other)))
+        at = f" from byte {first} on: {value[first:first + 16].hex()}, there {other[first:first + 16].hex()}"
+    return [f"{folder / path}: differs from the undisturbed job's{at}"]
 
 
 def differences(folder, expected, whole):

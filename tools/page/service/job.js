@@ -89,7 +89,7 @@ function draw() {
     parts.state.textContent = job.state;
     parts.progress.hidden = !job.frames;
     parts.progress.max = job.frames || 1;
-    parts.progress.value = job.done + job.failed;
+    parts.progress.value = job.done;
     parts.line.textContent = [progressOf(job), times()].filter(Boolean).join(" \u00b7 ");
     const text = [job.verdict, job.message].filter(Boolean).join("\n");
     parts.message.hidden = !text;

@@ -178,7 +178,7 @@ export function start_look() {
         drawn: () => {
             marks.drawn();
             if (!model.subject) by_id("missing").textContent = state.get("job")
-                ? "This job has no frames to show." : "Choose frames on the left.";
+                ? "This job has no frames to show yet." : "Choose frames on the left.";
         },
         held: () => undefined, busy: (on) => marks.busy(on), choosing: () => undefined,
     });

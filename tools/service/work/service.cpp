@@ -598,7 +598,8 @@ Answer<Job> Service::change(const User& user, const std::string& id, const std::
 
 Answer<Job> Service::forget(const User& user, const std::string& id) {
     return answer([&] {
-        const char* why_not = "; cancel it first, and wait until its processes have ended";
+        // An ended one may have processes that end their frame.
+        const char* why_not = "; a job can be removed when it and its processes have ended";
         return state_->change(user, id, why_not,
                               [&](const Job&) { return stored(state_->store->forget(id)); });
     });

@@ -1,5 +1,5 @@
 /* A guest's chain from the text of a chain file (docs/chain_file.md). C11 and C++20. Only for hosts
- * that link the config library (yaml-cpp). */
+ * that link the config library (libyaml). */
 #ifndef POSTCHAIN_CHAIN_FROM_TEXT_H
 #define POSTCHAIN_CHAIN_FROM_TEXT_H
 #include <postchain/postchain.h>

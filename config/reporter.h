@@ -27,6 +27,8 @@ class Reporter {
     void note(const TextNode& at, const std::string& path, const std::string& message) {
         add(Severity::note, at.line, at.column, path, message);
     }
+    // Whether further ones are not shown.
+    bool full() const { return out_.size() > kMaxDiagnostics; }
     // An error unless `node` is the version of the format that this program reads.
     void check_version(const TextNode& node, const std::string& path, int version);
 

@@ -1,19 +1,16 @@
 #include "config/text_tree.h"
 
 #include <unistd.h>
-#include <yaml-cpp/eventhandler.h>
-#include <yaml-cpp/exceptions.h>
-#include <yaml-cpp/mark.h>
-#include <yaml-cpp/parser.h>
+#include <yaml.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 #include <unordered_map>
 
 #include "chain/base/readable_file.h"
@@ -24,23 +21,18 @@
 namespace postchain {
 namespace {
 
-size_t offset_of(const YAML::Mark& mark) {
-    return size_t(std::max(mark.pos, 0));
-}
-
-// Builds the tree from the events of a parser. Offsets are those of bytes in the text. Throws a
-// TextFault, through the parser, to stop it.
+// Builds the tree from the events of a parser. Throws a TextFault to stop it.
 class Builder {
   public:
-    Builder(const PlaceIndex& places, const TextLimits& limits, Reporter& reporter)
-        : places_(places), limits_(limits), reporter_(reporter) {}
+    Builder(const TextLimits& limits, Reporter& reporter) : limits_(limits), reporter_(reporter) {}
 
     TextNode root;
 
-    TextNode start(size_t offset, TextNode::Kind kind) {
-        const TextPlace place = places_.at(offset);
-        if (++nodes_ > limits_.nodes) throw TextFault{place, too_many_nodes(limits_.nodes)};
+    TextNode start(TextPlace place, TextNode::Kind kind) {
+        if (++nodes_ > limits_.nodes)
+            throw TextFault{place, concat("more than ", limits_.nodes, " values; shorten it")};
         if (is_stopped()) throw TextFault{place, stopped_status().message()};
+        if (reporter_.full()) throw TextFault{place, "too many errors"};  // not shown either
         TextNode node;
         node.kind = kind;
         node.line = place.line;
@@ -50,7 +42,8 @@ class Builder {
 
     void open(TextNode node) {
         if (int(stack_.size()) >= limits_.depth)
-            throw TextFault{{node.line, node.column}, nested_too_deep(limits_.depth)};
+            throw TextFault{{node.line, node.column},
+                            concat("nested deeper than ", limits_.depth, " levels")};
         Level level;
         level.node = std::move(node);
         stack_.push_back(std::move(level));
@@ -114,106 +107,114 @@ class Builder {
         return !word.empty() && word.find_first_not_of("0123456789") == word.npos;
     }
 
-    const PlaceIndex& places_;
     const TextLimits& limits_;
     Reporter& reporter_;
     size_t nodes_ = 0;
     std::vector<Level> stack_;
 };
 
-// The events of yaml-cpp.
-class YamlEvents : public YAML::EventHandler {
+// The parser of libyaml, event by event.
+class YamlParser {
   public:
-    YamlEvents(std::string_view text, Builder& builder, Reporter& reporter)
-        : text_(text), builder_(builder), reporter_(reporter) {}
-
-    void OnDocumentStart(const YAML::Mark&) override {}
-    void OnDocumentEnd() override {}
-
-    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-        TextNode node = start(mark, TextNode::Kind::null);
-        refuse_properties(mark, node, "?", anchor);
-        builder_.attach(std::move(node));
+    YamlParser(std::string_view text, Builder& builder, Reporter& reporter)
+        : text_(text), builder_(builder), reporter_(reporter) {
+        if (!yaml_parser_initialize(&parser_)) throw std::bad_alloc();
+        yaml_parser_set_encoding(&parser_, YAML_UTF8_ENCODING);
+        yaml_parser_set_input_string(&parser_, reinterpret_cast<const unsigned char*>(text.data()),
+                                     text.size());
     }
+    YamlParser(const YamlParser&) = delete;
+    YamlParser& operator=(const YamlParser&) = delete;
+    ~YamlParser() { yaml_parser_delete(&parser_); }
 
-    void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-        TextNode node = start(mark, TextNode::Kind::null);
-        reporter_.error(node, "", "aliases (*name) are not allowed; write the value again");
-        builder_.attach(std::move(node));
+    void parse() {
+        for (yaml_event_type_t type = YAML_NO_EVENT; type != YAML_STREAM_END_EVENT;) {
+            yaml_event_t event;
+            if (!yaml_parser_parse(&parser_, &event)) throw_fault();
+            const std::unique_ptr<yaml_event_t, void (*)(yaml_event_t*)> owner(&event,
+                                                                               yaml_event_delete);
+            type = event.type;
+            take(event);
+        }
     }
-
-    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                  const std::string& value) override {
-        TextNode node = start(mark, TextNode::Kind::scalar);
-        node.text = value;
-        node.quoted = tag != "?";  // "!" is yaml-cpp's tag of a quoted or block scalar
-        refuse_properties(mark, node, tag == "!" ? "?" : tag, anchor);
-        builder_.attach(std::move(node));
-    }
-
-    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                         YAML::EmitterStyle::value) override {
-        open(mark, TextNode::Kind::list, tag, anchor);
-    }
-    void OnSequenceEnd() override { builder_.close(); }
-
-    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                    YAML::EmitterStyle::value) override {
-        open(mark, TextNode::Kind::map, tag, anchor);
-    }
-    void OnMapEnd() override { builder_.close(); }
 
   private:
-    TextNode start(const YAML::Mark& mark, TextNode::Kind kind) {
-        return builder_.start(offset_of(mark), kind);
+    static TextPlace place_of(const yaml_mark_t& mark) {
+        return {int(mark.line) + 1, int(mark.column) + 1};
     }
 
-    // A node with an explicit tag or anchor begins there.
-    void refuse_properties(const YAML::Mark& mark, const TextNode& node, const std::string& tag,
-                           YAML::anchor_t anchor) {
-        const bool bang =
-            mark.pos >= 0 && size_t(mark.pos) < text_.size() && text_[size_t(mark.pos)] == '!';
-        if (anchor != 0)
+    [[noreturn]] void throw_fault() const {
+        if (parser_.error == YAML_MEMORY_ERROR) throw std::bad_alloc();
+        TextPlace place = parser_.error == YAML_READER_ERROR
+                              ? place_at(text_, parser_.problem_offset)
+                              : place_of(parser_.problem_mark);
+        // What does not end is shown where it begins.
+        const TextPlace end = place_at(text_, text_.find_last_not_of(" \t\r\n") + 1);
+        if (parser_.context && place >= end) place = std::min(place_of(parser_.context_mark), end);
+        throw TextFault{place, concat("not YAML or JSON: ", parser_.context ? parser_.context : "",
+                                      parser_.context ? ", " : "", parser_.problem)};
+    }
+
+    void take(const yaml_event_t& event) {
+        const auto& data = event.data;
+        switch (event.type) {
+            case YAML_DOCUMENT_START_EVENT:
+                if (++documents_ > 1)
+                    throw TextFault{place_of(event.start_mark),
+                                    "text after the end of the document; a file has only one "
+                                    "document"};
+                break;
+            case YAML_ALIAS_EVENT:
+                builder_.attach(start(event, TextNode::Kind::null, nullptr, nullptr));
+                break;
+            case YAML_SCALAR_EVENT:
+                scalar(event);
+                break;
+            case YAML_SEQUENCE_START_EVENT:
+                builder_.open(start(event, TextNode::Kind::list, data.sequence_start.anchor,
+                                    data.sequence_start.tag));
+                break;
+            case YAML_MAPPING_START_EVENT:
+                builder_.open(start(event, TextNode::Kind::map, data.mapping_start.anchor,
+                                    data.mapping_start.tag));
+                break;
+            case YAML_SEQUENCE_END_EVENT:
+            case YAML_MAPPING_END_EVENT:
+                builder_.close();
+                break;
+            default:
+                break;
+        }
+    }
+
+    void scalar(const yaml_event_t& event) {
+        const auto& data = event.data.scalar;
+        std::string text(reinterpret_cast<const char*>(data.value), data.length);
+        const bool plain = data.style == YAML_PLAIN_SCALAR_STYLE;
+        const bool null = plain && (text.empty() || text == "~" || text == "null");
+        TextNode node = start(event, null ? TextNode::Kind::null : TextNode::Kind::scalar,
+                              data.anchor, data.tag);
+        if (!null) node.text = std::move(text);
+        node.quoted = !plain;
+        builder_.attach(std::move(node));
+    }
+
+    TextNode start(const yaml_event_t& event, TextNode::Kind kind, const yaml_char_t* anchor,
+                   const yaml_char_t* tag) {
+        TextNode node = builder_.start(place_of(event.start_mark), kind);
+        if (event.type == YAML_ALIAS_EVENT)
+            reporter_.error(node, "", "aliases (*name) are not allowed; write the value again");
+        if (anchor)
             reporter_.error(node, "", "anchors (&name) are not allowed; write the value again");
-        if (tag != "?" || bang)
-            reporter_.error(node, "", "tags (!name) are not allowed; quote a string instead");
-    }
-
-    void open(const YAML::Mark& mark, TextNode::Kind kind, const std::string& tag,
-              YAML::anchor_t anchor) {
-        TextNode node = start(mark, kind);
-        refuse_properties(mark, node, tag, anchor);
-        builder_.open(std::move(node));
+        if (tag) reporter_.error(node, "", "tags (!name) are not allowed; quote a string instead");
+        return node;
     }
 
     std::string_view text_;
     Builder& builder_;
     Reporter& reporter_;
-};
-
-// Refuses a second document where it begins.
-class SecondDocument : public YAML::EventHandler {
-  public:
-    explicit SecondDocument(const PlaceIndex& places) : places_(places) {}
-
-    void OnDocumentStart(const YAML::Mark& mark) override {
-        throw TextFault{places_.at(offset_of(mark)),
-                        "text after the end of the document; a file has only one document"};
-    }
-    void OnDocumentEnd() override {}
-    void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
-    void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
-    void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                  const std::string&) override {}
-    void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                         YAML::EmitterStyle::value) override {}
-    void OnSequenceEnd() override {}
-    void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                    YAML::EmitterStyle::value) override {}
-    void OnMapEnd() override {}
-
-  private:
-    const PlaceIndex& places_;
+    yaml_parser_t parser_;
+    int documents_ = 0;
 };
 
 // The parser of nlohmann_json says where a token ends, by the characters that it has taken. Between
@@ -242,8 +243,7 @@ class JsonEvents : public nlohmann::json_sax<nlohmann::json> {
         const char** taken_;
     };
 
-    JsonEvents(std::string_view text, const PlaceIndex& places, Builder& builder)
-        : text_(text), places_(places), builder_(builder) {}
+    JsonEvents(std::string_view text, Builder& builder) : text_(text), builder_(builder) {}
 
     // Why the text is not JSON.
     std::optional<TextFault> fault;
@@ -275,20 +275,20 @@ class JsonEvents : public nlohmann::json_sax<nlohmann::json> {
                      const nlohmann::json::exception& error) override {
         constexpr int kOutOfRange = 406;  // nlohmann_json's number of this error
         if (error.id == kOutOfRange)
-            fault = {places_.at(next_token()), "a number is too large for a double"};
+            fault = {next_token(), "a number is too large for a double"};
         else
-            fault = {places_.at(position > 0 ? position - 1 : 0), "not valid JSON from here on"};
+            fault = {place_at(text_, position > 0 ? position - 1 : 0, begin_, place_),
+                     "not valid JSON from here on"};
         return false;
     }
 
   private:
     // The parser has looked at the character behind a number.
     bool plain(TextNode::Kind kind) {
-        const size_t begin = next_token();
-        TextNode node = builder_.start(begin, kind);
+        TextNode node = builder_.start(next_token(), kind);
         if (kind == TextNode::Kind::scalar) {
-            const size_t end = text_.find_first_of(" \t\r\n,]}", begin);
-            node.text = text_.substr(begin, end - begin);
+            const size_t end = text_.find_first_of(" \t\r\n,]}", begin_);
+            node.text = text_.substr(begin_, end - begin_);
         }
         builder_.attach(std::move(node));
         return true;
@@ -303,18 +303,22 @@ class JsonEvents : public nlohmann::json_sax<nlohmann::json> {
         return true;
     }
 
-    // The offset of the token that the parser has read.
-    size_t next_token() {
+    // The place of the token that the parser has read.
+    TextPlace next_token() {
         const size_t begin = text_.find_first_not_of(" \t\r\n,:", end_);
+        place_ = place_at(text_, begin, begin_, place_);
+        begin_ = begin;
         end_ = size_t(taken_ - text_.data());
-        return begin;
+        return place_;
     }
 
     std::string_view text_;
-    const PlaceIndex& places_;
     Builder& builder_;
     const char* taken_ = text_.data();
-    size_t end_ = 0;  // of the last token
+    // The last token.
+    TextPlace place_;
+    size_t begin_ = 0;
+    size_t end_ = 0;
 };
 
 // Reads a text, whose faults become diagnostics of the tree.
@@ -326,26 +330,13 @@ class TextReader {
           limits_(limits),
           reporter_(file_name, code, tree_.diagnostics) {}
 
-    TextTree json() {
-        read([&] {
-            check();
-            if (const auto fault = read_json()) throw *fault;
-        });
-        return std::move(tree_);
-    }
-
-    TextTree yaml_or_json() {
-        read([&] {
-            check();
-            const size_t first = text_.find_first_not_of(" \t\r\n");
-            if (first != text_.npos && (text_[first] == '{' || text_[first] == '[')) {
-                const auto fault = read_json();
-                if (!fault) return;
-                if (text_.size() > kMaxYamlBytes) throw *fault;
-                tree_.diagnostics.clear();
-            }
-            read_yaml();
-        });
+    TextTree read(bool only_json) {
+        try {
+            read_or_throw(only_json);
+        } catch (const TextFault& fault) {
+            reporter_.add(Severity::error, fault.place.line, fault.place.column, "", fault.message);
+            tree_.root = TextNode();
+        }
         return std::move(tree_);
     }
 
@@ -355,59 +346,47 @@ class TextReader {
         return text;
     }
 
-    template <class Read>
-    void read(const Read& steps) {
-        try {
-            steps();
-        } catch (const TextFault& fault) {
-            reporter_.add(Severity::error, fault.place.line, fault.place.column, "", fault.message);
-            tree_.root = TextNode();
-        }
-    }
-
-    void check() const {
+    void read_or_throw(bool only_json) {
         if (text_.size() > limits_.bytes)
             throw TextFault{{}, concat("larger than ", limits_.bytes, " bytes; shorten it")};
         if (const auto bad = find_bad_character(text_)) throw *bad;
+        const size_t first = text_.find_first_not_of(" \t\r\n");
+        const bool begins_as_json =
+            first != text_.npos && (text_[first] == '{' || text_[first] == '[');
+        if (only_json || begins_as_json) {
+            const auto fault = read_json();
+            if (!fault) return;
+            if (only_json) throw *fault;
+            tree_.diagnostics.clear();
+        }
+        read_yaml();
     }
 
     std::optional<TextFault> read_json() {
-        const PlaceIndex places(text_);
-        Builder builder(places, limits_, reporter_);
-        JsonEvents events(text_, places, builder);
+        Builder builder(limits_, reporter_);
+        JsonEvents events(text_, builder);
         if (!events.parse()) return events.fault;
         tree_.root = std::move(builder.root);
         return std::nullopt;
     }
 
-    void read_yaml() {
-        if (text_.size() > kMaxYamlBytes)
-            throw TextFault{{},
-                            concat("larger than ", kMaxYamlBytes,
-                                   " bytes of YAML; shorten it, or write it as JSON")};
-        if (const auto large = find_large_flow(text_, limits_.depth, limits_.nodes)) throw *large;
-        if (const auto directive = find_directive(text_))
-            throw TextFault{*directive, "directives (%NAME) are not allowed; remove it"};
-        const PlaceIndex places(text_);
-        Builder builder(places, limits_, reporter_);
-        YamlEvents events(text_, builder, reporter_);
-        // yaml-cpp would read a final line end as the end of an open quote.
-        const size_t end = text_.find_last_not_of(" \t\r\n") + 1;
-        try {
-            std::istringstream in{std::string(text_.substr(0, end))};
-            YAML::Parser parser(in);
-            const bool any = parser.HandleNextDocument(events);
-            if ((!any || builder.root.is_null()) && !has_errors(tree_.diagnostics))
-                throw TextFault{{}, "is empty; write the file's first key"};
-            SecondDocument second(places);
-            parser.HandleNextDocument(second);
-        } catch (const YAML::Exception& error) {
-            throw TextFault{places.at(offset_of(error.mark)), "not YAML or JSON: " + error.msg};
-        } catch (const std::bad_alloc&) {
-            throw;
-        } catch (const std::exception& error) {  // from the standard library
-            throw TextFault{{}, std::string("cannot be read: ") + error.what()};
+    // Before libyaml, whose time grows with the square of their number. It ends lines at these.
+    void refuse_directives() const {
+        for (size_t at = text_.find('%'); at != text_.npos; at = text_.find('%', at + 1)) {
+            const std::string_view before = text_.substr(0, at);
+            if (before.empty() || before.ends_with('\n') || before.ends_with('\r') ||
+                before.ends_with("\u2028") || before.ends_with("\u2029"))
+                throw TextFault{place_at(text_, at),
+                                "directives (%NAME) are not allowed; remove it"};
         }
+    }
+
+    void read_yaml() {
+        refuse_directives();
+        Builder builder(limits_, reporter_);
+        YamlParser(text_, builder, reporter_).parse();
+        if (builder.root.is_null() && !has_errors(tree_.diagnostics))
+            throw TextFault{{}, "is empty; write the file's first key"};
         tree_.root = std::move(builder.root);
     }
 
@@ -421,12 +400,12 @@ class TextReader {
 
 TextTree read_text_tree(std::string_view text, const std::string& file_name, StatusCode code,
                         const TextLimits& limits) {
-    return TextReader(text, file_name, code, limits).yaml_or_json();
+    return TextReader(text, file_name, code, limits).read(false);
 }
 
 TextTree read_json_tree(std::string_view text, const std::string& file_name, StatusCode code,
                         const TextLimits& limits) {
-    return TextReader(text, file_name, code, limits).json();
+    return TextReader(text, file_name, code, limits).read(true);
 }
 
 const TextNode* TextNode::find(std::string_view key) const {

@@ -1,11 +1,10 @@
 // TextTree: YAML or JSON text -> a tree of scalars, lists and maps with the place of each.
 //
-//   text --size, UTF-8--> events of nlohmann_json (JSON) or yaml-cpp --limits, duplicates-->
+//   text --size, UTF-8--> events of nlohmann_json (JSON) or libyaml --limits, duplicates-->
 //   TextNode
 //
-// A text that begins with { or [ and is valid JSON is read as JSON, any other as YAML. Only the
-// scanner of yaml-cpp 0.7 is used, because yaml-cpp checks neither UTF-8 nor duplicate keys,
-// resolves anchors, and reads 010 as eight and yes as true. Rules:
+// A text that begins with { or [ and is valid JSON is read as JSON, any other as YAML. (libyaml
+// reads neither the surrogates of JSON nor keys of more than 1024 characters.) Rules:
 //   - a plain scalar is true, false, null, a decimal integer, a decimal number, or a string;
 //   - a quoted scalar is a string, always;
 //   - anchors, aliases, tags, merge keys, directives, duplicate keys, a second document, text that
@@ -30,10 +29,6 @@ struct TextLimits {
     // Whole numbers among the keys are not counted: the frames of a camera file.
     bool frame_keys = false;
 };
-
-// Larger texts of YAML are refused, whatever the limits say: yaml-cpp needs ten times the
-// time of JSON. People write YAML, and programs write JSON.
-inline constexpr size_t kMaxYamlBytes = size_t(1) << 18;
 
 struct TextNode;
 struct TextEntry;

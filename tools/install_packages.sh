@@ -12,7 +12,7 @@ packages=(
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
     libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools libpng-dev zlib1g-dev
     libdeflate-dev
-    libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libseccomp-dev
+    libyaml-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libseccomp-dev
 )
 declare -A parts=(
     [lab]="libboost-dev"

@@ -121,7 +121,7 @@ def needed(options):
               "ld-linux-x86-64.so.2"}
     plan = f"libpostchain_plan.so.{soversion(options)}"
     may = {"postchain": {plan, "libepoxy.so.0"}, "postchain_plan": set(),
-           "postchain_config": {plan, "libyaml-cpp.so.0.7"}, "postchain_vk": {plan}}
+           "postchain_config": {plan, "libyaml-0.so.2"}, "postchain_vk": {plan}}
     for name in libraries(options):
         library = one(f"lib/**/lib{name}.so", options.prefix)
         text = call("readelf", "-d", library)

@@ -40,7 +40,7 @@ ALLOWED_LIBRARIES = {
     "OpenImageIO": ["tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h",
                     "tools/sequence/image/image_calls.cpp", "tools/sequence/image/image_codec.cpp"],
     "OpenColorIO": ["tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h"],
-    "yaml-cpp": ["config"],
+    "yaml.h": ["config/text_tree.cpp"],
     "vulkan": ["chain/vk", "tools/samples/vulkan", "tools/samples/own_device"],
     "glslang": ["chain/vk"],
     "spirv_cross_c.h": ["tools/apps/programs"],

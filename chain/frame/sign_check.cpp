@@ -77,95 +77,6 @@ std::string SignCheck::remedy() const {
                      factors);
 }
 
-struct SignChecker::Sums {
-    struct Candidate {
-        SignCandidate is;
-        double error = 0, apart = 0, converted_apart = 0;
-        size_t pixels_apart = 0;
-    };
-    std::vector<Candidate> candidates;
-    size_t pixels = 0, leaving = 0;
-    double still_error = 0;
-};
-
-SignChecker::SignChecker() : sums_(std::make_unique<Sums>()) {}
-SignChecker::~SignChecker() = default;
-
-void SignChecker::add(const PlaneView& planes, const Strip& strip, const ImageF& next,
-                      int next_top) {
-    const ImageF& now = planes.at(Role::color);
-    const ImageF& motion = planes.at(Role::motion);
-    Sums& sums = *sums_;
-    if (sums.candidates.empty())
-        for (Role role : {Role::motion, Role::motion_back})
-            for (int sign_x : {1, -1})
-                for (int sign_y : {1, -1})
-                    if (planes.find(role)) sums.candidates.push_back({{role, sign_x, sign_y}});
-    // From a row of the frame to a row of each image.
-    const int offset = next_top, last_row = next_top + next.height - 1;
-    const auto difference_at = [&](int x, int y, double px, double py) {
-        return difference(now, x, y - strip.top, next, px, py - offset);
-    };
-    const auto error_of = [&](int x, int y, double vx, double vy) {
-        const double px = x + vx, py = y + vy;
-        const bool inside = px >= 0 && py >= offset && px <= now.width - 1 && py <= last_row;
-        return inside ? difference_at(x, y, px, py) : kCap;
-    };
-    for (int y = strip.first; y < strip.end; ++y) {
-        for (int x = 0; x < now.width; ++x) {
-            const float* v = motion.pixel(x, y - strip.top);
-            const double vx = std::abs(v[0]), vy = std::abs(v[1]);
-            if (vx * vx + vy * vy < 1) continue;
-            // Every candidate is measured over the pixels that stay inside under each sign.
-            if (x - vx < 0 || x + vx > now.width - 1 || y - vy < offset || y + vy > last_row) {
-                ++sums.leaving;
-                continue;
-            }
-            ++sums.pixels;
-            sums.still_error += difference_at(x, y, x, y);
-            // The error of the conversion as it is.
-            const double converted = error_of(x, y, v[0], v[1]);
-            for (auto& candidate : sums.candidates) {
-                const float* w = planes.at(candidate.is.plane).pixel(x, y - strip.top);
-                const double wx = candidate.is.sign_x * double(w[0]);
-                const double wy = candidate.is.sign_y * double(w[1]);
-                const double error = error_of(x, y, wx, wy);
-                candidate.error += error;
-                const double dx = wx - double(v[0]), dy = wy - double(v[1]);
-                if (dx * dx + dy * dy < kApart * kApart) continue;
-                ++candidate.pixels_apart;
-                candidate.apart += error;
-                candidate.converted_apart += converted;
-            }
-        }
-    }
-}
-
-SignCheck SignChecker::result() const {
-    SignCheck check;
-    check.pixels = sums_->pixels;
-    if (check.pixels == 0) {
-        check.why_not = sums_->leaving == 0 ? "nothing moves by a pixel"
-                                            : concat("each of the ", sums_->leaving,
-                                                     " moving pixels leaves the picture");
-        return check;
-    }
-    check.still_error = sums_->still_error / double(check.pixels);
-    for (const auto& sums : sums_->candidates) {
-        SignCandidate candidate = sums.is;
-        candidate.pixels_apart = sums.pixels_apart;
-        candidate.error = sums.error / double(check.pixels);
-        // A mean of 1e-6 is no difference: it keeps 0/0 at 1.
-        const double none = 1e-6 * double(candidate.pixels_apart);
-        if (candidate.pixels_apart > 0)
-            candidate.margin = (sums.apart + none) / (sums.converted_apart + none);
-        check.candidates.push_back(candidate);
-    }
-    std::stable_sort(check.candidates.begin(), check.candidates.end(),
-                     [](const auto& a, const auto& b) { return a.error < b.error; });
-    return check;
-}
-
 SignCheck check_signs(PlaneView planes, const ImageF& next) {
     SignCheck check;
     const ImageF* color = planes.find(Role::color);
@@ -178,9 +89,70 @@ SignCheck check_signs(PlaneView planes, const ImageF& next) {
                                " pixels, the next one ", next.width, "x", next.height);
         return check;
     }
-    SignChecker checker;
-    checker.add(planes, Strip::whole(color->height), next, 0);
-    return checker.result();
+    struct Sums {
+        SignCandidate is;
+        double error = 0, apart = 0, converted_apart = 0;
+    };
+    std::vector<Sums> candidates;
+    for (Role role : {Role::motion, Role::motion_back})
+        for (int sign_x : {1, -1})
+            for (int sign_y : {1, -1})
+                if (planes.find(role)) candidates.push_back({{role, sign_x, sign_y}});
+    const ImageF& now = *color;
+    const ImageF& motion = planes.at(Role::motion);
+    const int last_column = now.width - 1, last_row = now.height - 1;
+    const auto error_of = [&](int x, int y, double vx, double vy) {
+        const double px = x + vx, py = y + vy;
+        const bool inside = px >= 0 && py >= 0 && px <= last_column && py <= last_row;
+        return inside ? difference(now, x, y, next, px, py) : kCap;
+    };
+    size_t leaving = 0;
+    for (int y = 0; y < now.height; ++y) {
+        for (int x = 0; x < now.width; ++x) {
+            const float* v = motion.pixel(x, y);
+            const double vx = std::abs(v[0]), vy = std::abs(v[1]);
+            if (vx * vx + vy * vy < 1) continue;
+            // Every candidate is measured over the pixels that stay inside under each sign.
+            if (x - vx < 0 || x + vx > last_column || y - vy < 0 || y + vy > last_row) {
+                ++leaving;
+                continue;
+            }
+            ++check.pixels;
+            check.still_error += difference(now, x, y, next, x, y);
+            // The error of the conversion as it is.
+            const double converted = error_of(x, y, v[0], v[1]);
+            for (auto& candidate : candidates) {
+                const float* w = planes.at(candidate.is.plane).pixel(x, y);
+                const double wx = candidate.is.sign_x * double(w[0]);
+                const double wy = candidate.is.sign_y * double(w[1]);
+                const double error = error_of(x, y, wx, wy);
+                candidate.error += error;
+                const double dx = wx - double(v[0]), dy = wy - double(v[1]);
+                if (dx * dx + dy * dy < kApart * kApart) continue;
+                ++candidate.is.pixels_apart;
+                candidate.apart += error;
+                candidate.converted_apart += converted;
+            }
+        }
+    }
+    if (check.pixels == 0) {
+        check.why_not = leaving == 0
+                            ? "nothing moves by a pixel"
+                            : concat("each of the ", leaving, " moving pixels leaves the picture");
+        return check;
+    }
+    check.still_error /= double(check.pixels);
+    for (auto& [candidate, error, apart, converted_apart] : candidates) {
+        candidate.error = error / double(check.pixels);
+        // A mean of 1e-6 is no difference: it keeps 0/0 at 1.
+        const double none = 1e-6 * double(candidate.pixels_apart);
+        if (candidate.pixels_apart > 0)
+            candidate.margin = (apart + none) / (converted_apart + none);
+        check.candidates.push_back(candidate);
+    }
+    std::stable_sort(check.candidates.begin(), check.candidates.end(),
+                     [](const auto& a, const auto& b) { return a.error < b.error; });
+    return check;
 }
 
 }  // namespace postchain

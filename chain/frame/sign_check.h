@@ -2,7 +2,6 @@
 // of the two vector planes, and compares with frame n + 1. Described in docs/command.md.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,23 +48,6 @@ struct SignCheck {
     // The change of the profile that helps if a candidate contradicts the conversion; otherwise
     // empty.
     std::string remedy() const;
-};
-
-// The check of a frame, strip by strip: every pixel is compared with the rows of the next frame
-// that its vector reaches.
-class SignChecker {
-  public:
-    SignChecker();
-    ~SignChecker();
-    // Rows of a strip's planes (color, motion, motion_back if there is one) that count, and rows of
-    // the next frame's color from row `next_top` on. Vectors that lead out of these rows are
-    // skipped.
-    void add(const PlaneView& planes, const Strip& strip, const ImageF& next, int next_top);
-    SignCheck result() const;
-
-  private:
-    struct Sums;
-    std::unique_ptr<Sums> sums_;
 };
 
 // `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next

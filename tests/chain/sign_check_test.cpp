@@ -34,11 +34,8 @@ Pan pan(double vx, double vy, bool back = true) {
     return made;
 }
 
-// The check of the whole frame as one strip.
 SignCheck check_of(const Pan& made) {
-    SignChecker checker;
-    checker.add(made.planes, Strip::whole(made.next.height), made.next, 0);
-    return checker.result();
+    return check_signs(made.planes, made.next);
 }
 
 TEST(SignCheck, ConfirmsTheTruth) {
@@ -111,32 +108,6 @@ TEST(SignCheck, OfPartsOfAPixel) {
     for (float& value : black.planes[Role::color].data) value -= 2;
     for (float& value : black.next.data) value -= 2;
     EXPECT_EQ(check_of(black).verdict(), SignVerdict::undecided);
-}
-
-// Rows above and below a strip are there for others; they do not count.
-TEST(SignCheck, StripsCountEachRowOnce) {
-    const Pan made = pan(4, -3);
-    const auto rows = [](const ImageF& image, int top, int end) {
-        ImageF part(image.width, end - top, image.channels);
-        std::copy_n(image.pixel(0, top), part.data.size(), part.data.begin());
-        return part;
-    };
-    SignChecker checker;
-    for (const Strip& strip : {Strip{0, 0, 20, 48}, Strip{10, 20, 48, 48}}) {
-        const int end = std::min(strip.end + 10, 48);
-        FramePlanes planes;
-        for (const auto& [role, plane] : made.planes) planes[role] = rows(plane, strip.top, end);
-        checker.add(planes, strip, rows(made.next, strip.top, end), strip.top);
-    }
-    const SignCheck whole = check_of(made), check = checker.result();
-    EXPECT_EQ(check.pixels, whole.pixels);
-    EXPECT_NEAR(check.still_error, whole.still_error, 1e-12);
-    for (size_t i = 0; i < 8; ++i) {
-        EXPECT_EQ(check.candidates.at(i).text(), whole.candidates[i].text());
-        EXPECT_EQ(check.candidates[i].pixels_apart, whole.candidates[i].pixels_apart);
-        EXPECT_NEAR(check.candidates[i].error, whole.candidates[i].error, 1e-12);
-        EXPECT_NEAR(check.candidates[i].margin, whole.candidates[i].margin, 1e-6);
-    }
 }
 
 // Margins at their limits; of those that are told apart the smallest counts.

@@ -1,4 +1,4 @@
-// Scanning a frame strip by strip gives the findings of the whole frame.
+// Findings in frames and sequences, the check of signs, and color in strips.
 #include "tools/sequence/source/sequence_survey.h"
 
 #include <gmock/gmock.h>
@@ -36,34 +36,6 @@ test::Planes odd_planes(int frame) {
     return planes;
 }
 
-// What a scan finds in a frame.
-auto findings(const SourceFrame& frame) {
-    const FrameDescription& d = frame.description;
-    const auto& bounds = d.bounds;
-    const auto& found = frame.findings;
-    const auto& health = found.health;
-    return std::tuple(bounds.max_speed_px, bounds.max_speed_back_px, bounds.min_inverse_depth,
-                      bounds.max_inverse_depth, bounds.min_color, bounds.max_color,
-                      bounds.one_color, bounds.color_is_half, health.nonfinite_color,
-                      health.nonfinite_depth, health.nonfinite_motion, health.sentinel_motion,
-                      health.negative_depth, health.motion_all_zero, health.first_nonfinite,
-                      found.edges.parts().depth, found.edges.parts().motion, found.clear_edges,
-                      found.sky.without_motion(), d.width, d.height, d.origin_y, d.planes,
-                      frame.warnings);
-}
-
-void expect_same(const SignCheck& a, const SignCheck& b) {
-    EXPECT_EQ(a.pixels, b.pixels);
-    EXPECT_NEAR(a.still_error, b.still_error, 1e-12);
-    ASSERT_EQ(a.candidates.size(), b.candidates.size());
-    for (size_t i = 0; i < a.candidates.size(); ++i) {
-        EXPECT_EQ(a.candidates[i].text(), b.candidates[i].text());
-        EXPECT_EQ(a.candidates[i].pixels_apart, b.candidates[i].pixels_apart);
-        EXPECT_NEAR(a.candidates[i].error, b.candidates[i].error, 1e-12);
-        EXPECT_NEAR(a.candidates[i].margin, b.candidates[i].margin, 1e-12);
-    }
-}
-
 class FrameScan : public testing::Test {
   protected:
     FrameHeader open(int frame) {
@@ -72,73 +44,65 @@ class FrameScan : public testing::Test {
         return std::move(*header);
     }
     std::string path(int frame) const { return folder_.path(concat("f.", frame, ".exr")); }
-    void expect_like_the_whole() {
-        const RoleSet wanted = {Role::inverse_depth, Role::motion, Role::motion_back};
-        const auto whole = read_source_frame(settings_, open(1), wanted, io::Keep::nothing);
-        const auto next = read_source_frame(settings_, open(2), {}, io::Keep::nothing);
-        ASSERT_TRUE(whole.ok() && next.ok());
-        SignChecker checker;
-        checker.add(
-            whole->planes, Strip::whole(whole->header.window.height()),
-            io::placed(*next->planes.at(Role::color), next->header.window, whole->header.window),
-            0);
-        const SignCheck signs = checker.result();
-        for (int rows : {1, 2, 5, 16, 40, 41}) {
-            SCOPED_TRACE(rows);
-            const auto scanned = scan_source_frame(settings_, open(1), wanted, rows);
-            ASSERT_TRUE(scanned.ok()) << scanned.status().message();
-            EXPECT_TRUE(scanned->planes.empty());
-            EXPECT_TRUE(findings(*scanned) == findings(*whole));
-            const auto check =
-                scan_signs(open(1), open(2), whole->description.bounds.max_speed_px, rows);
-            ASSERT_TRUE(check.ok()) << check.status().message();
-            expect_same(*check, signs);
-        }
+    SourceFrame read(int frame) {
+        auto read = read_source_frame(settings_, open(frame),
+                                      {Role::inverse_depth, Role::motion, Role::motion_back},
+                                      io::Keep::nothing);
+        EXPECT_TRUE(read.ok()) << read.status().message();
+        return std::move(*read);
     }
 
     test::TempFolder folder_;
     SourceSettings settings_;
 };
 
-TEST_F(FrameScan, ShowsWhatTheWholeFrameShows) {
+TEST_F(FrameScan, FindsFaultsAndEdges) {
     test::write_frame(path(1), odd_planes(1));
-    test::write_frame(path(2), odd_planes(2));
-    expect_like_the_whole();
-    const auto found = scan_source_frame(settings_, open(1),
-                                         {Role::inverse_depth, Role::motion, Role::motion_back}, 7);
-    ASSERT_TRUE(found.ok());
-    EXPECT_EQ(found->findings.health.first_nonfinite, (std::array<int, 2>{20, 23}));
-    EXPECT_GT(found->findings.clear_edges, 10u);
-    EXPECT_GT(found->findings.edges.parts().depth, 0);
+    const FrameFindings found = read(1).findings;
+    EXPECT_EQ(found.health.first_nonfinite, (std::array<int, 2>{20, 23}));
+    EXPECT_GT(found.clear_edges, 10u);
+    EXPECT_GT(found.edges.parts().depth, 0);
 }
 
-TEST_F(FrameScan, AFrameOfOneColorThatStands) {
-    test::Planes planes = test::make_planes(kWidth, kHeight);
-    for (float& value : planes.color.data) value = 0.5f;
-    planes.motion = planes.back = ImageF(kWidth, kHeight, 2);
-    test::write_frame(path(1), planes);
-    test::write_frame(path(2), planes);
-    expect_like_the_whole();
-    planes.color.at(0, 30, 0) = 0.25f;
-    test::write_frame(path(1), planes);
-    expect_like_the_whole();
+TEST_F(FrameScan, ColorInStripsIsThatOfTheFrame) {
+    test::write_frame(path(1), odd_planes(1));
+    const auto whole = read(1).planes.at(Role::color);
+    for (int rows : {1, 5, 16, 41}) {
+        std::vector<float> found;
+        const auto strips =
+            scan_source_frame(settings_, open(1), {}, rows, [&](const FramePlanes& planes, int y) {
+                EXPECT_EQ(found.size(), size_t(y) * kWidth * 4);
+                const auto& color = planes.at(Role::color).data;
+                found.insert(found.end(), color.begin(), color.end());
+            });
+        ASSERT_TRUE(strips.ok()) << strips.status().message();
+        EXPECT_EQ(*strips, (kHeight + rows - 1) / rows);
+        EXPECT_EQ(found, whole->data);
+    }
 }
 
-TEST_F(FrameScan, WindowsThatDiffer) {
+TEST_F(FrameScan, SignsAreCheckedAtTheSamePlace) {
     test::FrameFile file;
     file.display = io::Window{2, 3, 60, 55};
     test::write_frame(path(1), odd_planes(1), file);
     file.origin_x = 5;
     file.origin_y = -4;
     test::write_frame(path(2), odd_planes(2), file);
-    expect_like_the_whole();
-    settings_.data_window = DataWindow::keep;
+    for (const DataWindow window : {settings_.data_window, DataWindow::keep}) {
+        settings_.data_window = window;
+        const SourceFrame frame = read(1), next = read(2);
+        const SignCheck expected = check_signs(
+            frame.planes,
+            io::placed(*next.planes.at(Role::color), next.header.window, frame.header.window));
+        const auto check = scan_signs(settings_, open(1), open(2));
+        ASSERT_TRUE(check.ok()) << check.status().message();
+        EXPECT_GT(check->pixels, 0u);
+        EXPECT_EQ(check->pixels, expected.pixels);
+        EXPECT_EQ(check->still_error, expected.still_error);
+    }
     const FrameDescription there = describe(open(2));
     EXPECT_EQ(there.origin_x, 5 - 2);
     EXPECT_EQ(there.origin_y, -4 - 3);
-    expect_like_the_whole();
-    test::write_frame(path(1), odd_planes(1), file);
-    expect_like_the_whole();
 }
 
 TEST(Windows, OfUpTo16384PixelsASideFit) {
@@ -154,30 +118,12 @@ TEST(Windows, OfUpTo16384PixelsASideFit) {
     EXPECT_FALSE(fits({0, kLow, 0, kHigh}));
 }
 
-// Vectors as fractions of the image refer to the whole image.
-TEST_F(FrameScan, VectorsInFractions) {
-    test::FrameFile file;
-    file.convention = "generic";
-    test::write_frame(path(1), odd_planes(1), file);
-    test::write_frame(path(2), odd_planes(2), file);
-    auto profile = parse_profile(
-        "profile: 1\nname: uv\ncolor:\n  - channels: [[R, G, B, A]]\ndepth:\n  - channels: [[Z]]\n"
-        "motion:\n  - channels: [[motion.x, motion.y]]\n    unit: fraction\n"
-        "    scale: [0.02, 0.03]\n",
-        "uv.yaml");
-    ASSERT_TRUE(profile.status().ok()) << profile.status().message();
-    settings_.profile = profile.profile;
-    expect_like_the_whole();
-}
-
 // A cut is told by the usual change of adjacent frames, not by changes across frames without
 // pixels.
 TEST(Survey, AFrameThatCannotBeReadIsNoChange) {
     SequenceSurvey survey;
     const auto add = [&](int frame, float shown) {
-        Thumbnail thumbnail;
-        thumbnail.add(ImageF(16, 9, 4, shown / (1 - shown)), 0, 9);
-        survey.add(frame, SourceFrame(), thumbnail);
+        survey.add(frame, SourceFrame(), Thumbnail(ImageF(16, 9, 4, shown / (1 - shown))));
     };
     add(1, 0.1f);
     add(2, 0.11f);
@@ -196,8 +142,7 @@ TEST(Survey, AFrameThatCannotBeReadIsNoChange) {
 
 TEST(Survey, NamesWhatMostFramesHaveOtherwise) {
     SequenceSurvey survey;
-    Thumbnail gray;
-    gray.add(ImageF(4, 3, 4, 0.5f), 0, 3);  // smaller than a thumbnail
+    const Thumbnail gray(ImageF(4, 3, 4, 0.5f));  // smaller than a thumbnail
     const auto add = [&](int frame, RoleSet planes, uint64_t nonfinite = 0, int display = 40) {
         SourceFrame source;
         source.description.width = source.description.height = 40;
@@ -289,32 +234,25 @@ TEST(Survey, GivesRangesOfTheFramesThatCanBeRead) {
     EXPECT_TRUE(survey.failed());
 }
 
-// Means of cells, whatever the strips; a cell has the pixels of its rows and columns.
-TEST(Thumbnail, IsTheSameInStrips) {
-    const auto shown = [](int x, int y, double light) {
-        return (x + 2 * y) % 5 == 0 ? std::numeric_limits<double>::quiet_NaN() : light;
+// Means of cells; a cell has the pixels of its rows and columns.
+TEST(Thumbnail, IsTheMeanOfEachCell) {
+    const auto thumbnail = [](double left, double top) {
+        ImageF color(33, 20, 4);
+        for (int y = 0; y < color.height; ++y)
+            for (int x = 0; x < color.width; ++x)
+                for (int c = 0; c < 3; ++c)
+                    color.at(x, y, c) = (x + 2 * y) % 5 == 0
+                                            ? std::numeric_limits<float>::quiet_NaN()
+                                            : float(x < 11  ? left
+                                                    : y < 8 ? top
+                                                            : 3);
+        return Thumbnail(color);
     };
-    const auto thumbnail = [&](int rows, double left, double top) {
-        Thumbnail made;
-        for (int first = 0; first < 20; first += rows) {
-            ImageF strip(33, std::min(rows, 20 - first), 4);
-            for (int y = 0; y < strip.height; ++y)
-                for (int x = 0; x < strip.width; ++x)
-                    for (int c = 0; c < 3; ++c)
-                        strip.at(x, y, c) = float(shown(x, first + y,
-                                                        x < 11          ? left
-                                                        : first + y < 8 ? top
-                                                                        : 3));
-            made.add(strip, first, 20);
-        }
-        return made;
-    };
-    const Thumbnail whole = thumbnail(20, 1, 1);
-    for (const int rows : {1, 3, 7}) EXPECT_NEAR(thumbnail(rows, 1, 1).difference(whole), 0, 1e-12);
+    const Thumbnail whole = thumbnail(1, 1);
     EXPECT_EQ(whole.difference(Thumbnail()), 0);
     // x / (1 + x): from 1/2 to 3/4, in a part of the image.
-    EXPECT_NEAR(thumbnail(3, 3, 1).difference(whole), 0.25 * 0.8 / 3, 0.01);
-    EXPECT_NEAR(thumbnail(3, 1, 3).difference(whole), 0.25 * 0.8 * 2 / 3 * 0.4, 0.01);
+    EXPECT_NEAR(thumbnail(3, 1).difference(whole), 0.25 * 0.8 / 3, 0.01);
+    EXPECT_NEAR(thumbnail(1, 3).difference(whole), 0.25 * 0.8 * 2 / 3 * 0.4, 0.01);
 }
 
 // More than 0.05 and more than four times the median of the changes.
@@ -322,9 +260,8 @@ TEST(Survey, ACutChangesMuchMoreThanUsual) {
     const auto found = [](const std::vector<float>& shown) {
         SequenceSurvey survey;
         for (size_t i = 0; i < shown.size(); ++i) {
-            Thumbnail thumbnail;
-            thumbnail.add(ImageF(16, 9, 4, shown[i] / (1 - shown[i])), 0, 9);
-            survey.add(int(i) + 1, SourceFrame(), thumbnail);
+            survey.add(int(i) + 1, SourceFrame(),
+                       Thumbnail(ImageF(16, 9, 4, shown[i] / (1 - shown[i]))));
         }
         std::string text;
         for (const auto& one : survey.findings()) text += concat(one.frame, " ", one.what, "\n");

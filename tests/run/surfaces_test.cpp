@@ -144,7 +144,7 @@ FramePlanes two_surfaces(int depth_samples, int motion_samples) {
 }
 
 MixedEdges mixed_edges(const FramePlanes& planes) {
-    return count_mixed_edges(planes, Strip::whole(48)).parts();
+    return count_mixed_edges(planes).parts();
 }
 
 TEST(MixedEdges, TellsAveragesFromSamples) {
@@ -170,8 +170,8 @@ TEST(MixedEdges, AlongEitherAxis) {
                     depth.at(x, y) = float(0.25 + 0.75 * near);
                     motion.at(x, y, rows) = float(8 * near);
                 }
-            const MixedEdgeCounts found = count_mixed_edges(
-                {{Role::inverse_depth, depth}, {Role::motion, motion}}, Strip::whole(48));
+            const MixedEdgeCounts found =
+                count_mixed_edges({{Role::inverse_depth, depth}, {Role::motion, motion}});
             // Both pixels of a clean step have neighbors that differ, the row of one pixel in four.
             const uint64_t pixels = rows ? 44 : 11 * (mixed == 1 ? 2 : 1);
             for (const auto& count : {found.depth, found.motion}) {
@@ -217,7 +217,7 @@ struct Square {
 
 TEST(ClearEdges, BelongToTheSurfaceBesideThem) {
     Square square;
-    EXPECT_EQ(fill_clear_edges(square.planes, Strip::whole(20)), 36u);
+    EXPECT_EQ(fill_clear_edges(square.planes), 36u);
     for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 24; ++x) {
             const bool covered = x >= 5 && y >= 5 && x < 15 && y < 15;
@@ -234,11 +234,11 @@ TEST(ClearEdges, LeaveWhatIsOpaqueOrFarFromAnySurface) {
     Square sky;
     for (size_t i = 0; i < sky.planes.at(Role::color).pixels(); ++i)
         sky.planes.at(Role::color).data[4 * i + 3] = 1;
-    EXPECT_EQ(fill_clear_edges(sky.planes, Strip::whole(20)), 0u);
+    EXPECT_EQ(fill_clear_edges(sky.planes), 0u);
     // A pane of cloud, 4 pixels from the square.
     Square cloud;
     cloud.planes.at(Role::color).at(18, 10, 3) = 0.5f;
-    EXPECT_EQ(fill_clear_edges(cloud.planes, Strip::whole(20)), 36u);
+    EXPECT_EQ(fill_clear_edges(cloud.planes), 36u);
     EXPECT_EQ(cloud.planes.at(Role::inverse_depth).at(18, 10), 1e-10f);
 }
 
@@ -314,7 +314,7 @@ TEST(ClearEdges, BelongToWhatCoversMore) {
     depth.at(0, 0) = 1;
     depth.at(2, 0) = 0.25f;
     FramePlanes planes = {{Role::color, color}, {Role::inverse_depth, depth}};
-    EXPECT_EQ(fill_clear_edges(planes, Strip::whole(1)), 1u);
+    EXPECT_EQ(fill_clear_edges(planes), 1u);
     EXPECT_EQ(planes.at(Role::inverse_depth).at(1, 0), 0.25f);
 }
 

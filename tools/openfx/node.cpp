@@ -441,7 +441,7 @@ Result<Node::OneFrame> Node::read_at(int offset, RoleSet present, const Layer& l
             frame.planes[Role::motion_back] = vectors(back, frame.options.motion_back);
     }
     ASSIGN_OR_RETURN(frame.health, convert_frame(frame.planes, frame.description, frame.options));
-    sequence::fill_clear_edges(frame.planes, Strip::whole(window_.height()));
+    sequence::fill_clear_edges(frame.planes);
     if (camera_file_ && frame.planes.contains(Role::motion)) {
         const Display display{display_.width(), display_.height(), pixel_aspect_};
         std::set<int> cuts;

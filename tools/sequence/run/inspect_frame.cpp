@@ -102,13 +102,14 @@ Json distances(const FrameBounds& bounds) {
 
 const RoleSet kLookedAt = {Role::inverse_depth, Role::motion, Role::motion_back};
 
+// A frame without planes, and its thumbnail.
 Result<SourceFrame> look_at(const RunSettings& settings, const FrameHeader& header,
                             Thumbnail& thumbnail) {
-    return scan_source_frame(settings.source, header, kLookedAt, strip_rows(header),
-                             [&](const FramePlanes& planes, int first) {
-                                 thumbnail.add(planes.at(Role::color), first,
-                                               header.window.height());
-                             });
+    ASSIGN_OR_RETURN(auto source,
+                     read_source_frame(settings.source, header, kLookedAt, io::Keep::nothing));
+    thumbnail = Thumbnail(*source.planes.at(Role::color));
+    source.planes.clear();
+    return source;
 }
 
 }  // namespace
@@ -161,10 +162,8 @@ InspectedFrame inspect_frame(const RunSettings& settings, const std::map<Role, s
     if (next_files.count(Role::color) && !settings.source.cuts.contains(frame) &&
         source->description.planes.has(Role::motion)) {
         auto next = open_source_frame(settings.source, next_files, frame + 1);
-        found.signs = next.ok()
-                          ? scan_signs(*header, *next, source->description.bounds.max_speed_px,
-                                       strip_rows(*header))
-                          : Result<SignCheck>(next.status());
+        found.signs = next.ok() ? scan_signs(settings.source, *header, *next)
+                                : Result<SignCheck>(next.status());
         if (found.signs->ok()) json["sign_check"] = describe_signs(**found.signs);
     }
     found.source = std::move(*source);

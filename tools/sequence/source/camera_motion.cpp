@@ -281,12 +281,6 @@ uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDesc
     return set_vectors(views, planes, frame, [](size_t, const float*) { return true; });
 }
 
-void SkyCounts::add(const SkyCounts& more) {
-    sky += more.sky;
-    surfaces += more.surfaces;
-    moving += more.moving;
-}
-
 uint64_t SkyCounts::without_motion() const {
     return surfaces > 0 && double(moving) >= kNearlyAll * double(surfaces) ? sky : 0;
 }

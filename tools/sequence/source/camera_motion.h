@@ -79,7 +79,6 @@ uint64_t add_zoom_motion(const Zoom& zoom, bool keep_sky, FramePlanes& planes,
 // Number of sky pixels without motion, of surface pixels, and of moving surface pixels.
 struct SkyCounts {
     uint64_t sky = 0, surfaces = 0, moving = 0;
-    void add(const SkyCounts& more);
     // Pixels that fill_sky_motion() would replace if nearly everything else moves; otherwise 0.
     uint64_t without_motion() const;
 };

@@ -11,33 +11,23 @@
 namespace postchain::sequence {
 namespace {
 
-// Extra rows above and below that edge detection reads.
-constexpr int kContextRows = 4;
-static_assert(kContextRows >= kClearEdgeRows);
+constexpr int64_t kStripBytes = int64_t(64) << 20;
+// Color, depth and both motion vectors, in the file's types and as float.
+constexpr int64_t kPixelBytes = 2 * 9 * 4;
 
-FramePlanes rows_of(const FramePlanes& planes, int first, int end) {
-    FramePlanes rows;
-    for (const auto& [role, plane] : planes) {
-        ImageF& part = rows[role];
-        part = ImageF(plane.width, end - first, plane.channels);
-        const size_t row = size_t(plane.width) * size_t(plane.channels);
-        std::copy_n(plane.data.data() + size_t(first) * row, part.data.size(), part.data.data());
-    }
-    return rows;
-}
-
-void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
-    for (const auto& [role, part] : rows) {
-        ImageF& plane = planes.at(role);
-        const size_t row = size_t(plane.width) * size_t(plane.channels);
-        std::copy(part.data.begin(), part.data.end(),
-                  plane.data.begin() + std::ptrdiff_t(size_t(first) * row));
-    }
-}
+// Rows of a frame: first .. end - 1 of FrameHeader::window.
+struct SourceRows {
+    io::StoredFrame stored;
+    FrameDescription description;
+    FramePlanes planes;  // canonical
+    FrameFindings findings;
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
+    MatteFindings mattes;
+};
 
 // Adds the planes that are not channels of a role: layers, cryptomattes and mattes.
 Status decode_layers(const FrameHeader& header, RoleSet present, io::StoredFrame& read,
-                     SourceStrip& strip) {
+                     SourceRows& rows) {
     io::PixelFile& file = header.files.color_file();
     if (present.has(Role::layers) && !header.layers.filtered.empty()) {
         ASSIGN_OR_RETURN(read.planes[Role::layers], read_layers(header.layers, file, read));
@@ -48,25 +38,25 @@ Status decode_layers(const FrameHeader& header, RoleSet present, io::StoredFrame
         for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i) {
             const io::Cryptomatte& one = header.layers.cryptomattes[i];
             ASSIGN_OR_RETURN(auto ranks, io::read_ranks(file, one, read.window));
-            strip.mattes.add_cryptomatte(file.path(), one, ranks);
+            rows.mattes.add_cryptomatte(file.path(), one, ranks);
             cryptomattes->names.push_back(one.name);
             cryptomattes->ranks.push_back(std::move(ranks));
         }
-        strip.cryptomattes = std::move(cryptomattes);
+        rows.cryptomattes = std::move(cryptomattes);
     }
     if (present.has(Role::mattes)) {
         ASSIGN_OR_RETURN(read.planes[Role::mattes],
-                         read_mattes(header.layers, file, read, strip.mattes));
+                         read_mattes(header.layers, file, read, rows.mattes));
     }
     return Status();
 }
 
-// Reads the rows `top` .. `bottom` - 1 in the files' own convention.
-Status decode(const FrameHeader& header, RoleSet present, io::Keep keep, int top, int bottom,
-              SourceStrip& strip) {
+// Reads the rows `first` .. `end` - 1 in the files' own convention.
+Status decode(const FrameHeader& header, RoleSet present, io::Keep keep, int first, int end,
+              SourceRows& rows) {
     io::PlanesArea area{header.window, header.match.options};
-    area.window.min_y = header.window.min_y + top;
-    area.window.max_y = header.window.min_y + bottom - 1;
+    area.window.min_y = header.window.min_y + first;
+    area.window.max_y = header.window.min_y + end - 1;
     const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
     constexpr RoleSet kNoChannels = {Role::layers, Role::mattes, Role::behind};
     ASSIGN_OR_RETURN(auto read, io::read_frame(header.files, header.match.roles,
@@ -76,55 +66,34 @@ Status decode(const FrameHeader& header, RoleSet present, io::Keep keep, int top
             const ImageF& color = read.planes.at(Role::color);
             read.planes[role] = ImageF(color.width, color.height, channels_of(role));
         }
-    RETURN_IF_ERROR(decode_layers(header, present, read, strip));
-    strip.stored = std::move(read);
+    RETURN_IF_ERROR(decode_layers(header, present, read, rows));
+    rows.stored = std::move(read);
     return Status();
 }
 
-// Converts decoded rows, which begin at row `rows.top` and end before `bottom`, to canonical planes
-// of the strip, and analyzes them.
-Status convert(const FrameHeader& header, const Strip& rows, int bottom, SourceStrip& strip) {
-    const int top = rows.top, first = rows.first, end = rows.end;
-    FramePlanes planes = std::move(strip.stored.planes);
-    const auto convert_rows = [&](FramePlanes& some, int from,
-                                  FrameDescription& description) -> Result<InputHealth> {
-        description = describe(header);
-        description.origin_y += from;
-        return convert_frame(some, description, header.match.options).at(color_path(header));
-    };
-    FrameFindings& findings = strip.findings;
-    const bool with_context = top < first || bottom > end;
-    FramePlanes core = with_context ? rows_of(planes, first - top, end - top) : FramePlanes();
-    ASSIGN_OR_RETURN(findings.health,
-                     convert_rows(with_context ? core : planes, first, strip.description));
-    if (with_context) {
-        put_rows(core, planes, first - top);
-        FrameDescription ignored;
-        for (const auto& [from, to] : {std::pair{top, first}, std::pair{end, bottom}}) {
-            if (from >= to) continue;
-            FramePlanes context = rows_of(planes, from - top, to - top);
-            RETURN_IF_ERROR(convert_rows(context, from, ignored).status());
-            put_rows(context, planes, from - top);
-        }
-    }
-    findings.half_depth = strip.stored.half_depth;
-    if (auto& pixel = findings.health.first_nonfinite) (*pixel)[1] += first;
-    findings.edges = count_mixed_edges(planes, rows);
-    findings.clear_edges = fill_clear_edges(planes, rows);
-    if (with_context) planes = rows_of(planes, first - top, end - top);
+// Converts decoded rows to canonical planes, and analyzes them.
+Status convert(const FrameHeader& header, SourceRows& rows) {
+    FramePlanes& planes = rows.planes = std::move(rows.stored.planes);
+    rows.description = describe(header);
+    FrameFindings& findings = rows.findings;
+    ASSIGN_OR_RETURN(
+        findings.health,
+        convert_frame(planes, rows.description, header.match.options).at(color_path(header)));
+    findings.half_depth = rows.stored.half_depth;
+    findings.edges = count_mixed_edges(planes);
+    findings.clear_edges = fill_clear_edges(planes);
     if (header.zoom) {
         findings.zoom_motion_added =
-            add_zoom_motion(*header.zoom, header.sky.has_value(), planes, strip.description);
+            add_zoom_motion(*header.zoom, header.sky.has_value(), planes, rows.description);
         findings.health.motion_all_zero = false;
     }
     if (header.makes_motion) {
-        findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
+        findings.motion_from_camera = set_camera_motion(*header.sky, planes, rows.description);
         findings.health.motion_all_zero = findings.health.motion_in_0_1 = false;
     } else if (header.sky)
-        findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, strip.description);
+        findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, rows.description);
     else
         findings.sky = count_sky(planes);
-    strip.planes = std::move(planes);
     return Status();
 }
 
@@ -161,68 +130,16 @@ bool are_plain_pixels(const MotionConvention& motion) {
            std::abs(motion.scale_y) == 1;
 }
 
-}  // namespace
-
-RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
-    RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
-    // Vectors at clear edges and of the sky depend on depth, and conversion goes through `motion`.
-    if (present.has(Role::motion) || present.has(Role::motion_back))
-        present = present | (roles_in_files(header) & RoleSet{Role::inverse_depth, Role::motion});
-    return present;
-}
-
-void add_rows(const FrameBounds& n, FrameBounds& b) {
-    b.max_speed_px = std::max(b.max_speed_px, n.max_speed_px);
-    b.max_speed_back_px = std::max(b.max_speed_back_px, n.max_speed_back_px);
-    b.min_inverse_depth = std::min(b.min_inverse_depth, n.min_inverse_depth);
-    b.max_inverse_depth = std::max(b.max_inverse_depth, n.max_inverse_depth);
-    b.one_color = b.one_color && n.one_color && b.min_color == n.min_color;
-    b.color_is_half = b.color_is_half && n.color_is_half;
-    b.layers_are_half = b.layers_are_half && n.layers_are_half;
-    for (size_t c = 0; c < 4; ++c) {
-        b.min_color[c] = std::min(b.min_color[c], n.min_color[c]);
-        b.max_color[c] = std::max(b.max_color[c], n.max_color[c]);
-    }
-}
-
-void FrameFindings::add(const FrameFindings& next) {
-    health.nonfinite_color += next.health.nonfinite_color;
-    health.nonfinite_depth += next.health.nonfinite_depth;
-    health.nonfinite_motion += next.health.nonfinite_motion;
-    health.sentinel_motion += next.health.sentinel_motion;
-    health.negative_depth += next.health.negative_depth;
-    health.motion_all_zero = health.motion_all_zero && next.health.motion_all_zero;
-    health.motion_in_0_1 = health.motion_in_0_1 && next.health.motion_in_0_1;
-    health.fastest_stored_px = std::max(health.fastest_stored_px, next.health.fastest_stored_px);
-    health.farthest_surface = std::max(health.farthest_surface, next.health.farthest_surface);
-    if (!health.first_nonfinite) health.first_nonfinite = next.health.first_nonfinite;
-    edges.depth.add(next.edges.depth);
-    edges.motion.add(next.edges.motion);
-    clear_edges += next.clear_edges;
-    sky_motion_from_camera += next.sky_motion_from_camera;
-    motion_from_camera += next.motion_from_camera;
-    zoom_motion_added += next.zoom_motion_added;
-    sky.add(next.sky);
-    read_ms += next.read_ms;
-    convert_ms += next.convert_ms;
-}
-
-Result<SourceStrip> read_source_strip(const FrameHeader& header, RoleSet present, io::Keep keep,
-                                      int first, int end) try {
-    const int height = header.window.height();
-    // Edges are those of depth and motion.
-    const int context =
-        present.has(Role::inverse_depth) || present.has(Role::motion) ? kContextRows : 0;
-    const Strip rows = {std::max(0, first - context), first, end, height};
-    const int bottom = std::min(height, end + context);
-    SourceStrip strip;
+Result<SourceRows> read_rows(const FrameHeader& header, RoleSet present, io::Keep keep, int first,
+                             int end) try {
+    SourceRows rows;
     const auto start = Clock::now();
-    RETURN_IF_ERROR(decode(header, present, keep, rows.top, bottom, strip));
+    RETURN_IF_ERROR(decode(header, present, keep, first, end, rows));
     const double read_ms = milliseconds_since(start);
-    RETURN_IF_ERROR(convert(header, rows, bottom, strip));
-    strip.findings.read_ms = read_ms;
-    strip.findings.convert_ms = milliseconds_since(start) - read_ms;
-    return strip;
+    RETURN_IF_ERROR(convert(header, rows));
+    rows.findings.read_ms = read_ms;
+    rows.findings.convert_ms = milliseconds_since(start) - read_ms;
+    return rows;
 } catch (const std::bad_alloc&) {
     return Status(StatusCode::memory,
                   concat(color_path(header), ": not enough memory: needs ",
@@ -230,28 +147,26 @@ Result<SourceStrip> read_source_strip(const FrameHeader& header, RoleSet present
                          "; free some or render smaller"));
 }
 
+// Fills a frame, except its planes. `header` is the rows'.
 void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
-              SourceStrip strip) {
+              SourceRows rows) {
     const std::string path = color_path(header);
-    frame.stored = std::move(strip.stored);
-    frame.description = std::move(strip.description);
-    frame.description.width = header.window.width();
-    frame.description.height = header.window.height();
-    frame.description.origin_y = describe(header).origin_y;
+    frame.stored = std::move(rows.stored);
+    frame.description = std::move(rows.description);
     for (const auto& [role, where] : header.match.roles)
         if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
-    if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
-        frame.cryptomattes = std::move(strip.cryptomattes);
+    if (rows.cryptomattes && !rows.cryptomattes->ranks.empty())
+        frame.cryptomattes = std::move(rows.cryptomattes);
     frame.warnings = std::move(header.warnings);
-    frame.warnings.insert(frame.warnings.end(), strip.mattes.warnings.begin(),
-                          strip.mattes.warnings.end());
-    if (strip.mattes.faulty > 0)
+    frame.warnings.insert(frame.warnings.end(), rows.mattes.warnings.begin(),
+                          rows.mattes.warnings.end());
+    if (rows.mattes.faulty > 0)
         frame.strict_fault =
             Status(StatusCode::health,
-                   concat(path, ": ", strip.mattes.faulty,
+                   concat(path, ": ", rows.mattes.faulty,
                           " faulty values in mattes under {strict=true}; nothing written"_keyed));
     frame.header = std::move(header);
-    frame.findings = std::move(strip.findings);
+    frame.findings = std::move(rows.findings);
     FrameFindings& findings = frame.findings;
     if (frame.header.sky_is_still) findings.sky = {};
     InputHealth& health = findings.health;
@@ -300,6 +215,16 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
         warn(
             "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "
             "depth as float");
+}
+
+}  // namespace
+
+RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
+    RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
+    // Vectors at clear edges and of the sky depend on depth, and conversion goes through `motion`.
+    if (present.has(Role::motion) || present.has(Role::motion_back))
+        present = present | (roles_in_files(header) & RoleSet{Role::inverse_depth, Role::motion});
+    return present;
 }
 
 double color_change(const ImageF& color, const ImageF& next) {
@@ -382,12 +307,35 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     RETURN_IF_ERROR(check_memory(color_path(header),
                                  frame_bytes(header, present, keep, header.window.height()),
                                  settings.max_memory));
-    ASSIGN_OR_RETURN(auto strip,
-                     read_source_strip(header, present, keep, 0, header.window.height()));
+    ASSIGN_OR_RETURN(auto rows, read_rows(header, present, keep, 0, header.window.height()));
     SourceFrame frame;
-    frame.planes = shared(std::move(strip.planes));
-    conclude(frame, settings, std::move(header), std::move(strip));
+    frame.planes = shared(std::move(rows.planes));
+    conclude(frame, settings, std::move(header), std::move(rows));
     return frame;
+}
+
+int strip_rows(const FrameHeader& header) {
+    const int64_t row = std::max<int64_t>(1, int64_t(header.window.width()) * kPixelBytes);
+    int64_t rows = std::max<int64_t>(1, kStripBytes / row);
+    const int at_once = header.files.color_file().rows_at_once(color_channels(header).part);
+    rows = std::max<int64_t>(1, rows / at_once) * at_once;
+    return int(std::min<int64_t>(rows, header.window.height()));
+}
+
+Result<int> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
+                              RoleSet wanted, int rows, const StripObserver& observer) {
+    const RoleSet present = planes_of(header, wanted);
+    const int height = header.window.height();
+    RETURN_IF_ERROR(check_memory(color_path(header),
+                                 frame_bytes(header, present, io::Keep::nothing, rows),
+                                 settings.max_memory));
+    int strips = 0;
+    for (int first = 0; first < height; first += rows, ++strips) {
+        ASSIGN_OR_RETURN(const auto strip, read_rows(header, present, io::Keep::nothing, first,
+                                                     std::min(height, first + rows)));
+        observer(strip.planes, first);
+    }
+    return strips;
 }
 
 std::string FrameFindings::first_nonfinite_text() const {

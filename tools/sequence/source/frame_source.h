@@ -1,7 +1,7 @@
 // Reads one frame of a sequence and converts it to a canonical frame.
 //
 //   files --open_source_frame--> FrameHeader    headers only: source/frame_header.h
-//   FrameHeader --decode, convert--> SourceFrame    pixels, all rows or a strip of them
+//   FrameHeader --decode, convert--> SourceFrame    pixels
 //   SourceFrame --plan_source_frame--> Plan    source/frame_plan.h
 //
 // All programs that read sequences use it: run, plan, inspect, diff and the reports.
@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,9 +30,9 @@ inline double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// Findings in the pixels of a frame, or in the rows read so far, and the time that reading took.
+// Findings in the pixels of a frame, and the time that reading took.
 struct FrameFindings {
-    InputHealth health;  // first_nonfinite in file coordinates; of rows, in the planes of the frame
+    InputHealth health;  // first_nonfinite in file coordinates
     MixedEdgeCounts edges;
     uint64_t clear_edges = 0;             // pixels, surface_edges.h
     SkyCounts sky;                        // if it may need motion, camera_motion.h
@@ -42,7 +43,6 @@ struct FrameFindings {
     double read_ms = 0;
     double convert_ms = 0;
 
-    void add(const FrameFindings& next);
     std::string first_nonfinite_text() const;  // "(12, -3)"
 };
 
@@ -78,30 +78,19 @@ struct SourceFrame {
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep);
 
-// Rows of a frame: first .. end - 1 of FrameHeader::window.
-struct SourceStrip {
-    io::StoredFrame stored;  // with extra rows for edge detection
-    FrameDescription description;
-    FramePlanes planes;  // canonical
-    FrameFindings findings;
-    std::shared_ptr<const FrameCryptomattes> cryptomattes;
-    MatteFindings mattes;
-};
-
 // Color and the planes of `wanted` that the frame has.
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted);
 
-// Layers and mattes are read only if all rows are. Errors: those of read_source_frame().
-Result<SourceStrip> read_source_strip(const FrameHeader& header, RoleSet present, io::Keep keep,
-                                      int first, int end);
+// Rows per strip: about 64 MiB of color, depth and vectors, in whole blocks of lines or tiles.
+int strip_rows(const FrameHeader& header);
 
-// Adds the bounds of more rows.
-void add_rows(const FrameBounds& more, FrameBounds& bounds);
+// Receives the planes of each strip, starting at row `first`.
+using StripObserver = std::function<void(const FramePlanes& planes, int first)>;
 
-// Fills a frame, except its planes, from its last strip, which holds the findings of all strips.
-// `header` is the strip's.
-void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
-              SourceStrip strip);
+// Reads a frame of which `rows` rows are in memory at a time. Edges between two strips are not
+// filled: for color. Returns the number of strips. Errors: those of read_source_frame().
+Result<int> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
+                              RoleSet wanted, int rows, const StripObserver& observer);
 
 // How much color differs between two images: the mean over blocks of 8 x 8 pixels, which have
 // little noise, of the difference of their means, each value after x/(1 + x); 0 to 1.

@@ -8,15 +8,9 @@
 
 #include "chain/base/printable.h"
 #include "chain/base/text.h"
-#include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {
 namespace {
-
-constexpr int64_t kStripBytes = int64_t(64) << 20;
-constexpr int64_t kNextBytes = int64_t(256) << 20;
-// Color, depth and both motion vectors, in the file's types and as float.
-constexpr int64_t kPixelBytes = 2 * 9 * 4;
 
 constexpr double kMinChange = 0.05;
 constexpr double kTimesMedian = 4;
@@ -36,55 +30,10 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-// Rows first .. end - 1 of a window.
-io::Window window_rows(io::Window window, int first, int end) {
-    window.max_y = window.min_y + end - 1;
-    window.min_y += first;
-    return window;
-}
-
 }  // namespace
 
-int strip_rows(const FrameHeader& header) {
-    const int64_t row = std::max<int64_t>(1, int64_t(header.window.width()) * kPixelBytes);
-    int64_t rows = std::max<int64_t>(1, kStripBytes / row);
-    const int at_once = header.files.color_file().rows_at_once(color_channels(header).part);
-    rows = std::max<int64_t>(1, rows / at_once) * at_once;
-    return int(std::min<int64_t>(rows, header.window.height()));
-}
-
-Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
-                                      RoleSet wanted, int rows, const StripObserver& observer) {
-    const int height = header.window.height();
-    SourceFrame frame;
-    FrameFindings findings;
-    FrameBounds bounds;
-    RETURN_IF_ERROR(check_memory(
-        color_path(header), frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
-        settings.max_memory));
-    for (int first = 0; first < height; first += rows) {
-        const int end = std::min(height, first + rows);
-        ASSIGN_OR_RETURN(auto strip, read_source_strip(header, planes_of(header, wanted),
-                                                       io::Keep::nothing, first, end));
-        if (observer) observer(strip.planes, first);
-        if (first == 0) {
-            findings = strip.findings;
-            bounds = strip.description.bounds;
-        } else {
-            findings.add(strip.findings);
-            add_rows(strip.description.bounds, bounds);
-        }
-        if (end < height) continue;
-        strip.findings = findings;
-        strip.description.bounds = bounds;
-        strip.planes.clear();
-        conclude(frame, settings, header, std::move(strip));
-    }
-    return frame;
-}
-
-Result<SignCheck> scan_signs(const FrameHeader& header, const FrameHeader& next, double longest_px,
-                             int rows) {
+Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
+                             const FrameHeader& next) {
     SignCheck none;
     const io::Window &display = color_part(header).display_window,
                      &next_display = color_part(next).display_window;
@@ -99,57 +48,28 @@ Result<SignCheck> scan_signs(const FrameHeader& header, const FrameHeader& next,
     // Vectors that are made here are right by construction and must not vote.
     FrameHeader stored = header;
     stored.sky.reset();
-    const io::Window& window = header.window;
-    const int64_t row = std::max<int64_t>(1, int64_t(window.width()) * 4 * 4);
-    const double margin_limit = double(std::max<int64_t>(rows, kNextBytes / row / 2));
-    const int margin = int(std::ceil(std::min(longest_px + 1, margin_limit)));
-    SignChecker checker;
-    double change = 0;  // times the rows
-    double fastest_px = 0;
-    for (int first = 0; first < window.height(); first += rows) {
-        const int end = std::min(window.height(), first + rows);
-        ASSIGN_OR_RETURN(
-            auto strip,
-            read_source_strip(
-                stored, planes_of(stored, {Role::inverse_depth, Role::motion, Role::motion_back}),
-                io::Keep::nothing, first, end));
-        io::Window around = window;
-        around.min_y = window.min_y + std::max(0, first - margin);
-        around.max_y = window.min_y + std::min(window.height(), end + margin) - 1;
-        const io::Window there = around.intersected(next.window);
-        ImageF color(around.width(), around.height(), 4);
-        if (!there.empty()) {
-            ASSIGN_OR_RETURN(auto rows_of_next,
-                             read_source_strip(next, {Role::color}, io::Keep::nothing,
-                                               there.min_y - next.window.min_y,
-                                               there.max_y + 1 - next.window.min_y));
-            io::Window read = next.window;
-            read.min_y = there.min_y;
-            read.max_y = there.max_y;
-            color = io::placed(rows_of_next.planes.at(Role::color), read, around);
-        }
-        checker.add(strip.planes, {first, first, end, window.height()}, color,
-                    around.min_y - window.min_y);
-        fastest_px = std::max(fastest_px, strip.findings.health.fastest_stored_px);
-        if (!doubt_of_speed(fastest_px, 1).empty())
-            change += (end - first) *
-                      color_change(strip.planes.at(Role::color),
-                                   io::placed(color, around, window_rows(window, first, end)));
-    }
-    SignCheck check = checker.result();
-    if (const std::string doubt = doubt_of_speed(fastest_px, change / window.height());
-        !doubt.empty())
-        check.why_not = doubt;
+    ASSIGN_OR_RETURN(const auto frame,
+                     read_source_frame(settings, std::move(stored),
+                                       {Role::inverse_depth, Role::motion, Role::motion_back},
+                                       io::Keep::nothing));
+    ASSIGN_OR_RETURN(const auto after, read_source_frame(settings, next, {}, io::Keep::nothing));
+    const ImageF color = io::placed(*after.planes.at(Role::color), next.window, header.window);
+    SignCheck check = check_signs(frame.planes, color);
+    const double fastest_px = frame.findings.health.fastest_stored_px;
+    if (!doubt_of_speed(fastest_px, 1).empty())
+        if (const std::string doubt =
+                doubt_of_speed(fastest_px, color_change(*frame.planes.at(Role::color), color));
+            !doubt.empty())
+            check.why_not = doubt;
     return check;
 }
 
-void Thumbnail::add(const ImageF& color, int first, int height) {
+Thumbnail::Thumbnail(const ImageF& color) {
     for (int y = 0; y < color.height; ++y) {
-        const int row = int(int64_t(first + y) * kHeight / height);
+        const int row = int(int64_t(y) * kHeight / color.height);
         for (int x = 0; x < color.width; ++x) {
             const size_t cell = size_t(row * kWidth + int(int64_t(x) * kWidth / color.width));
-            const float* pixel =
-                &color.data[(size_t(y) * size_t(color.width) + size_t(x)) * size_t(color.channels)];
+            const float* pixel = color.pixel(x, y);
             for (size_t c = 0; c < 3; ++c) {
                 const double value = std::max(0.0, double(pixel[c]));
                 if (std::isfinite(value)) sums_[cell * 3 + c] += value / (1 + value);

@@ -1,12 +1,9 @@
-// Analyzes frames strip by strip, so that memory does not grow with their height, summarizes the
-// frames of a sequence and finds unusual ones.
+// Summarizes the frames of a sequence and finds unusual ones.
 //
-//   FrameHeader --scan_source_frame--> SourceFrame without planes
 //   SourceFrame, Thumbnail of each frame --SequenceSurvey--> ranges over frames, frames that differ
 #pragma once
 
 #include <array>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,28 +14,16 @@
 
 namespace postchain::sequence {
 
-// Rows per strip: about 64 MiB, rounded to whole blocks of lines or tiles.
-int strip_rows(const FrameHeader& header);
+// Checks the sign of a frame's motion vectors against the next frame.
+Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
+                             const FrameHeader& next);
 
-// Receives the planes of each strip, starting at row `first`.
-using StripObserver = std::function<void(const FramePlanes& planes, int first)>;
-
-// The findings of read_source_frame() without planes; `rows` rows are in memory at a time.
-Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
-                                      RoleSet wanted, int rows, const StripObserver& observer = {});
-
-// Checks the sign of a frame's motion vectors against the next frame. `longest_px`: the largest
-// speed in the frame; vectors that reach more than 128 MiB of rows up or down are skipped.
-Result<SignCheck> scan_signs(const FrameHeader& header, const FrameHeader& next, double longest_px,
-                             int rows);
-
-// 16 x 9 means of RGB, each value after x/(1 + x), collected strip by strip: enough to detect a
-// change of shot.
+// 16 x 9 means of RGB, each value after x/(1 + x): enough to detect a change of shot.
 class Thumbnail {
   public:
-    // Adds color rows from `first` on, of a frame of `height` rows.
-    void add(const ImageF& color, int first, int height);
-    // Mean absolute difference, 0 to 1; both thumbnails must be complete.
+    Thumbnail() = default;
+    explicit Thumbnail(const ImageF& color);
+    // Mean absolute difference, 0 to 1.
     double difference(const Thumbnail& other) const;
 
   private:

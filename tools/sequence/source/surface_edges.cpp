@@ -50,15 +50,14 @@ bool differ(const std::array<double, 2>& a, const std::array<double, 2>& b) {
 }
 
 template <size_t N>
-MixedEdgeCounts::Count count_mixed(const ImageF& plane, const Strip& strip) {
+MixedEdgeCounts::Count count_mixed(const ImageF& plane) {
     const auto at = [&](int x, int y) {
         std::array<double, N> value;
-        for (size_t i = 0; i < N; ++i) value[i] = double(plane.at(x, y - strip.top, int(i)));
+        for (size_t i = 0; i < N; ++i) value[i] = double(plane.at(x, y, int(i)));
         return value;
     };
     MixedEdgeCounts::Count count;
-    for (int y = std::max(strip.first, 2); y < std::min(strip.end, strip.height - 2); ++y) {
-        if ((y - 2) % kEveryRow != 0) continue;
+    for (int y = 2; y + 2 < plane.height; y += kEveryRow) {
         for (int x = 2; x + 2 < plane.width; ++x) {
             bool edge = false, mixed = false;
             for (const auto& [i, j] : {std::pair{1, 0}, std::pair{0, 1}}) {
@@ -79,18 +78,18 @@ MixedEdgeCounts::Count count_mixed(const ImageF& plane, const Strip& strip) {
 
 }  // namespace
 
-MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip) {
+MixedEdgeCounts count_mixed_edges(const FramePlanes& planes) {
     MixedEdgeCounts found;
     if (const auto depth = planes.find(Role::inverse_depth); depth != planes.end())
-        found.depth = count_mixed<1>(depth->second, strip);
+        found.depth = count_mixed<1>(depth->second);
     if (const auto motion = planes.find(Role::motion); motion != planes.end())
-        found.motion = count_mixed<2>(motion->second, strip);
+        found.motion = count_mixed<2>(motion->second);
     return found;
 }
 
 namespace {
 
-constexpr int kReachPx = kClearEdgeRows;  // a thin wire is hit by few of its pixels' samples
+constexpr int kReachPx = 3;  // a thin wire is hit by few of its pixels' samples
 
 struct Change {
     int x, y, from_x, from_y;
@@ -115,7 +114,7 @@ bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change
 
 }  // namespace
 
-uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip) {
+uint64_t fill_clear_edges(FramePlanes& planes) {
     const auto color = planes.find(Role::color), depth = planes.find(Role::inverse_depth);
     if (color == planes.end() || depth == planes.end()) return 0;
     std::vector<Change> changes;
@@ -138,9 +137,7 @@ uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip) {
             std::copy_n(plane->second.pixel(change.from_x, change.from_y), plane->second.channels,
                         plane->second.pixel(change.x, change.y));
     }
-    return uint64_t(std::count_if(changes.begin(), changes.end(), [&](const Change& change) {
-        return change.y + strip.top >= strip.first && change.y + strip.top < strip.end;
-    }));
+    return changes.size();
 }
 
 }  // namespace postchain::sequence

@@ -29,10 +29,6 @@ struct MixedEdges {
 struct MixedEdgeCounts {
     struct Count {
         uint64_t edges = 0, mixed = 0;
-        void add(const Count& more) {
-            edges += more.edges;
-            mixed += more.mixed;
-        }
         double part() const { return edges > 0 ? double(mixed) / double(edges) : 0; }
     };
     Count depth, motion;
@@ -40,15 +36,12 @@ struct MixedEdgeCounts {
 };
 
 // Counts in canonical planes; reads every fourth row and two rows on either side of it.
-MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip);
-
-inline constexpr int kClearEdgeRows = 3;
+MixedEdgeCounts count_mixed_edges(const FramePlanes& planes);
 
 // Gives partly covered (0 < alpha < 1), infinitely far pixels of a canonical frame the depth and
 // motion vectors of a nearby surface: from the smallest square around the pixel, at most 3 pixels
 // away, that contains a surface pixel, the one with the largest alpha. Bounds stay valid. Returns
-// how many of the strip's pixels it changed; up to kClearEdgeRows rows above and below the strip
-// are read too.
-uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip);
+// how many pixels it changed.
+uint64_t fill_clear_edges(FramePlanes& planes);
 
 }  // namespace postchain::sequence

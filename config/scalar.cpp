@@ -2,8 +2,6 @@
 
 #include <array>
 #include <charconv>
-#include <cmath>
-#include <optional>
 
 #include "chain/base/text.h"
 
@@ -12,61 +10,6 @@ namespace {
 
 bool is_digit(char c) {
     return c >= '0' && c <= '9';
-}
-
-// digits [. digits] | . digits, then [e [sign] digits]: the decimal numbers of YAML 1.2, no sign.
-struct Decimal {
-    bool whole = false;         // only digits
-    bool leading_zero = false;  // 010, 00.5
-};
-std::optional<Decimal> decimal(std::string_view text) {
-    size_t at = 0;
-    const auto digits = [&] {
-        const size_t from = at;
-        while (at < text.size() && is_digit(text[at])) ++at;
-        return at - from;
-    };
-    Decimal result;
-    const size_t before = digits();
-    result.leading_zero = before > 1 && text[0] == '0';
-    result.whole = before > 0 && at == text.size();
-    if (at < text.size() && text[at] == '.') {
-        ++at;
-        if (digits() + before == 0) return std::nullopt;
-    } else if (before == 0) {
-        return std::nullopt;
-    }
-    if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
-        ++at;
-        if (at < text.size() && (text[at] == '+' || text[at] == '-')) ++at;
-        if (digits() == 0) return std::nullopt;
-    }
-    if (at != text.size()) return std::nullopt;
-    return result;
-}
-
-// 0x1f, 0o17, 0b01 (any case), without sign.
-bool is_based(std::string_view text) {
-    if (text.size() < 3 || text[0] != '0') return false;
-    const char base = lower_case(text.substr(1, 1))[0];
-    if (base != 'x' && base != 'o' && base != 'b') return false;
-    for (char c : lower_case(text.substr(2)))
-        if (!is_digit(c) && !(base == 'x' && c >= 'a' && c <= 'f') && c != '_') return false;
-    return true;
-}
-
-bool is_nonfinite(std::string_view text) {
-    std::string word = lower_case(text);
-    if (word.starts_with('.')) word.erase(0, 1);
-    return word == "inf" || word == "infinity" || word == "nan";
-}
-
-// 1_000: a number with grouped digits.
-bool is_grouped(std::string_view text) {
-    std::string without;
-    for (char c : text)
-        if (c != '_') without += c;
-    return without.size() != text.size() && is_digit(text[0]) && decimal(without);
 }
 
 Result<ParameterValue> point_of(const std::vector<ParameterValue>& values) {
@@ -109,29 +52,22 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
         return point_of(values);
     }
 
-    std::string_view body = text;
-    const bool negative = body[0] == '-';
-    if (negative || body[0] == '+') body.remove_prefix(1);
-    if (body.empty()) return ParameterValue(text);
-    if (is_nonfinite(body)) return refuse("is not a finite number");
-    if (is_based(body)) return refuse("is not a decimal number; write it in decimal digits");
-    if (is_grouped(body)) return refuse("groups its digits; write the number without '_'");
-    const auto form = decimal(body);
-    if (!form) return ParameterValue(text);
-    if (form->leading_zero)
-        return refuse("begins with 0, which some readers take for octal; write it without the 0");
-
-    // from_chars ignores the locale, and reads '-' but not '+'. It reads all of a decimal().
-    const std::string_view number = negative ? std::string_view(text) : body;
+    // from_chars ignores the locale, reads '-' but not '+', and reads inf and nan.
+    std::string_view number = text;
+    if (number.starts_with('+')) number.remove_prefix(1);
+    const std::string_view digits = number.substr(text[0] == '-' ? 1 : 0);
+    const ParameterValue word(text);
+    if (digits.empty() || !(is_digit(digits[0]) || digits[0] == '.')) return word;
     const char* end = number.data() + number.size();
-    if (form->whole) {
-        int64_t integer = 0;
-        const auto read = std::from_chars(number.data(), end, integer);
-        if (read.ec == std::errc()) return ParameterValue(integer);
-    }
     double value = 0;
     const auto read = std::from_chars(number.data(), end, value);
+    if (read.ptr != end || read.ec == std::errc::invalid_argument) return word;
+    if (digits[0] == '0' && digits.size() > 1 && is_digit(digits[1]))
+        return refuse("begins with 0, which some readers take for octal; write it without the 0");
     if (read.ec != std::errc()) return refuse("is too large or too small for a double");
+    int64_t integer = 0;
+    const auto whole = std::from_chars(number.data(), end, integer);
+    if (whole.ptr == end && whole.ec == std::errc()) return ParameterValue(integer);
     return ParameterValue(value);
 }
 

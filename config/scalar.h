@@ -9,9 +9,8 @@
 namespace postchain {
 
 // The value of a scalar or of a list of two numbers; monostate for null. Errors
-// (StatusCode::chain): non-finite numbers, octal, hexadecimal and binary numbers, digits grouped by
-// _, numbers too large for the type. The message names the value only, not its place. Does not
-// depend on the locale.
+// (StatusCode::chain): numbers that begin with 0 (010) or are too large. The message names the
+// value only, not its place. Does not depend on the locale.
 Result<ParameterValue> value_of(const TextNode& node);
 Result<ParameterValue> value_of_plain_text(const std::string& text);
 

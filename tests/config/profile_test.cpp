@@ -373,7 +373,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {head + "motion: [{channels: [[x, y]], scale: 1}]", "a list of two numbers"},
         {head + "motion: [{channels: [[x, y]], scale: [0, 1]}]", "would remove all motion"},
         {head + "motion: [{channels: [[x, y]], scale: [a, 1]}]", "a number"},
-        {head + "motion: [{channels: [[x, y]], bias: .nan}]", "finite"},
+        {head + "motion: [{channels: [[x, y]], bias: .nan}]", "'.nan' is not a number"},
         {head + "motion: [{channels: [[x, y]], sentinel: 0}]", ": '0' is not a number > 0"},
         {head + "priority: high" + color, "not an integer in 0..1000"},
         {head + "priority: -1" + color, "not an integer in 0..1000"},

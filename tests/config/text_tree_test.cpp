@@ -330,15 +330,14 @@ TEST(Scalar, ReadsNumbersBooleansAndWords) {
         {"null", ParameterValue()}};
     for (const auto& [text, value] : values) EXPECT_EQ(plain(text), value) << text;
     for (const char* word :
-         {"yes",   "no", "on", "off", "True", "FALSE", "Null", "guertin", "1,5", "1.2.3",
-          "12abc", "e5", ".",  "-",   "+",    "1e",    "0x",   "--1",     "+-1", "_1"})
+         {"yes",   "no",    "on",   "off",   "True",  "FALSE", "Null", "guertin", "1,5", "1.2.3",
+          "12abc", "e5",    ".",    "-",     "+",     "1e",    "0x",   "--1",     "+-1", "_1",
+          "0x1F",  "-0x10", "0o17", "0b101", "1_000", ".inf",  "-inf", "NaN"})
         EXPECT_EQ(plain(word), ParameterValue(std::string(word))) << word;
 }
 
 TEST(Scalar, RefusesNumbersInForbiddenForms) {
-    for (const char* bad :
-         {"010", "-007", "00.5", "0x1F", "-0x10", "0o17", "0b101", "1_000", "0x1_F", "[1, 010]",
-          ".inf", "-.INF", "inf", "Infinity", ".nan", "NaN", "1e999", "-1e999"})
+    for (const char* bad : {"010", "-007", "00.5", "[1, 010]", "1e999", "-1e999"})
         EXPECT_THAT(text_of(plain(bad)), HasSubstr("refused:")) << bad;
 }
 

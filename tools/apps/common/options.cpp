@@ -41,8 +41,10 @@ CLI::Validator number_within(const CLI::Validator& range) {
     return CLI::Validator(
         [range](std::string& text) {
             // CLI::Range accepts NaN, and 010 as 8.
-            if (const auto value = value_of_plain_text(text); !value.ok())
-                return value.status().message();
+            const auto value = value_of_plain_text(text);
+            if (!value.ok()) return value.status().message();
+            if (std::holds_alternative<std::string>(*value))
+                return postchain::quoted(text) + " is no number";
             return range(text);
         },
         range.get_description());

@@ -44,8 +44,6 @@ EncodedChannel encode(const DeepChannel& channel, const std::vector<uint32_t>& c
 Result<WriteReport> write_deep_exr(const std::string& path, const DeepSamples& samples,
                                    const WriteOptions& options) try {
     WriteReport report;
-    ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
-    if (report.skipped) return report;
     const size_t count = std::accumulate(samples.counts.begin(), samples.counts.end(), size_t(0));
     bool fits = samples.counts.size() == size_t(samples.width) * size_t(samples.height);
     for (const DeepChannel& channel : samples.channels)

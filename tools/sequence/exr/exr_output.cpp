@@ -170,9 +170,7 @@ Status write_exr_file(const std::string& path, const WriteOptions& options, Writ
     }
     report.bytes = file.size();
     if (options.before_commit) RETURN_IF_ERROR(options.before_commit());
-    ASSIGN_OR_RETURN(bool written, file.commit(options.on_existing));
-    report.skipped = !written;
-    return {};
+    return file.commit(options.on_existing).status();
 }
 
 namespace {

@@ -83,8 +83,6 @@ PlanesFile file_of(const ImageF& image, const std::vector<std::string>& names) {
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
                                      const WriteOptions& options) try {
     WriteReport report;
-    ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
-    if (report.skipped) return report;
     ASSIGN_OR_RETURN(const auto encoded, encode_planes(path, file, options));
     report.overflow_pixels = encoded.counts.overflow_pixels;
     report.nonfinite_pixels = encoded.counts.nonfinite_pixels;

@@ -41,7 +41,6 @@ struct WriteOptions {
 };
 
 struct WriteReport {
-    bool skipped = false;            // on_existing skip, and there was a file
     uint64_t overflow_pixels = 0;    // clamped
     uint64_t nonfinite_pixels = 0;   // NaN or Inf; also clamped in color, kept in planes
     uint64_t bytes = 0;              // size of the file

@@ -35,14 +35,14 @@ std::atomic<LiveTemporary*> live_list = nullptr;
 std::mutex live_mutex;  // for adding and reusing entries; the signal handler does not lock it
 
 // Null if this process already writes a temporary of this name.
-LiveTemporary* enlist(const std::string& name, const std::string& path) {
+LiveEntry enlist(const std::string& name, const std::string& path) {
     const std::lock_guard lock(live_mutex);
     LiveTemporary* entry = nullptr;
     for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next) {
         if (!e->live.load()) {
             entry = e;
         } else if (name == e->name) {
-            return nullptr;
+            return {nullptr, delist};
         }
     }
     const bool fresh = entry == nullptr;
@@ -54,12 +54,7 @@ LiveTemporary* enlist(const std::string& name, const std::string& path) {
         entry->next = live_list.load();
         live_list.store(entry);
     }
-    return entry;
-}
-
-void delist(void* entry) {
-    const std::lock_guard lock(live_mutex);
-    static_cast<LiveTemporary*>(entry)->live.store(false);
+    return {entry, delist};
 }
 
 Status output_error(const std::string& path, const std::string& what) {
@@ -198,12 +193,13 @@ std::string name_of_temporary(const std::string& temporary) {
 
 }  // namespace
 
-Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
-    if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
-    if (on_existing == OnExisting::skip) return true;
-    return Status(
-        StatusCode::output,
-        concat(path, ": exists already, and is not replaced; move it, or write elsewhere"));
+Descriptor::~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+void delist(void* entry) {
+    const std::lock_guard lock(live_mutex);
+    static_cast<LiveTemporary*>(entry)->live.store(false);
 }
 
 Status check_folder_of(const std::string& path) {
@@ -231,45 +227,27 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     // Registered before it exists, so that a signal at any time finds it.
     const std::string temporary =
         path.substr(0, path.size() - name.size()) + own_name(file.temporary_);
-    void* live = enlist(temporary, file.temporary_);
-    if (live == nullptr)
+    LiveEntry live = enlist(temporary, file.temporary_);
+    if (!live)
         return output_error(path, "is already being written by this process; choose another name");
     const Opened opened = open_temporary(file.temporary_);
     if (opened.fd < 0) {
-        delist(live);
         const std::string why =
             opened.step == Opened::Step::lock ? concat("cannot lock it: ", reason_of(opened.error))
             : opened.error == EEXIST          ? concat("another process is writing ", temporary)
                                               : why_not_in(folder, opened.error);
         return output_error(path, why);
     }
-    file.fd_ = opened.fd;
-    file.live_ = live;
+    file.fd_ = Descriptor(opened.fd);
+    file.live_ = std::move(live);
     file.buffer_.reserve(kBufferBytes);
     return file;
 } catch (...) {
     return status_of_exception(path);
 }
 
-AtomicFile::AtomicFile(AtomicFile&& other) noexcept
-    : folder_(std::move(other.folder_)),
-      path_(std::move(other.path_)),
-      target_(std::move(other.target_)),
-      temporary_(std::move(other.temporary_)),
-      buffer_(std::move(other.buffer_)),
-      buffer_start_(other.buffer_start_),
-      position_(other.position_),
-      size_(other.size_),
-      fd_(std::exchange(other.fd_, -1)),
-      live_(std::exchange(other.live_, nullptr)),
-      failed_(std::move(other.failed_)) {}
-
 AtomicFile::~AtomicFile() {
-    if (live_ != nullptr) {
-        ::unlink(temporary_.c_str());
-        delist(live_);
-    }
-    if (fd_ >= 0) ::close(fd_);
+    if (live_) ::unlink(temporary_.c_str());
 }
 
 Status AtomicFile::fail(const char* action, int error) {
@@ -351,8 +329,8 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
         return failed_;
     }
     if (error != 0) return fail("cannot move the finished file here", error);
-    delist(std::exchange(live_, nullptr));
-    ::close(std::exchange(fd_, -1));
+    live_.reset();
+    fd_ = Descriptor();
     if (folder_error != 0)
         return fail("is complete, but the disk may not keep its name: its folder cannot be synced",
                     folder_error);
@@ -393,7 +371,8 @@ Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
     if (lock.folder_.error() != 0)
         return output_error(path, why_not_in(own_folder(path), lock.folder_.error()));
     for (;;) {
-        lock.fd_ = ::open(lock.path_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        lock.fd_ = Descriptor(
+            ::open(lock.path_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666));
         if (lock.fd_ < 0) return output_error(path, concat("cannot lock it: ", reason_of(errno)));
         int locked;
         do locked = ::flock(lock.fd_, LOCK_EX);
@@ -401,21 +380,10 @@ Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
         struct stat info;
         // The one before may have removed the file.
         if (locked != 0 || ::fstat(lock.fd_, &info) != 0 || info.st_nlink > 0) break;
-        ::close(lock.fd_);
     }
     lock.live_ = enlist(lock.path_, lock.path_);
     return lock;
 }
-
-ReplaceLock::ReplaceLock(ReplaceLock&& other) noexcept
-    : folder_(std::move(other.folder_)),
-      locked_(std::move(other.locked_)),
-      path_(std::move(other.path_)),
-      aside_(std::exchange(other.aside_, {})),
-      inode_(other.inode_),
-      fd_(std::exchange(other.fd_, -1)),
-      live_(std::exchange(other.live_, nullptr)),
-      aside_live_(std::exchange(other.aside_live_, nullptr)) {}
 
 Status ReplaceLock::set_aside(const std::string& companion) {
     inode_ = inode_of(locked_);
@@ -436,9 +404,6 @@ ReplaceLock::~ReplaceLock() {
             ::unlink(temporary.c_str());
     }
     ::unlink(path_.c_str());
-    for (void* live : {live_, aside_live_})
-        if (live != nullptr) delist(live);
-    ::close(fd_);
 }
 
 bool is_temporary_of(const std::string& temporary, const std::string& name) {
@@ -480,24 +445,13 @@ Result<std::optional<Claim>> Claim::take(const std::string& path) {
     if (folder.error() != 0)
         return output_error(path, why_not_in(own_folder(path), folder.error()));
     std::string name = own_name(path);
-    const int fd = ::open(folder.at(name).c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+    Descriptor fd(::open(folder.at(name).c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666));
     if (fd < 0)
         return Status(StatusCode::output, path + ": cannot be made: " + std::strerror(errno));
     if (::flock(fd, LOCK_EX | LOCK_NB) == 0)
-        return std::optional<Claim>(Claim(std::move(folder), std::move(name), fd));
-    const int error = errno;
-    ::close(fd);
-    if (error == EWOULDBLOCK) return std::optional<Claim>();
-    return Status(StatusCode::output, path + ": cannot be locked: " + std::strerror(error));
-}
-
-Claim::Claim(Claim&& other) noexcept
-    : folder_(std::move(other.folder_)), name_(std::move(other.name_)), fd_(other.fd_) {
-    other.fd_ = -1;
-}
-
-Claim::~Claim() {
-    if (fd_ >= 0) ::close(fd_);
+        return std::optional<Claim>(Claim(std::move(folder), std::move(name), std::move(fd)));
+    if (errno == EWOULDBLOCK) return std::optional<Claim>();
+    return Status(StatusCode::output, path + ": cannot be locked: " + std::strerror(errno));
 }
 
 void Claim::finish() {

@@ -14,9 +14,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "chain/base/readable_file.h"
 #include "chain/base/status.h"
@@ -31,10 +33,6 @@ enum class OnExisting {
     resume,     // of a run: as skip for its own outputs, as fail for others
 };
 
-// Checks for an existing file before any work. Returns true if it exists and is kept; with `fail`
-// an existing file is an error (output). AtomicFile::commit() checks again.
-Result<bool> skipped_already(const std::string& path, OnExisting on_existing);
-
 // Bytes of the longest file name and path: their temporary has a dot, the process number and .tmp
 // more.
 constexpr size_t kLongestName = NAME_MAX - sizeof("..4194304.tmp") + 1;
@@ -43,14 +41,33 @@ constexpr size_t kLongestPath = PATH_MAX - sizeof("..4194304.tmp");
 // Errors (output), before any work: the folder of `path` is missing or takes no files.
 Status check_folder_of(const std::string& path);
 
+// A descriptor that is closed at its end; negative: none.
+class Descriptor {
+  public:
+    explicit Descriptor(int fd = -1) : fd_(fd) {}
+    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
+    ~Descriptor();
+    operator int() const { return fd_; }
+
+  private:
+    int fd_;
+};
+
+// An entry in the registry of live temporaries, until its end.
+void delist(void* entry);
+using LiveEntry = std::unique_ptr<void, void (*)(void*)>;
+
 class AtomicFile {
   public:
     // Errors (output): missing folder, a file in place of the folder, a folder in place of the
     // file, no permission, another process writing the same temporary, name too long.
     static Result<AtomicFile> create(const std::string& path);
 
-    AtomicFile(AtomicFile&& other) noexcept;
-    AtomicFile& operator=(AtomicFile&&) = delete;
+    AtomicFile(AtomicFile&&) = default;
     ~AtomicFile();  // removes the temporary unless committed
 
     // Buffered; a failure is reported here or by a later call, and by every call after that. Errors
@@ -82,8 +99,8 @@ class AtomicFile {
     uint64_t buffer_start_ = 0;  // file position of buffer_[0]
     uint64_t position_ = 0;
     uint64_t size_ = 0;
-    int fd_ = -1;
-    void* live_ = nullptr;  // entry in the registry of live temporaries
+    Descriptor fd_;
+    LiveEntry live_{nullptr, delist};
     Status failed_;
 };
 
@@ -95,8 +112,7 @@ class ReplaceLock {
     // Waits. Errors (output): the file to lock cannot be created.
     static Result<ReplaceLock> take(const std::string& path);
 
-    ReplaceLock(ReplaceLock&& other) noexcept;
-    ReplaceLock& operator=(ReplaceLock&&) = delete;
+    ReplaceLock(ReplaceLock&&) = default;
     ~ReplaceLock();
 
     // Renames `companion`, which describes the locked file, to a temporary. The end of the lock
@@ -111,9 +127,9 @@ class ReplaceLock {
     std::string path_;
     std::string aside_;  // empty: nothing
     uint64_t inode_ = 0;
-    int fd_ = -1;
-    void* live_ = nullptr;  // entries in the registry of live temporaries
-    void* aside_live_ = nullptr;
+    Descriptor fd_;
+    LiveEntry live_{nullptr, delist};
+    LiveEntry aside_live_{nullptr, delist};
 };
 
 // Removes every uncommitted temporary of this process. Safe in a signal handler; writers that are
@@ -137,25 +153,20 @@ Result<bool> atomic_write_text(const std::string& path, std::string_view text,
 // A claim is a lock (flock) on a file. The system releases it when the process ends in any way.
 // Over NFS it works between machines if the file system is mounted with locks (the default of NFS
 // 4).
-
 class Claim {
   public:
     // Empty if another process holds it. Errors (output): the file cannot be created or locked.
     static Result<std::optional<Claim>> take(const std::string& path);
 
-    Claim(Claim&& other) noexcept;
-    Claim& operator=(Claim&&) = delete;
-    ~Claim();  // releases it
-
     // The work is done: removes the file too.
     void finish();
 
   private:
-    Claim(OpenFolder folder, std::string name, int fd)
-        : folder_(std::move(folder)), name_(std::move(name)), fd_(fd) {}
+    Claim(OpenFolder folder, std::string name, Descriptor fd)
+        : folder_(std::move(folder)), name_(std::move(name)), fd_(std::move(fd)) {}
     OpenFolder folder_;
     std::string name_;
-    int fd_ = -1;
+    Descriptor fd_;
 };
 
 }  // namespace postchain::io

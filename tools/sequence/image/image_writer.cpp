@@ -213,8 +213,7 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
     RETURN_IF_ERROR(file.write(bytes.data(), bytes.size()));
     report.bytes = bytes.size();
     if (options.before_commit) RETURN_IF_ERROR(options.before_commit());
-    ASSIGN_OR_RETURN(bool written, file.commit(options.on_existing));
-    report.skipped = !written;
+    RETURN_IF_ERROR(file.commit(options.on_existing).status());
     return report;
 } catch (...) {
     return status_of_exception(path);

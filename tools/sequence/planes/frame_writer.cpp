@@ -386,8 +386,6 @@ Result<WriteReport> write_filtered(const std::string& path, PixelFile& file,
                                    const WriteOptions& options,
                                    const std::vector<FilteredLayer>& layers) try {
     WriteReport report;
-    ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
-    if (report.skipped) return report;
     if (frame.kept == nullptr || frame.kept->part != color.part ||
         color.image->width != frame.window.width() ||
         color.image->height != frame.window.height() || color.image->channels != 4)

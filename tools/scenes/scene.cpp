@@ -322,9 +322,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
         ASSIGN_OR_RETURN(const auto written,
                          io::write_planes_exr(aperture_path(request), values, {"Y"}, permit));
     }
-    ASSIGN_OR_RETURN(const auto permit, files.permit(camera_path(request)));
-    return io::atomic_write_text(camera_path(request), camera_json(request, model), permit)
-        .status();
+    return files.put(camera_path(request), camera_json(request, model));
 }
 
 }  // namespace postchain::scenes

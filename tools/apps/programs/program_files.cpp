@@ -185,11 +185,6 @@ bool is_program(const std::string& name) {
     return false;
 }
 
-Status write(const io::OutputFiles& files, const std::string& path, std::string_view text) {
-    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
-    return io::atomic_write_text(path, text, permit).status();
-}
-
 }  // namespace
 
 Result<FilesWritten> write_files(const Programs& programs, Language language,
@@ -220,11 +215,11 @@ Result<FilesWritten> write_files(const Programs& programs, Language language,
     RETURN_IF_ERROR(files.make_folders());
     FilesWritten written;
     for (const auto& [name, text] : texts) {
-        RETURN_IF_ERROR(write(files, path_of(name), text));
+        RETURN_IF_ERROR(files.put(path_of(name), text));
         ++written.files;
         written.bytes += text.size();
     }
-    RETURN_IF_ERROR(write(files, path_of(kIndex), json_text(index, true) + "\n"));
+    RETURN_IF_ERROR(files.put(path_of(kIndex), json_text(index, true) + "\n"));
     std::error_code error;
     for (const auto& left : fs::directory_iterator(folder, error)) {
         const std::string name = left.path().filename();

@@ -4,7 +4,6 @@
 #include "chain/base/readable_file.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/report/report_json.h"
-#include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/record/fingerprint.h"
@@ -37,11 +36,6 @@ Result<std::string> files_of(const Chain& chain, int frame, const ExperimentSett
 
 ResultStore::ResultStore(std::string folder, std::string conditions, io::OutputFiles files)
     : folder_(folder + "/results"), conditions_(std::move(conditions)), files_(std::move(files)) {}
-
-Status ResultStore::save(const std::string& path, const std::string& text) const {
-    ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
-    return io::atomic_write_text(path, text, permit).status();
-}
 
 Status ResultStore::prepare() const {
     return io::make_folder(folder_);
@@ -92,13 +86,13 @@ Status ResultStore::keep(const std::string& name, int frame, const std::string& 
                                {"split", result.split},
                                {"slice", result.slice},
                                {"left_out", left_out}};
-    return save(path(concat(name, ".", frame)), io::json_text(json, 1));
+    return files_.put(path(concat(name, ".", frame)), io::json_text(json, 1));
 }
 
 Status ResultStore::keep(const std::string& name, const std::string& work,
                          const report::Timing& timing) const {
     const report::Json json = {{"key", key(work)}, {"timing", timing}};
-    return save(path(name + ".time"), io::json_text(json, 1));
+    return files_.put(path(name + ".time"), io::json_text(json, 1));
 }
 
 std::string conditions_of(const report::Report& report, const ExperimentSettings& settings,

@@ -37,7 +37,6 @@ class ResultStore {
   private:
     std::string path(const std::string& name) const;
     std::string key(const std::string& work) const;
-    Status save(const std::string& path, const std::string& text) const;
     std::string folder_;
     std::string conditions_;
     io::OutputFiles files_;

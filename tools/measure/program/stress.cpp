@@ -97,11 +97,6 @@ io::OutputFiles files_of(const Options& options, const StressOptions& stress,
     return files;
 }
 
-Status write_file(const io::OutputFiles& files, const std::string& path, const std::string& text) {
-    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
-    return io::atomic_write_text(path, text, permit).status();
-}
-
 // The command line, without options that do not affect the figures.
 std::string command_of(const Options& options, const StressOptions& stress) {
     std::string text = "postchain stress";
@@ -148,9 +143,9 @@ Result<int> stress_subcommand(const Options& options, const StressOptions& stres
             return Status(StatusCode::output,
                           "--output: " + stress.folder + ": " + error.message());
         const std::string start = stress.folder + "/";
-        Status status = write_file(files, start + kText, text);
-        if (status.ok()) status = write_file(files, start + kJson, json);
-        if (status.ok()) status = write_file(files, start + kPage, page);
+        Status status = files.put(start + kText, text);
+        if (status.ok()) status = files.put(start + kJson, json);
+        if (status.ok()) status = files.put(start + kPage, page);
         RETURN_IF_ERROR(status);
     }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;

@@ -42,12 +42,6 @@ Result<io::OutputFiles> files_of(const tune::TuneSettings& settings, bool contin
     return files;
 }
 
-Status write_chain_file(const tune::Tuning& tuning, const std::string& path,
-                        const io::OutputFiles& files) {
-    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
-    return io::atomic_write_text(path, tune::tuned_chain_file(tuning), permit).status();
-}
-
 Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     tune::TuneSettings settings = t.settings;
     RETURN_IF_ERROR(tune::goal_of(settings).status());
@@ -86,7 +80,7 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
         return stop.interrupted("no chain is written; run the same command again");
     if (!tuning.ok()) return tuning.status();
     if (tuning->search.stopped) {
-        RETURN_IF_ERROR(write_chain_file(*tuning, settings.folder, files));
+        RETURN_IF_ERROR(files.put(settings.folder, tune::tuned_chain_file(*tuning)));
         return stop.interrupted(concat(settings.folder, " is the best of ",
                                        tuning->search.candidates.size(),
                                        " measured chains; the same command goes on"));
@@ -95,7 +89,8 @@ Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
         log::info(concat(earlier->by_hash.size(), " chains were measured before the stop"));
     for (const auto& line : tune::doubts_of(*tuning)) log::warning(line);
     if (!tuning->with_truth) log::info("reference: " + tuning->reference);
-    if (tuning->chosen()) RETURN_IF_ERROR(write_chain_file(*tuning, settings.folder, files));
+    if (tuning->chosen())
+        RETURN_IF_ERROR(files.put(settings.folder, tune::tuned_chain_file(*tuning)));
     if (options.json)
         print_line(tune::tuning_json(*tuning));
     else

@@ -6,8 +6,7 @@
 namespace postchain::report {
 
 Status Report::write(const std::string& path, std::string_view text) const {
-    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
-    return io::atomic_write_text(path, text, permit).status();
+    return files.put(path, text);
 }
 
 const char* name_of(Kind kind) {

@@ -283,9 +283,7 @@ Status StudyFolder::keep(const Task& task, const TaskResult& result) const {
 }
 
 Status StudyFolder::write(const std::string& name, std::string_view text) const {
-    const std::string path = path_ + "/" + name;
-    ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
-    return io::atomic_write_text(path, text, permit).status();
+    return files_.put(path_ + "/" + name, text);
 }
 
 }  // namespace postchain::study

@@ -332,4 +332,9 @@ Result<OnExisting> OutputFiles::permit(const std::string& path) const {
     return known && on_existing_ != OnExisting::fail ? OnExisting::overwrite : OnExisting::fail;
 }
 
+Status OutputFiles::put(const std::string& path, std::string_view text) const {
+    ASSIGN_OR_RETURN(const auto permitted, permit(path));
+    return atomic_write_text(path, text, permitted).status();
+}
+
 }  // namespace postchain::io

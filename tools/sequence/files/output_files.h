@@ -22,6 +22,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "chain/base/status.h"
@@ -112,6 +113,8 @@ class OutputFiles {
     // OnExisting for the writer of this file: fail or overwrite; fail if it is not one of the
     // outputs. Errors: rule 1, checked again. Thread-safe.
     Result<OnExisting> permit(const std::string& path) const;
+    // Writes a permitted file. Errors: those of permit() and AtomicFile.
+    Status put(const std::string& path, std::string_view text) const;
 
   private:
     struct Pattern {

@@ -215,11 +215,9 @@ Status write_preview(FrameReport& report, const RunSettings& settings, const io:
 
 Status write_sidecar(FrameReport& report, const FrameLayers& layers, const RunSettings& settings,
                      const io::OutputFiles& files) {
-    const std::string path = sidecar_path(report.output);
-    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
     const std::string text = sidecar_json(report, layers, settings.version);
     report.written_bytes += text.size();
-    return io::atomic_write_text(path, text, permit).status();
+    return files.put(sidecar_path(report.output), text);
 }
 
 }  // namespace

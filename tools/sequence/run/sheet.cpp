@@ -173,8 +173,7 @@ Result<SheetReport> make_sheet(const SheetSettings& sheet, const SheetProgress& 
                     ? concat(work.frames.size(), " of ", work.of, " frames")
                     : concat(work.of, work.of == 1 ? " frame" : " frames"));
     ASSIGN_OR_RETURN(const auto png, io::encode_png(page.picture()).at(sheet.output));
-    ASSIGN_OR_RETURN(const auto permit, work.files.permit(sheet.output));
-    RETURN_IF_ERROR(io::atomic_write_text(sheet.output, png, permit).status());
+    RETURN_IF_ERROR(work.files.put(sheet.output, png));
     return report;
 }
 

@@ -290,19 +290,7 @@ class CameraParser {
                 r[row][column] = *value;
             }
         }
-        const auto dot = [&](size_t i, size_t j) {
-            return r[0][i] * r[0][j] + r[1][i] * r[1][j] + r[2][i] * r[2][j];
-        };
-        for (size_t i = 0; i < 3; ++i) {
-            const double length = std::sqrt(dot(i, i));
-            if (!(length > 0) || !std::isfinite(length)) return std::nullopt;
-            for (auto& row : r) row[i] /= length;
-        }
-        constexpr double kSquare = 1e-3;
-        if (std::abs(dot(0, 1)) > kSquare || std::abs(dot(0, 2)) > kSquare ||
-            std::abs(dot(1, 2)) > kSquare)
-            return std::nullopt;
-        return r;
+        return without_scale(r).empty() ? std::optional(r) : std::nullopt;
     }
 
     // Keys of other programs are ignored. A key close to a known one gets a warning; so does a
@@ -430,6 +418,23 @@ CameraFile read_camera(std::string_view text, const std::string& file_name) {
 }
 
 }  // namespace
+
+std::string without_scale(Rotation& rotation) {
+    const auto dot = [&](size_t i, size_t j) {
+        double sum = 0;
+        for (const auto& row : rotation) sum += row[i] * row[j];
+        return sum;
+    };
+    for (size_t i = 0; i < 3; ++i) {
+        const double length = std::sqrt(dot(i, i));
+        if (!(length > 0) || !std::isfinite(length)) return "singular";
+        for (auto& row : rotation) row[i] /= length;
+    }
+    constexpr double kSquare = 1e-3;
+    const bool square = std::abs(dot(0, 1)) <= kSquare && std::abs(dot(0, 2)) <= kSquare &&
+                        std::abs(dot(1, 2)) <= kSquare;
+    return square ? "" : "its axes are not at right angles";
+}
 
 CameraFile parse_camera(std::string_view text, const std::string& file_name) {
     try {

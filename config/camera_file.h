@@ -32,6 +32,8 @@ double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display
 
 // Camera to world, rows: the camera looks along its -z, +x is right and +y up.
 using Rotation = std::array<std::array<double, 3>, 3>;
+// Removes the scale of the columns. Returns why they are no axes; empty: they are.
+std::string without_scale(Rotation& rotation);
 
 struct CameraFile {
     std::string file_name;

@@ -86,6 +86,8 @@ TEST(CameraMetadata, VRay) {
     EXPECT_EQ(read({{"cameraAperture", "36"}, {"cameraFov", "60"}}).camera.sensor_width_mm, 36);
 }
 
+using Matrix4 = std::array<std::array<double, 4>, 4>;  // rows
+
 std::string text_of(const Matrix4& m) {
     std::string text;
     for (const auto& row : m)

@@ -7,12 +7,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/camera_file.h"
+
 namespace postchain::io {
 namespace {
 
+// For row vectors: a world point is multiplied from the left.
+using Matrix4 = IMATH_NAMESPACE::M44d;
+
 // Larger distances mean "no limit".
 constexpr double kNoLimit = 1e9;
-constexpr double kSquare = 1e-3;  // tolerance of axes for unit length and right angles
 
 // By priority: of two that give the same value, the first is used. docs/profiles.md names the
 // sources.
@@ -89,30 +93,16 @@ std::vector<double> numbers_in(std::string_view text) {
 }
 
 // The matrix's inverse; empty if it is singular or not finite.
-std::optional<Matrix4> inverse(const Matrix4& matrix) {
-    IMATH_NAMESPACE::M44d m;
-    for (size_t i = 0; i < 16; ++i) m[int(i / 4)][i % 4] = matrix[i / 4][i % 4];
-    try {
-        m.gjInvert(true);
-    } catch (const std::exception&) {
-        return std::nullopt;
-    }
-    Matrix4 result;
-    for (size_t i = 0; i < 16; ++i) {
-        result[i / 4][i % 4] = m[int(i / 4)][i % 4];
-        if (!std::isfinite(result[i / 4][i % 4])) return std::nullopt;
-    }
-    return result;
+std::optional<Matrix4> inverse(const Matrix4& matrix) try {
+    const Matrix4 m = matrix.gjInverse(true);
+    const bool finite =
+        std::all_of(m[0], m[0] + 16, [](double value) { return std::isfinite(value); });
+    return finite ? std::optional(m) : std::nullopt;
+} catch (const std::exception&) {
+    return std::nullopt;
 }
 
-Matrix4 transposed(const Matrix4& m) {
-    Matrix4 t;
-    for (size_t i = 0; i < 4; ++i)
-        for (size_t j = 0; j < 4; ++j) t[i][j] = m[j][i];
-    return t;
-}
-
-bool is_zero_row(const std::array<double, 4>& row) {
+bool is_zero_row(const double* row) {
     return row[0] == 0 && row[1] == 0 && row[2] == 0;
 }
 
@@ -129,35 +119,9 @@ std::optional<Matrix4> matrix_in(const std::string& text, std::string& why) {
             why = "not finite";
             return std::nullopt;
         }
-        m[i / 4][i % 4] = values[i];
+        m[int(i / 4)][i % 4] = values[i];
     }
     return m;
-}
-
-// The pose from a camera's axes in the world, of any length; or why they are invalid.
-std::optional<CameraPose> pose_of(std::array<std::array<double, 3>, 3> axes,
-                                  const std::array<double, 3>& position, std::string& why) {
-    const auto dot = [&](size_t i, size_t j) {
-        return axes[i][0] * axes[j][0] + axes[i][1] * axes[j][1] + axes[i][2] * axes[j][2];
-    };
-    for (size_t i = 0; i < 3; ++i) {
-        const double length = std::sqrt(dot(i, i));
-        if (!(length > 0) || !std::isfinite(length)) {
-            why = "singular";
-            return std::nullopt;
-        }
-        for (double& v : axes[i]) v /= length;
-    }
-    if (std::abs(dot(0, 1)) > kSquare || std::abs(dot(0, 2)) > kSquare ||
-        std::abs(dot(1, 2)) > kSquare) {
-        why = "its axes are not at right angles";
-        return std::nullopt;
-    }
-    CameraPose pose;
-    for (size_t i = 0; i < 3; ++i)
-        for (size_t k = 0; k < 3; ++k) pose.to_world[k][i] = axes[i][k];
-    pose.position = position;
-    return pose;
 }
 
 class Reader {
@@ -281,7 +245,7 @@ class Reader {
         if (!m) return;
         // Rows: the camera's axes in the world, and its place.
         if (name == "worldToCamera") {
-            if (!is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0})) {
+            if (!is_zero_row(m->transposed()[3])) {
                 found.why = "not an affine matrix of row vectors";
                 return;
             }
@@ -290,12 +254,12 @@ class Reader {
                 found.why = "singular";
                 return;
             }
-            for (double& v : (*m)[2]) v = -v;
+            for (int k = 0; k < 4; ++k) (*m)[2][k] = -(*m)[2][k];
         } else {
             // Columns as documented; Imath's rows if the last row holds the position.
             if (is_zero_row((*m)[3])) {
-                m = transposed(*m);
-            } else if (!is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0})) {
+                m->transpose();
+            } else if (!is_zero_row(m->transposed()[3])) {
                 found.why = "not an affine matrix";
                 return;
             }
@@ -303,20 +267,24 @@ class Reader {
                 const auto version = part_.attributes.find("vrayInfo/vrayversion");
                 if (version != part_.attributes.end() &&
                     version->second.find("Maya") != std::string::npos) {
-                    const auto back = (*m)[1];
-                    for (size_t k = 0; k < 3; ++k) {
+                    for (int k = 0; k < 3; ++k) {
+                        const double back = (*m)[1][k];
                         (*m)[1][k] = -(*m)[2][k];
-                        (*m)[2][k] = back[k];
+                        (*m)[2][k] = back;
                     }
                 }
             }
         }
-        std::array<std::array<double, 3>, 3> axes;
-        for (size_t i = 0; i < 3; ++i)
-            for (size_t k = 0; k < 3; ++k) axes[i][k] = (*m)[i][k];
-        result_.pose = pose_of(axes, {(*m)[3][0], (*m)[3][1], (*m)[3][2]}, found.why);
-        if (result_.pose) found.gives = "camera matrix";
-        if (name == "worldToCamera" && result_.pose) from_camera_ = m;
+        CameraPose pose;
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) pose.to_world[size_t(k)][size_t(i)] = (*m)[i][k];
+            pose.position[size_t(i)] = (*m)[3][i];
+        }
+        found.why = without_scale(pose.to_world);
+        if (!found.why.empty()) return;
+        result_.pose = pose;
+        found.gives = "camera matrix";
+        if (name == "worldToCamera") from_camera_ = m;
     }
 
     // worldToNDC after worldToCamera: the image position of a point 45 degrees to the right.
@@ -329,14 +297,12 @@ class Reader {
         }
         const Matrix4& camera = *from_camera_;
         const auto seen = [&](double x, double y) -> std::optional<std::array<double, 2>> {
-            std::array<double, 4> world = {camera[3][0], camera[3][1], camera[3][2], 1};
-            for (size_t k = 0; k < 3; ++k)
-                world[k] += x * camera[0][k] + y * camera[1][k] - camera[2][k];
-            std::array<double, 4> at = {};
-            for (size_t j = 0; j < 4; ++j)
-                for (size_t k = 0; k < 4; ++k) at[j] += world[k] * (*m)[k][j];
-            if (!(std::abs(at[3]) > 1e-12)) return std::nullopt;
-            return std::array{at[0] / at[3], at[1] / at[3]};
+            const auto world = [&](int k) {
+                return camera[3][k] + (x * camera[0][k] + y * camera[1][k] - camera[2][k]);
+            };
+            const auto at = IMATH_NAMESPACE::V4d(world(0), world(1), world(2), 1) * *m;
+            if (!(std::abs(at.w) > 1e-12)) return std::nullopt;
+            return std::array{at.x / at.w, at.y / at.w};
         };
         const auto middle = seen(0, 0), right = seen(1, 0);
         if (!middle || !right) {
@@ -344,8 +310,8 @@ class Reader {
             return;
         }
         const auto is_at = [&](double place) {
-            return std::abs((*middle)[0] - place) < kSquare &&
-                   std::abs((*middle)[1] - place) < kSquare;
+            constexpr double kNear = 1e-3;
+            return std::abs((*middle)[0] - place) < kNear && std::abs((*middle)[1] - place) < kNear;
         };
         double widths = 0;
         if (is_at(0.5))

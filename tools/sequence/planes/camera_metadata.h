@@ -13,9 +13,6 @@
 
 namespace postchain::io {
 
-// For row vectors, as in Imath: a world point is multiplied from the left.
-using Matrix4 = std::array<std::array<double, 4>, 4>;
-
 // Position and orientation of a camera in a file's metadata: camera to world, rows. The camera
 // looks along -z; +x is right and +y up.
 struct CameraPose {

@@ -6,6 +6,7 @@ import base64
 import http.server
 import json
 import pathlib
+import random
 import re
 import shutil
 import socket
@@ -27,9 +28,12 @@ RECIPES = pathlib.Path(__file__).resolve().parents[2] / "tools/packaging/service
 
 
 def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """Below the ports that the system gives to connections: one of those may be taken before the proxy listens."""
+    while True:
+        with socket.socket() as probe:
+            port = random.randrange(10000, 30000)
+            if probe.connect_ex(("127.0.0.1", port)) != 0:
+                return port
 
 
 def found(program):

@@ -60,12 +60,12 @@ class Names(Case):
 class Numbers(Case):
     """As in chain files: none is octal or hexadecimal."""
     def test_only_decimal_numbers(self):
-        for word, why in {"010": "'010' begins with 0", "0x10": '"0x10" is no number',
-                          "nan": '"nan" is no number', "0": "Value 0 not in range 1 to 1024"}.items():
+        for word, why in {"010": "'010' begins with 0", "0x10": '"0x10" is not a number',
+                          "nan": '"nan" is not a number', "0": "Value 0 not in range 1 to 1024"}.items():
             for words in (["sheet", "in.####.exr", "-o", "a.png", "--threads", word],
                           ["info", "--threads", word]):
                 self.assertIn(f"--threads: {why}", self.said(2, *words))
-        self.assertIn("--idle: \"inf\" is no number",
+        self.assertIn("--idle: \"inf\" is not a number",
                       self.said(2, "run", "fast", "-i", "a.exr", "-o", "b.exr", "--watch", "--idle", "inf"))
 
 

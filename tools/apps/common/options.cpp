@@ -44,7 +44,7 @@ CLI::Validator number_within(const CLI::Validator& range) {
             const auto value = value_of_plain_text(text);
             if (!value.ok()) return value.status().message();
             if (std::holds_alternative<std::string>(*value))
-                return postchain::quoted(text) + " is no number";
+                return postchain::quoted(text) + " is not a number";
             return range(text);
         },
         range.get_description());

@@ -148,7 +148,7 @@ class YamlParser {
         TextPlace place = parser_.error == YAML_READER_ERROR
                               ? place_at(text_, parser_.problem_offset)
                               : place_of(parser_.problem_mark);
-        // What does not end is shown where it begins.
+        // A list, map or string without its end is reported where it begins.
         const TextPlace end = place_at(text_, text_.find_last_not_of(" \t\r\n") + 1);
         if (parser_.context && place >= end) place = std::min(place_of(parser_.context_mark), end);
         throw TextFault{place, concat("not YAML or JSON: ", parser_.context ? parser_.context : "",

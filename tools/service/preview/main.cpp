@@ -82,7 +82,7 @@ class Inbox {
             if (line != kStop) return line;
         }
     }
-    // Whether nobody waits for the last task any more.
+    // Whether the last task is no longer wanted.
     bool stopped() {
         read(0);
         return std::ranges::count(lines_, kStop) > 0;

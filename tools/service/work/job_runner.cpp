@@ -294,7 +294,7 @@ void JobRunner::hear_from_queue() {
     heard_ = Clock::now();
 }
 
-// What one job throws or fails with is its own: the others go on.
+// An exception ends its job alone, and a failure is told to the caller: the other jobs go on.
 Status JobRunner::guarded(const Job& job, const std::function<Status()>& work) {
     Status status;
     try {

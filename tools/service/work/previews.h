@@ -3,10 +3,9 @@
 // decoder, or a driver that crashes, costs the preview. The process keeps its GL context from one
 // preview to the next, and is started again after it has died.
 //
-//   service: lines of JSON: {"folders", "memory", "device", "threads"}, then tasks: {"test": true},
-//   or
-//            {"folders", "start", "words", "chain" or "chain_name" and "chain_text", "frame",
-//            "scale", "type"}; and kStop when nobody waits for the last one
+//   service: lines of JSON: {"folders", "memory", "device", "threads"}, then tasks, {"test": true}
+//            or {"folders", "start", "words", "chain" or "chain_name" and "chain_text", "frame",
+//            "scale", "type"}; and kStop when the last one is no longer wanted
 //   process: kDone or kFailed, 8 bytes with the length of what follows, and that: the renderer of a
 //            test, the preview, {"code", "message"} or {"faults"} as of `--check`
 #pragma once
@@ -37,7 +36,7 @@ class PreviewProcess {
     // whatever it does.
     PreviewProcess(const ServiceSettings& settings, uint64_t memory, const std::atomic<bool>& ends);
 
-    // `over`: whether nobody waits for it any more. Problems: faults of the body; those of reading,
+    // `over`: whether it is no longer wanted. Problems: faults of the body; those of reading,
     // planning and the device; the process died.
     Answer<std::string> preview(const std::string& body, const JobRequest& request,
                                 const Roots& roots, const std::string& type,

@@ -70,7 +70,7 @@ TEST_F(FrameScan, ColorInStripsIsThatOfTheFrame) {
     for (int rows : {1, 5, 16, 41}) {
         std::vector<float> found;
         const auto strips =
-            scan_source_frame(settings_, open(1), {}, rows, [&](const FramePlanes& planes, int y) {
+            scan_source_frame(settings_, open(1), rows, [&](const FramePlanes& planes, int y) {
                 EXPECT_EQ(found.size(), size_t(y) * kWidth * 4);
                 const auto& color = planes.at(Role::color).data;
                 found.insert(found.end(), color.begin(), color.end());

@@ -322,9 +322,9 @@ int strip_rows(const FrameHeader& header) {
     return int(std::min<int64_t>(rows, header.window.height()));
 }
 
-Result<int> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
-                              RoleSet wanted, int rows, const StripObserver& observer) {
-    const RoleSet present = planes_of(header, wanted);
+Result<int> scan_source_frame(const SourceSettings& settings, const FrameHeader& header, int rows,
+                              const StripObserver& observer) {
+    const RoleSet present = {Role::color};
     const int height = header.window.height();
     RETURN_IF_ERROR(check_memory(color_path(header),
                                  frame_bytes(header, present, io::Keep::nothing, rows),

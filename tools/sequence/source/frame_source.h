@@ -87,10 +87,10 @@ int strip_rows(const FrameHeader& header);
 // Receives the planes of each strip, starting at row `first`.
 using StripObserver = std::function<void(const FramePlanes& planes, int first)>;
 
-// Reads a frame of which `rows` rows are in memory at a time. Edges between two strips are not
-// filled: for color. Returns the number of strips. Errors: those of read_source_frame().
-Result<int> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
-                              RoleSet wanted, int rows, const StripObserver& observer);
+// Reads color of a frame, of which `rows` rows are in memory at a time. Returns the number of
+// strips. Errors: those of read_source_frame().
+Result<int> scan_source_frame(const SourceSettings& settings, const FrameHeader& header, int rows,
+                              const StripObserver& observer);
 
 // How much color differs between two images: the mean over blocks of 8 x 8 pixels, which have
 // little noise, of the difference of their means, each value after x/(1 + x); 0 to 1.

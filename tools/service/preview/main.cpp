@@ -192,15 +192,12 @@ Result<std::string> image_of(const std::string& path, int frame, int side, const
         return bytes_of(*source.planes.at(Role::color), type);
     }
     std::optional<io::RowShrinker> small;
-    RETURN_IF_ERROR(sequence::scan_source_frame(settings, header, {}, rows,
-                                                [&](const FramePlanes& planes, int) {
-                                                    const ImageF& color = planes.at(Role::color);
-                                                    if (!small)
-                                                        small.emplace(width, height, color.channels,
-                                                                      shown_width, shown_height);
-                                                    small->add(color);
-                                                })
-                        .status());
+    RETURN_IF_ERROR(
+        sequence::scan_source_frame(settings, header, rows, [&](const FramePlanes& planes, int) {
+            const ImageF& color = planes.at(Role::color);
+            if (!small) small.emplace(width, height, color.channels, shown_width, shown_height);
+            small->add(color);
+        }).status());
     return bytes_of(small->image(), type);
 }
 
